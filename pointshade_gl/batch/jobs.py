@@ -14,7 +14,8 @@ from ..files.access.written_suffixes import BATCH_FILMS as FILMS
 from ..files.access.written_suffixes import BATCH_NORMALS as NORMALS
 from ..files.access.written_suffixes import BATCH_PAGE as PAGE
 from ..files.frames.frame_parts import ReadOptions
-from ..files.frames.sequences import FrameSequence, first_readable, open_frames
+from ..files.frames.frame_sequence import FrameSequence
+from ..files.frames.sequences import first_readable, open_frames
 from ..files.pictures.picture_files import AxesName, save_image
 from ..files.sources import is_cloud, is_scene, load_any
 from ..files.writing.depth_and_normal_maps import save_normals

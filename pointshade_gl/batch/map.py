@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..files.access.builtin import builtin_folder, builtin_name
-from ..files.frames.sequences import FrameSequence
+from ..files.frames.frame_sequence import FrameSequence
 from ..files.sources import is_cloud, is_scene, open_source
 from ..messages.bugs import Bug, error_text, is_expected
 from ..messages.errors import ShaderError

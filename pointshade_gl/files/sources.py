@@ -29,7 +29,8 @@ from .clouds.recognise import is_cloud
 from .depth_models.model_options import is_model
 from .frames.frame_files import load_frame
 from .frames.frame_parts import LoadOptions, ReadOptions
-from .frames.sequences import FrameSequence, first_readable, open_frames
+from .frames.frame_sequence import FrameSequence
+from .frames.sequences import first_readable, open_frames
 from .gltf import load_scene
 
 if TYPE_CHECKING:

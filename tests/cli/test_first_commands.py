@@ -85,7 +85,11 @@ def place(tmp_path):
 BARE = "render bare -o out.png"
 VASE = "render vase -o out.png"
 NEXT = [  # typed, what is said, and what that makes one type next
-    (BARE, "pass --intrinsics (fx,fy,cx,cy or a file) or --fov (vertical degrees), such as 50", f"{BARE} --fov 50"),
+    (
+        BARE,
+        "across the longer side is assumed; pass --intrinsics (fx,fy,cx,cy or a file)",
+        f"{BARE} --fov 50",
+    ),
     (
         f"{BARE} --intrinsics 1,1,31,23",
         "sees 175 degrees: if that is wrong, pass --intrinsics fx,fy",

@@ -213,7 +213,6 @@ def test_floating_point_colours_are_refused(tmp_path):
     ("options", "error", "sentence"),
     [
         ({}, ValueError, "a frame needs depth: pass a folder"),
-        ({"depth": DEEP / 1000}, ValueError, r"pass intrinsics \(fx,fy,cx,cy or a file\) or fov"),
         ({"depth": DEEP / 1000, "fov": 60, "intrinsics": CAMERA}, ValueError, "pass intrinsics or fov, not both"),
         (
             {"depth": DEEP / 1000, "fov": 60, "depth_kind": "Z"},

@@ -11,7 +11,7 @@ from PIL import Image
 from pytest import approx
 
 import pointshade_gl as ps
-from pointshade_gl.files.frames.sequences import FrameSequence
+from pointshade_gl.files.frames.frame_sequence import FrameSequence
 from pointshade_gl.files.sources import open_source, prefetched
 
 DEEP = (900 + 3 * np.arange(40) + 5 * np.arange(30)[:, None]).astype(np.uint16)
@@ -116,8 +116,8 @@ def test_a_frame_without_any_depth_is_named(tmp_path):
 
 def test_what_is_wrong_with_all_frames_is_said_on_opening(tmp_path):
     write(tmp_path, 4)
-    with pytest.raises(ValueError, match=r"frame 0: .*the camera is unknown: pass intrinsics"):
-        open_source(tmp_path)
+    with pytest.raises(ValueError, match=r"frame 0: .*disparity needs the distance of the two cameras"):
+        open_source(tmp_path, depth_kind="disparity")
     with pytest.raises(ValueError, match="unknown depth_kind 'sonar'"):
         open_source(tmp_path, **OPTIONS, depth_kind="sonar")
     with pytest.raises(FileNotFoundError, match="there is no folder"):

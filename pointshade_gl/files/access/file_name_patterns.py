@@ -117,6 +117,7 @@ class DataSet(NamedTuple):
     numbers: tuple[float, float, float, float]
     size: tuple[int, int] = (640, 480)
     depth_scale: float = 1000
+    is_resized: bool = False  # often kept at another size of the same shape
 
 
 _TUM = (640, 480), 5000
@@ -129,8 +130,8 @@ DATA_SETS = (
     DataSet("TUM", r"\brgb\.txt\b|\bassoc\w*\.txt\b", (525, 525, 319.5, 239.5), *_TUM),
     DataSet("NOCS' Real275", r"real_(test|train)", (591.0125, 590.16775, 322.525, 244.11084)),
     DataSet("DIODE", r"doors?_\d{3}_\d{3}_depth\.npy", (886.81, 927.06, 512, 384), (1024, 768), 1),
-    DataSet("TartanAir", r"\d{6}_left_depth\.npy", (320, 320, 320, 240), (640, 480), 1),
-    DataSet("TartanAir V2", r"\d{6}_lcam_\w+_depth\.png", (320, 320, 320, 320), (640, 640), 1),
+    DataSet("TartanAir", r"\d{6}_left_depth\.npy", (320, 320, 320, 240), (640, 480), 1, True),
+    DataSet("TartanAir V2", r"\d{6}_lcam_\w+_depth\.png", (320, 320, 320, 320), (640, 640), 1, True),
     DataSet("SceneNet RGB-D", r"\bphoto/\d+\.jpg", (277.128, 289.706, 159.5, 119.5), (320, 240)),
     DataSet("InteriorNet", r"depth\d/data/\d+\.png", (600, 600, 320, 240)),
     DataSet(
@@ -161,7 +162,7 @@ CODINGS = (
     SetCoding("Hypersim", r"depth_meters\.hdf5", 1, "ray"),
 )
 
-# Cameras that are common among depth pictures of a size, to be proposed where none is known: fx,fy,cx,cy.
+# Cameras that are usual for depth pictures of a size, assumed where none is known: fx,fy,cx,cy.
 COMMON_CAMERAS = {
     (640, 480): ("a Kinect v1 or a PrimeSense", "525,525,319.5,239.5"),
     (512, 424): ("a Kinect v2", "365.5,365.5,255.5,211.5"),

@@ -19,9 +19,9 @@ Three = tuple[float, float, float]
 # Mean and deviation of the pixels that a network was trained on, for values from 0 to 1.
 NORMALIZATIONS: dict[str, tuple[Three, Three]] = {
     "imagenet": ((0.485, 0.456, 0.406), (0.229, 0.224, 0.225)),
-    "symmetric": ((0.5,) * 3, (0.5,) * 3),
-    "unit": ((0.0,) * 3, (1.0,) * 3),
-    "bytes": ((0.0,) * 3, (1 / 255,) * 3),
+    "symmetric": ((0.5, 0.5, 0.5), (0.5, 0.5, 0.5)),
+    "unit": ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),
+    "bytes": ((0.0, 0.0, 0.0), (1 / 255, 1 / 255, 1 / 255)),
 }
 Output = Literal["inverse", "metres", "canonical", "z", ""]
 

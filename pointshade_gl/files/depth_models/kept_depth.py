@@ -44,7 +44,7 @@ def _digest_of(path: Path, _time: int, _size: int) -> str:
 def kept(place: Path, name: str) -> Contents | None:
     """Return the depth that is kept there; None without any, and for a file that is damaged."""
     try:
-        with np.load(place, allow_pickle=False) as file:
+        with place.open("rb") as held, np.load(held, allow_pickle=False) as file:
             found = {key: file[key] for key in file.files}
         depth, numbers = found["depth"], found.get("camera")
         if depth.ndim != 2 or depth.dtype != np.float32:

@@ -125,4 +125,4 @@ def _number(found: Mapping[str, Any], name: str) -> int | None:
 def _output(found: Mapping[str, Any]) -> Output | None:
     said = str(found.get("depth_kind", found.get("depth_estimation_type", ""))).lower()
     usual: Output | None = "metres" if found.get("model_type") in _METRIC_TYPES else None
-    return _OUTPUTS.get(said, usual)
+    return _OUTPUTS[said] if said in _OUTPUTS else usual

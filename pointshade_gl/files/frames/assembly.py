@@ -55,10 +55,11 @@ def assemble(
     stored = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}"
     del raw
     size = decoded.values.shape[1], decoded.values.shape[0]
-    if source is None and options.fov is None and decoded.coding.scale is None:
-        source = assumed_camera(size, note)
+    if source is None and options.fov is None:
+        has_unit = decoded.coding.scale is not None and not parts.maker
+        source = assumed_camera(size, has_unit, parts.missing, note)
     color_size = None if colors is None else (colors.shape[1], colors.shape[0])
-    camera = reading.camera(make_camera(source, options.fov, size, color_size, parts.missing, note))
+    camera = reading.camera(make_camera(source, options.fov, size, color_size, note))
     metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, first=like is None)
     del decoded
     if reading.scale != 1:

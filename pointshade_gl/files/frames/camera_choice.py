@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,11 +12,14 @@ from ...messages.formatting import option
 from ...messages.notes import Note
 from ...scene.camera import Camera
 from ..access.file_name_patterns import CODINGS, COMMON_CAMERAS
-from ..access.safe_paths import places_of
+from ..access.safe_paths import Folder, places_of
 from ..cameras.camera_files import read_intrinsics
 from ..cameras.intrinsics import Intrinsics, Size, merged, place_camera, shows_the_same
+from ..index.folder_cameras import Cameras, find_cameras
+from ..index.folders import FrameFiles
 from .frame_parts import Parts, ReadOptions, is_path
 
+ASSUMED = "the assumed camera"
 _USUAL_FOV = 60.0  # degrees
 _NAMES = 5  # folders of a path by which a data set is known
 
@@ -51,22 +55,44 @@ def _said_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics |
     return parts.filed
 
 
-def assumed_camera(size: Size, note: Note) -> Intrinsics:
-    """Return the usual lens of a phone, for depth of no unit, whose shape is a guess anyway."""
+def find_filed(place: Folder, files: Sequence[FrameFiles], options: ReadOptions, note: Note) -> Cameras:
+    """Return the cameras in a folder; beside a caller's camera intrinsics.json may still state what the depth is."""
+    if options.intrinsics is None and options.fov is None:
+        return find_cameras(place, files, note, options.max_pixels)
+    if not (place.path / "intrinsics.json").is_file():
+        return Cameras(None)
+    try:
+        return Cameras(find_cameras(place, (), lambda _: None, options.max_pixels).shared)
+    except ValueError:
+        note(f"{place.path / 'intrinsics.json'} is no camera file, and is not used")
+        return Cameras(None)
+
+
+def assumed_camera(size: Size, is_of_sensor: bool, missing: str, note: Note) -> Intrinsics:
+    """Return a camera that is usual for a picture of this size, and say so: depth in metres alone does not tell it.
+
+    is_of_sensor  whether depth has a unit, so that it may be a depth camera's; else it is seen as by a phone
+    missing       why no file has a camera
+    """
+    width, height = size
+    way_out = f"pass {option('intrinsics')} (fx,fy,cx,cy or a file) or {option('fov')} (vertical degrees)"
+    if is_of_sensor and size in COMMON_CAMERAS:
+        title, text = COMMON_CAMERAS[size]
+        note(f"no camera is known{missing}: that of {title} is assumed, usual for {width}x{height} ({text}); {way_out}")
+        fx, fy, cx, cy = map(float, text.split(","))
+        return Intrinsics(ASSUMED, (fx, fy, cx, cy), size)
     focal = max(size) / 2 / math.tan(math.radians(_USUAL_FOV) / 2)
     note(
-        f"no camera is known, a field of view of {_USUAL_FOV:g} degrees across the longer side is assumed: "
-        f"pass {option('fov')} (vertical degrees)"
+        f"no camera is known{missing}: a field of view of {_USUAL_FOV:g} degrees across the longer side is assumed; "
+        f"{way_out}"
     )
-    return Intrinsics("the assumed camera", (focal, focal, (size[0] - 1) / 2, (size[1] - 1) / 2), size)
+    return Intrinsics(ASSUMED, (focal, focal, (width - 1) / 2, (height - 1) / 2), size)
 
 
-def make_camera(
-    source: Intrinsics | None, fov: float | None, depth: Size, color: Size | None, missing: str, note: Note
-) -> Camera:
-    """The camera of a depth picture under colours of these sizes. Raises ValueError if none is known, or of neither.
+def make_camera(source: Intrinsics | None, fov: float | None, depth: Size, color: Size | None, note: Note) -> Camera:
+    """The camera of a depth picture under colours of these sizes. Raises ValueError if it is of neither.
 
-    missing  why no file has one, to end an error with
+    source  None only with a field of view
     """
     if color and not shows_the_same(color, depth):
         note(
@@ -75,11 +101,5 @@ def make_camera(
         )
     if fov is not None:
         return Camera.from_fov(fov, *depth)
-    if source is None:
-        title, numbers = COMMON_CAMERAS.get(depth, ("", ""))
-        often = f"; for this size often {option('intrinsics', numbers)} ({title})" if title else ""
-        raise ValueError(
-            f"the camera is unknown: pass {option('intrinsics')} (fx,fy,cx,cy or a file) "
-            f"or {option('fov')} (vertical degrees), such as 50{often}{missing}"
-        )
+    assert source is not None, "one is assumed where none is known"
     return place_camera(source, depth, color, note)

@@ -23,9 +23,10 @@ from ..depth_models.families import PixelsName
 from ..depth_models.model_options import Model, is_model
 from ..index.folders import FrameFiles, check_folder, find_color
 from .assembly import assemble
+from .camera_choice import find_filed
 from .frame_parts import Assembled, Parts, ReadOptions, is_path
 from .registration import check_registration
-from .sequences import find_filed, first_readable, open_folder, open_frames
+from .sequences import first_readable, open_folder, open_frames
 
 
 def load_frame(
@@ -61,7 +62,9 @@ def load_frame(
         A picture, .npy, .npz, EXR or array, in place of the folder's. What a masked array hides is missing. An .onnx
         file or a function is a network, as depth_model.
     intrinsics : path, str, (4,) float or Camera, optional
-        A file (see files/cameras/camera_files.py), "fx,fy,cx,cy", four numbers or a camera.
+        A file (see files/cameras/camera_files.py), "fx,fy,cx,cy", four numbers or a camera. The default is a file
+        beside the pictures or the lens in EXIF, else, with a note, a camera that is usual for the size: a sensor's or
+        one that sees 60 degrees.
     fov : float, optional
         Vertical field of view in degrees, in place of intrinsics.
     depth_scale : float, optional

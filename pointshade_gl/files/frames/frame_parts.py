@@ -84,7 +84,7 @@ class Parts(NamedTuple):
     """What belongs to one frame; files are read when it is assembled.
 
     filed    the camera that lies beside the pictures
-    missing  what to add to the error if no camera is known
+    missing  why no camera is known
     number   counted from 0: which picture of a video is the colour
     contents reads what a container gives instead of a depth picture
     path     the file that holds the depth; None for the caller's own array

@@ -23,9 +23,10 @@ from ..cameras.intrinsics import Intrinsics, Size, place_camera
 from ..containers.contents import Contents
 from ..depth_models.photo_depth import PhotoDepth
 from ..index.folders import FrameFiles, find_photographs
+from .camera_choice import find_filed
 from .color_files import read_colors_of
 from .frame_parts import Parts, ReadOptions, is_path
-from .sequences import FrameSequence, find_filed
+from .frame_sequence import FrameSequence
 
 
 def open_photographs(place: Folder, source: Any, options: ReadOptions, note: Note) -> FrameSequence:

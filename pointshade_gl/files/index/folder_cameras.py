@@ -19,6 +19,7 @@ from ..access.file_name_patterns import (
     PICTURE_SUFFIXES,
     REGISTERED,
     TRANSFORMS,
+    DataSet,
 )
 from ..access.folder_listing import Item, key_of
 from ..access.limits import MAX_PIXELS
@@ -26,7 +27,7 @@ from ..access.safe_paths import Folder, followed, from_root, places_of
 from ..arrays.named_numbers import named_of
 from ..cameras.camera_files import read_intrinsics
 from ..cameras.camera_key_names import from_named
-from ..cameras.intrinsics import Intrinsics, Size
+from ..cameras.intrinsics import Intrinsics, shows_the_same
 from ..cameras.transforms_json import read_transforms
 from ..pictures.picture_heads import png_size
 from .folders import FrameFiles
@@ -39,7 +40,7 @@ class Cameras:
     """What a folder states about the camera of each of its frames.
 
     shared   the camera of all frames; None if it is unknown, or if each frame has one of its own
-    missing  why there is none: the files that were looked at, in a sentence that ends an error; else ""
+    missing  why there is none: the files that were looked at, for a sentence; else ""
     """
 
     def __init__(self, shared: Intrinsics | None, own: Sequence[Intrinsics | None] = (), missing: str = ""):
@@ -72,7 +73,7 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
         own = _in_transforms(item, frames, max_pixels) or _by_frame(item, frames, max_pixels)
         return Cameras(found, own)
     known = _of_data_set(place, items, frames, note, max_pixels)
-    return Cameras(known, (), f"; not understood: {', '.join(failed[:2])}" if failed else "")
+    return Cameras(known, (), f" (not understood: {', '.join(failed[:2])})" if failed else "")
 
 
 def _nearest(items: Sequence[Item], frames: Sequence[FrameFiles]) -> list[Item]:
@@ -174,7 +175,7 @@ def _of_data_set(
     names += ["/".join(one.parts[-most:]) for path, most in [(folder, 2), *files] for one in places_of(path)]
     seen = "\n".join([*names, *heads]).lower()
     for known in DATA_SETS:
-        if re.search(known.known_by, seen) and _has_size(frames, known.size):
+        if re.search(known.known_by, seen) and _has_size(frames, known):
             numbers = ",".join(f"{number:g}" for number in known.numbers)
             note(
                 f"no camera is in {folder}, which looks like {known.title}: its published camera ({numbers}) "
@@ -184,7 +185,8 @@ def _of_data_set(
     return None
 
 
-def _has_size(frames: Sequence[FrameFiles], size: Size) -> bool:
-    """Whether the first depth picture has this size, as far as its first bytes say it. One may be missing."""
+def _has_size(frames: Sequence[FrameFiles], known: DataSet) -> bool:
+    """Whether the first depth picture has a data set's size, as far as its first bytes say it. One may be missing."""
     first = next((one.depth for one in frames[:9] if one.depth.is_file()), None)
-    return first is None or png_size(first) in (None, size)
+    size = None if first is None else png_size(first)
+    return size in (None, known.size) or (size is not None and known.is_resized and shows_the_same(known.size, size))

@@ -39,7 +39,7 @@ def tartanair(folder: Path, room: Room) -> Expected:
 
 def tartanair_v2(folder: Path, room: Room) -> Expected:
     """TartanAir V2: depth is float32 in the four bytes of a PNG's pixel (as cv2 orders them); may be refused."""
-    camera = Pinhole(160, 160, 160, 160, 320, 320)
+    camera = Pinhole(160, 160, 159.75, 159.75, 320, 320)  # of 640x640 at half the size
     folder = folder / "P000"
     views = room.through(camera)
     for k, view in enumerate(views):

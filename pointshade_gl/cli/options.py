@@ -19,6 +19,7 @@ from ..files.access.written_suffixes import DEPTH, FILMS, IMAGES, NORMALS, POINT
 from ..files.clouds.found_points import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
 from ..files.depth_models.families import PIXELS
+from ..files.frames.film_scale import SCALES
 from ..messages.notes import note_new_name, silence
 from ..scene.appearance import Look
 from ..scene.light import Light
@@ -140,6 +141,13 @@ class ReadingOptions:
     )
     cache: bool = said(
         "Keep the network's depth in a folder .pointshade beside the photograph.", "--cache", default=False, panel=FRAME
+    )
+    scale_frames: str = said(
+        "Of a film whose depth has no scale: find one for all frames (auto), or keep each by itself.",
+        metavar="auto|keep",
+        known=SCALES,
+        default="auto",
+        panel=FRAME,
     )
     max_pixels: int = said(
         "Pixels a picture may have; scales all limits.", metavar="N", default=MAX_PIXELS, panel=FRAME

@@ -18,6 +18,7 @@ DepthKind = Literal["z", "ray", "plane", "inverse", "disparity", "kinect"]
 KINDS: tuple[DepthKind, ...] = get_args(DepthKind)
 METRIC = KINDS[:3]
 NEAREST, FARTHEST = 1.0, 10.0  # metres between which depth without a scale is laid
+_BEYOND = 8  # times these are the ends of all pictures of a film
 
 # Konolige & Mihelich, "Technical description of Kinect calibration", 2010: eighths of a pixel, less than at infinity
 _KINECT_INFINITY = 1091.5
@@ -79,6 +80,7 @@ def to_metres(
     note: Note,
     dtype: type[np.floating] = np.float64,
     doffs: float = 0.0,
+    ends: tuple[float, float] | None = None,
 ) -> NDArray[Any]:
     """(h, w) z in metres of the type, 0 where missing, from raw values of one of KINDS.
 
@@ -90,10 +92,12 @@ def to_metres(
                cameras' principal points are (Middlebury's)
     kinect     raw is the disparity of a first Kinect, 11 bits
 
+    ends  raw values that are put at the two ends of depth without a scale; the default is the smallest and the largest
+
     Raises ValueError if a disparity has no baseline, or if depth without a scale does not vary.
     """
     if kind in ("z", "inverse") and scale is None:
-        return _spread(raw, kind, note, dtype)
+        return _spread(raw, kind, note, dtype, ends)
     if kind == "disparity":
         if baseline is None:
             raise ValueError(f"disparity needs the distance of the two cameras: pass {option('baseline')} in metres")
@@ -132,7 +136,9 @@ def _ray_lengths(camera: Camera, rows: slice) -> NDArray[np.float64]:
     return np.sqrt(x * x + (y * y)[:, None] + 1)
 
 
-def _spread(raw: NDArray[Any], kind: str, note: Note, dtype: type[np.floating]) -> NDArray[Any]:
+def _spread(
+    raw: NDArray[Any], kind: str, note: Note, dtype: type[np.floating], ends: tuple[float, float] | None
+) -> NDArray[Any]:
     """Depth or inverse depth of unknown scale and offset, as networks give it. 0 is an end, not missing."""
     low, high = np.inf, -np.inf
     for rows in blocks(raw):
@@ -145,11 +151,15 @@ def _spread(raw: NDArray[Any], kind: str, note: Note, dtype: type[np.floating]) 
     title, least, most = ("inverse depth", FARTHEST, NEAREST) if is_inverse else ("depth", NEAREST, FARTHEST)
     if low == high:
         raise ValueError(f"{title} must vary, got {low:g} everywhere")
-    note(f"{title} has no scale: its largest value is put at {most:g} m, its smallest at {least:g} m")
+    if ends is None:
+        note(f"{title} has no scale: its largest value is put at {most:g} m, its smallest at {least:g} m")
+    low, high = ends or (low, high)
     first, last = (1 / least, 1 / most) if is_inverse else (least, most)
+    smallest = 1 / (_BEYOND * FARTHEST) if is_inverse else NEAREST / _BEYOND
     for rows in blocks(raw):
         values, known = _finite(raw[rows])
         laid = first + (np.where(known, values, low) - low) / (high - low) * (last - first)
+        laid = np.maximum(laid, smallest)  # what comes into a film may lie beyond the ends of its first picture
         result[rows] = np.where(known, 1 / laid if is_inverse else laid, 0)
     return result
 

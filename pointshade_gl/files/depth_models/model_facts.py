@@ -124,5 +124,6 @@ def _number(found: Mapping[str, Any], name: str) -> int | None:
 
 def _output(found: Mapping[str, Any]) -> Output | None:
     said = str(found.get("depth_kind", found.get("depth_estimation_type", ""))).lower()
-    usual: Output | None = "metres" if found.get("model_type") in _METRIC_TYPES else None
-    return _OUTPUTS[said] if said in _OUTPUTS else usual
+    if said not in _OUTPUTS:
+        return "metres" if found.get("model_type") in _METRIC_TYPES else None
+    return _OUTPUTS[said]

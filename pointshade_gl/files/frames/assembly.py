@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,7 @@ from ..poses.pose_convention import Reading
 from ..poses.pose_files import load_pose
 from .camera_choice import assumed_camera, choose_camera, make_camera
 from .color_files import read_colors_of
+from .film_scale import Laid
 from .frame_parts import Assembled, Found, Parts, ReadOptions, is_path
 
 
@@ -39,12 +40,14 @@ def assemble(
     reading: Reading | None = None,
     like: Coding | None = None,
     stream: Hashable = None,
+    scale_of: Callable[[Decoded, Any, Camera], Laid] | None = None,
 ) -> Assembled:
     """Read the parts of a frame and put them together. Raises ValueError, TypeError or OSError, in one sentence.
 
     reading  how poses and camera are to be understood; None is as they are written
     like     how the depth of another frame of the same sequence is coded: this one is, too
     stream   what the frame is one of, its `Frame.source`
+    scale_of  gives how the depth of a film's picture is laid, from its values, colours and camera
     """
     reading, parts = reading or Reading(), _unpacked(parts)
     source = choose_camera(parts, options, note)
@@ -60,7 +63,10 @@ def assemble(
         source = assumed_camera(size, has_unit, parts.missing, note)
     color_size = None if colors is None else (colors.shape[1], colors.shape[0])
     camera = reading.camera(make_camera(source, options.fov, size, color_size, note))
-    metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, first=like is None)
+    laid = Laid() if scale_of is None else scale_of(decoded, colors, camera)
+    metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, like is None, laid.ends)
+    if laid.factor != 1:
+        metres *= np.float32(laid.factor)
     del decoded
     if reading.scale != 1:
         metres *= np.float32(reading.scale)
@@ -144,11 +150,12 @@ def _baseline(source: Intrinsics | None, options: ReadOptions) -> float | None:
 
 
 def _to_metres(
-    depth: Decoded, camera: Camera, source: Intrinsics | None, options: ReadOptions, note: Note, name: str, first: bool
-) -> tuple[NDArray[np.float32], Coding]:
+    depth: Decoded, camera: Camera, source: Intrinsics | None, options: ReadOptions, note: Note, name: str, first: bool,
+    ends: tuple[float, float] | None,
+) -> tuple[NDArray[np.float32], Coding]:  # fmt: skip
     """Return depth along the axis, and its coding: lengths of rays are those whose planes are flat only as such."""
     (values, coding), baseline, doffs = depth, _baseline(source, options), (source and source.doffs) or 0.0
-    metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs)
+    metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs, ends)
     is_said = options.depth_kind is not None or (source is not None and source.depth_kind is not None)
     if coding.kind != "z" or is_said or not first or not is_ray_length(metres, camera):
         return metres, coding

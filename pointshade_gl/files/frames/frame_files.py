@@ -24,6 +24,7 @@ from ..depth_models.model_options import Model, is_model
 from ..index.folders import FrameFiles, check_folder, find_color
 from .assembly import assemble
 from .camera_choice import find_filed
+from .film_scale import ScaleName
 from .frame_parts import Assembled, Parts, ReadOptions, is_path
 from .registration import check_registration
 from .sequences import first_readable, open_folder, open_frames
@@ -46,6 +47,7 @@ def load_frame(
     model_size: str | int | tuple[int, int] | None = None,
     model_pixels: PixelsName | None = None,
     cache: bool = False,
+    scale_frames: ScaleName = "auto",
     notes: Note | None = None,
 ) -> Frame:
     """Read a frame from a folder, from a depth file, from single files and arrays, or from a photograph and a network.
@@ -92,6 +94,9 @@ def load_frame(
         What its pixels are: normalised by mean and deviation of ImageNet, from -1 to 1, from 0 to 1, from 0 to 255.
     cache : bool
         Keep the depth of an .onnx file in a folder .pointshade beside the photograph, named by the bytes of both.
+    scale_frames : {"auto", "keep"}
+        Whether one scale is found for the frames of a film whose depth has none, or breathes, from what does not change
+        between them (see estimation/frame_scale.py), or each is kept by itself.
     notes : callable, optional
         Called with one sentence for every guess; the default prints it to stderr.
 
@@ -103,7 +108,7 @@ def load_frame(
     if is_model(depth) and depth_model is None:
         depth, depth_model = None, depth
     network = depth_model, model_size, model_pixels, cache
-    options = ReadOptions(intrinsics, fov, depth_scale, depth_kind, baseline, pose, max_pixels, *network)
+    options = ReadOptions(intrinsics, fov, depth_scale, depth_kind, baseline, pose, max_pixels, *network, scale_frames)
     return read_frame(folder, depth, color, options, allow_outside, notes or print_note).frame
 
 

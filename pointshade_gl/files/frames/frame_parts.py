@@ -23,6 +23,7 @@ from ..containers.contents import Contents
 from ..depth.depth_kinds import KINDS, Coding, DepthKind
 from ..depth_models.families import PixelsName
 from ..depth_models.model_options import Model, ModelOptions, checked_options
+from .film_scale import SCALES, ScaleName
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,7 @@ class ReadOptions:
     model_size: str | int | tuple[int, int] | None = None
     model_pixels: PixelsName | None = None
     cache: bool = False
+    scale_frames: ScaleName = "auto"
 
     def __post_init__(self) -> None:
         check_positive(self.max_pixels, option("max_pixels", beside_file=True))
@@ -47,6 +49,7 @@ class ReadOptions:
             raise ValueError(f"pass {option('intrinsics')} or {option('fov')}, not both")
         if self.depth_kind is not None:
             check_choice(option("depth_kind"), self.depth_kind, KINDS)
+        check_choice(option("scale_frames"), self.scale_frames, SCALES)
         self.network  # noqa: B018 - raises
 
     @property
@@ -77,6 +80,7 @@ class LoadOptions(TypedDict, total=False):
     model_size: str | int | tuple[int, int] | None
     model_pixels: PixelsName | None
     cache: bool | None
+    scale_frames: ScaleName | None
     notes: Note | None
 
 

@@ -5,19 +5,22 @@ from __future__ import annotations
 import weakref
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import overload
+from typing import Any, overload
 
 from ...messages.bugs import Bug, error_text, is_expected
 from ...messages.formatting import option
 from ...messages.notes import Note
+from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..access.file_name_patterns import VIDEO_SUFFIXES
 from ..access.folder_listing import Listing
 from ..access.safe_paths import Folder
-from ..depth.depth_kinds import Coding
+from ..depth.depth_kinds import Coding, Decoded
 from ..poses.pose_convention import FAILS, Reading, find_reading
 from .assembly import assemble
+from .film_scale import FilmScale, Laid
 from .frame_parts import Assembled, Parts, ReadOptions
 
 _APART = 0.1  # metres, or what a turn of 6 degrees changes: views that are compared are so far apart
@@ -40,6 +43,7 @@ class FrameSequence(Sequence[Frame]):
         reading: Reading | None = None,
         coding: Coding | None = None,
         stream: Hashable = None,
+        film: tuple[FilmScale, Sequence[int], Sequence[Parts]] | None = None,
     ):
         self.folder, self.parts, self.note, self.poses_from, self.reading = place.path, parts, note, poses_from, reading
         self.posed = sum(one.pose is not None for one in parts)  # how many frames have a pose
@@ -48,6 +52,7 @@ class FrameSequence(Sequence[Frame]):
         if parts and isinstance(parts[0].color, Path) and parts[0].color.suffix.lower() in VIDEO_SUFFIXES:
             weakref.finalize(self, _end_video)
         self._coding = coding  # of the depth of the first frame that was read: the others are read like it
+        self._film = film if film or len(parts) < 2 or options.scale_frames == "keep" else self._as_film()
 
     def __len__(self) -> int:
         return len(self.parts)
@@ -59,7 +64,8 @@ class FrameSequence(Sequence[Frame]):
     def __getitem__(self, index: int | slice) -> Frame | FrameSequence:
         if isinstance(index, slice):
             known = self._options, self.note, self.poses_from, self.reading, self._coding, self._stream
-            return FrameSequence(self._place, self.parts[index], *known)
+            film = self._film and (self._film[0], self._film[1][index], self._film[2])
+            return FrameSequence(self._place, self.parts[index], *known, film)
         return self.assembled(index).frame
 
     def assembled(self, index: int, note: Note | None = None, with_color: bool = True) -> Assembled:
@@ -70,7 +76,11 @@ class FrameSequence(Sequence[Frame]):
                 if isinstance(path, Path):
                     self._place.check(path)
             parts = parts if with_color else parts._replace(color=None)
-            read = assemble(parts, self._options, note or self.note, self.reading, self._coding, self._stream)
+            if self._film is None or self._film[0].is_over or not with_color:
+                read = self._put_together(parts, note or self.note)
+            else:
+                with self._film[0].lock:
+                    read = self._put_together(parts, note or self.note, partial(self._scale_of, index))
             if note is None:
                 self._coding = self._coding or read.coding
         except Exception as error:
@@ -83,6 +93,28 @@ class FrameSequence(Sequence[Frame]):
             raise Bug(f"frame {index}: {error_text(error)}") from error
         found = read.found._replace(frames=len(self), shown=index, poses=self.posed, poses_from=self.poses_from)
         return read._replace(found=found)
+
+    def _put_together(self, parts: Parts, note: Note, scale_of: Any = None) -> Assembled:
+        return assemble(parts, self._options, note, self.reading, self._coding, self._stream, scale_of)
+
+    def _as_film(self) -> tuple[FilmScale, Sequence[int], Sequence[Parts]]:
+        """Return what finds one scale for all frames, and which of its pictures each is."""
+        return FilmScale(may_breathe=not self.posed, note=self.note), range(len(self)), self.parts
+
+    def _scale_of(self, index: int, decoded: Decoded, colors: Any, camera: Camera) -> Laid:
+        """Return how a frame is laid, after those before it in the film."""
+        assert self._film is not None
+        film, numbers, parts = self._film
+
+        def read(number: int) -> None:
+            scale_of = partial(self._scale_in_film, number)
+            self._put_together(parts[number], self.note, scale_of)
+
+        return film.of(numbers[index], decoded, colors, camera, read)
+
+    def _scale_in_film(self, number: int, decoded: Decoded, colors: Any, camera: Camera) -> Laid:
+        assert self._film is not None
+        return self._film[0].of(number, decoded, colors, camera, lambda _: None)
 
     def settle(self, may_scale: bool, metric_poses: bool) -> None:
         """Find out how poses and camera are to be understood, from frames that see the same. A note tells any change.

@@ -1,0 +1,448 @@
+"""Scale and shift of depth from picture to picture of a film, where a network gives each its own.
+
+What has not changed shows them. A picture is compared with an earlier one on small copies: blocks of it are looked for
+there, those whose colours agree vote, and the values of both, v and w, obey w = a v + b. The line is the one with the
+most support of many drawn through two points (MSAC, Torr and Zisserman 2000), then that of the reduced major axis, as
+the noise is in both. Earlier pictures are few: the first one of a shot, and the next ones where little of those is left
+in view, so that errors do not add up from each to the next.
+
+Where the camera turns, inverse depth itself changes: what is at D in the earlier picture is at r D, as r = cos(turn) -
+x sin(turn) of its distance lies along the new axis. Then (w - o) r = a v + b, where o is what infinity has in the
+values of the shot; it shows in the first pictures of the turn. A turn moves all of a picture alike, a step moves what
+is near further.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+WIDE = 160  # pixels of the small copies
+_BLOCK = 8  # pixels of a block's side
+_REACH, _FAR_REACH = 3, 6  # pixels around a likely place in which a block is looked for, and around another one
+_NOISE, _UNLIKE = 0.012, 0.06  # colours that differ by so much are alike in any case; by more they never are
+_GAIN = (0.5, 2.0)  # of the exposure between two pictures
+_ENOUGH = 0.5  # of the blocks agree: the picture is compared with the same one further on
+_CUT = 0.12  # of the blocks agree in no earlier picture: another shot
+_KEPT = 6  # earlier pictures
+_STEEP = 0.12  # of the values' range inside a pixel of the small copy: an edge, which does not vote
+_DRAWN, _JUDGES = 300, 1000  # lines, and points that judge them
+_FAR_OFF, _SURELY_NEAR = 0.05, 0.004  # of the shot's range: no pair of a line is farther off it, and some always belong
+_RANGES, _RARE = 16, 0.01  # of values that count alike, and the share of all points that a range needs for that
+_NEAR = 2.5  # deviations
+_MOVED = 0.1  # of the blocks: fewer moved nowhere
+_SURELY = 0.5  # of the blocks were found where they were likely: no other place is tried
+_BORDER = 80  # pixels around the earlier picture in which nothing is found
+_SUBPIXEL = 0.05  # pixels of the small copy: so finely blocks are found, together
+_PARALLAX = 0.04  # of the turn: what depends on depth more than this is a step
+_SURE = 4  # pictures
+_LITTLE = 0.003  # of a distance: so little is no turn
+_USUAL, _DOUBT = -0.25, 10.0  # infinity in ranges of the values below the smallest, and the weight of that guess
+_ROUNDS = 6
+_FEWEST = 60  # points
+
+
+class Line(NamedTuple):
+    """w = a v + b: values of one picture in those of the shot's first."""
+
+    a: float = 1.0
+    b: float = 0.0
+    is_first: bool = False  # of a shot
+
+
+class Pairs(NamedTuple):
+    """Values where colours agree: of the picture, of the earlier one, and what a turn made of these (n,)."""
+
+    seen: NDArray[np.float64]
+    earlier: NDArray[np.float64]
+    turned: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Small:
+    """A small copy: colours (h, w, 3) from 0 to 1, values (h, w), where they are known and smooth (h, w)."""
+
+    colors: NDArray[np.float32]
+    values: NDArray[np.float64]
+    known: NDArray[np.bool_]
+
+    def moved_by(self, line: Line) -> Small:
+        """Return it with the values of the shot's first picture."""
+        return Small(self.colors, line.a * self.values + line.b, self.known)
+
+
+@dataclass
+class FrameScale:
+    """Follows a film: `of` gives the line of each picture, which must come in their order.
+
+    focal      length in widths of the picture
+    is_inverse  whether values are inverse depth, up to a line
+    is_metric  whether they are metres, of which the factor alone may change, by up to a tenth
+    """
+
+    focal: float = 0.87
+    is_inverse: bool = True
+    is_metric: bool = False
+    _infinity: Infinity = field(default_factory=lambda: Infinity())
+    _earlier: list[Small] = field(default_factory=list)
+    _last: Small | None = None
+    _places: NDArray[np.int_] | None = None  # where blocks are likely: as far on as from the picture before
+    _before: NDArray[np.int_] | None = None
+    _steps: int = 0  # pictures that showed a step of the camera, less those that showed a turn
+    _origin: float = 0.0  # of the shot's first values, and their range: lines are fitted in these units
+    _unit: float = 1.0
+
+    def of(self, values: NDArray[np.floating], colors: NDArray[np.uint8] | None) -> Line:
+        """Return the line of the next picture.
+
+        values  (h, w), NaN or infinite where unknown
+        colors  (h', w', 3) of the same view, or None
+        """
+        small = small_copy(values, colors)
+        line = self._line(small)
+        if line.is_first:
+            self._start(small)
+            return Line(is_first=True)
+        self._last = small.moved_by(line)
+        return Line(line.a * self._unit, line.b * self._unit + self._origin)
+
+    def _start(self, small: Small) -> None:
+        """Begin a shot."""
+        known = small.values[small.known] if small.known.any() else np.array([0.0, 1.0])
+        low, high = (0.0, 1.0) if self.is_metric else np.percentile(known, (2, 98))
+        self._origin, self._unit = float(low), float(high - low) or 1.0
+        self._last = small.moved_by(Line(1 / self._unit, -self._origin / self._unit))
+        self._earlier, self._places, self._before, self._infinity = [self._last], None, None, Infinity()
+
+    def _go_on(self, places: NDArray[np.int_] | None, is_same: bool) -> None:
+        """Expect that all moves on as it did, as long as pictures are compared with the same one."""
+        going = is_same and places is not None and self._before is not None
+        self._places = 2 * places - self._before if going else places  # type: ignore[operator]
+        self._before = places
+
+    def _line(self, small: Small) -> Line:
+        if self._last is None:
+            return Line(is_first=True)
+        at_hand, count = self._earlier[-1], len(self._earlier)
+        found = matched(small, at_hand, self._places, self.focal)
+        if found.agreeing < _ENOUGH:
+            found = self._other(small, found)
+        self._go_on(found.places, is_same=len(self._earlier) == count and self._earlier[-1] is at_hand)
+        if found.agreeing < _CUT:
+            return Line(is_first=True)
+        if self.is_metric:
+            return _steady_line(small, found)
+        return self._line_of(found) or Line(is_first=True)
+
+    def _line_of(self, found: Matched) -> Line | None:
+        """Return the line of the shot's values. Whether the camera turns or steps is decided by several pictures."""
+        pairs = found.pairs
+        if not found.is_still:
+            self._steps = max(-_SURE, min(_SURE, self._steps + (1 if found.is_step else -1)))
+        is_turn = self._steps < 0 and self.is_inverse and pairs.turned.size > 0
+        if found.is_still or not is_turn or np.ptp(pairs.turned) < _LITTLE:
+            return fitted_line(pairs.seen, pairs.earlier)
+        line = self._line_beyond(pairs)
+        if line is not None:
+            self._infinity = self._infinity.learned(pairs, line)
+            line = self._line_beyond(pairs)
+        return line and Line(line.a, line.b + self._infinity.value)
+
+    def _line_beyond(self, pairs: Pairs) -> Line | None:
+        """Return the line of what the turn left of the values above infinity's."""
+        return fitted_line(pairs.seen, (pairs.earlier - self._infinity.value) * pairs.turned)
+
+    def _other(self, small: Small, found: Matched) -> Matched:
+        """Return how the picture agrees with one that it has more in common with than with the one at hand."""
+        assert self._last is not None
+        for place, one in enumerate(self._earlier[:-1]):
+            again = matched(small, one, None, self.focal)
+            if again.agreeing >= _ENOUGH:
+                self._earlier.append(self._earlier.pop(place))
+                return again
+        newer = matched(small, self._last, None, self.focal)
+        if newer.agreeing <= found.agreeing:
+            return found
+        self._earlier = [*self._earlier[-_KEPT + 1 :], self._last]
+        return newer
+
+
+class Matched(NamedTuple):
+    """How a picture agrees with an earlier one.
+
+    agreeing  share of its blocks that are found there
+    places    (rows, columns, 2) how far (down, across) each block moved, in pixels of the small copies
+    pairs     values where colours agree
+    is_still  whether what agrees is where it was
+    is_step   whether the camera seems to have stepped and not turned: what is near moved further
+    """
+
+    agreeing: float
+    places: NDArray[np.int_] | None
+    pairs: Pairs
+    is_still: bool
+    is_step: bool = False
+
+
+def small_copy(values: NDArray[np.floating], colors: NDArray[np.uint8] | None) -> Small:
+    """Return means over squares of pixels, of a size that blocks fill."""
+    height, width = values.shape
+    step = max(1, round(width / WIDE))
+    rows, columns = (max(1, side // step // _BLOCK) * _BLOCK for side in (height, width))
+    rows, columns = min(rows, height // step), min(columns, width // step)
+    squares = np.asarray(values[: rows * step, : columns * step], np.float64).reshape(rows, step, columns, step)
+    squares = squares.swapaxes(1, 2).reshape(rows, columns, step * step)
+    known: NDArray[np.bool_] = np.asarray(np.isfinite(squares).all(axis=2))
+    squares = np.where(known[..., None], squares, 0)
+    inside = squares.max(axis=2) - squares.min(axis=2)
+    means = squares.mean(axis=2)
+    if known.any():
+        low, high = np.percentile(means[known], (2, 98))
+        known &= inside <= np.maximum(_STEEP * (high - low), 4 * np.median(inside[known]))
+    return Small(_small_colors(colors, (height, width), (rows, columns), step), means, known)
+
+
+def _small_colors(
+    colors: NDArray[np.uint8] | None, size: tuple[int, int], small: tuple[int, int], step: int
+) -> NDArray[np.float32]:
+    """Return the colours of the same squares; all alike without any."""
+    if colors is None:
+        return np.full((*small, 3), 0.5, np.float32)
+    from PIL import Image
+
+    ratio = colors.shape[0] / size[0], colors.shape[1] / size[1]
+    box = 0, 0, small[1] * step * ratio[1], small[0] * step * ratio[0]
+    picture = Image.fromarray(np.ascontiguousarray(colors[..., :3])).resize(
+        (small[1], small[0]), Image.Resampling.BOX, box
+    )
+    return np.asarray(picture, np.float32) / np.float32(255)
+
+
+def matched(small: Small, earlier: Small, likely: NDArray[np.int_] | None, focal: float) -> Matched:
+    """Look for the blocks of a picture in an earlier one.
+
+    likely  where those of the picture before were found in it, as `Matched.places`
+    focal   length in widths of the picture
+    """
+    if small.colors.shape != earlier.colors.shape:
+        return Matched(0.0, None, Pairs(*np.empty((3, 0))), False)
+    blocks = tuple(side // _BLOCK for side in small.values.shape)
+    found = Matched(-1.0, None, Pairs(*np.empty((3, 0))), False)
+    if likely is not None:
+        found = _blocks_at(small, earlier, likely, focal, _REACH)
+    for shift in {(0, 0), _phase_shift(small.colors, earlier.colors)} if found.agreeing < _SURELY else ():
+        again = _blocks_at(small, earlier, np.broadcast_to(np.array(shift), (*blocks, 2)), focal, _FAR_REACH)
+        found = again if again.agreeing > found.agreeing else found
+    return found
+
+
+def _phase_shift(colors: NDArray[np.float32], earlier: NDArray[np.float32]) -> tuple[int, int]:
+    """Return (down, across) of the whole picture (phase correlation, Kuglin and Hines 1975)."""
+    one, other = (_details(picture) for picture in (colors, earlier))
+    cross = np.fft.rfft2(other) * np.conj(np.fft.rfft2(one))
+    peaks = np.fft.irfft2(cross / np.maximum(np.abs(cross), 1e-9), s=one.shape)
+    down, across = np.unravel_index(int(np.argmax(peaks)), peaks.shape)
+    rows, columns = one.shape
+    return int(down) - rows * (2 * int(down) > rows), int(across) - columns * (2 * int(across) > columns)
+
+
+def _details(colors: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return the brightness without its mean, faded to the borders."""
+    grey = colors.mean(axis=2, dtype=np.float64)
+    fade = np.outer(*(np.hanning(side + 2)[1:-1] for side in grey.shape))
+    return (grey - grey.mean()) * fade
+
+
+def _blocks_at(small: Small, earlier: Small, likely: NDArray[np.int_], focal: float, reach: int) -> Matched:
+    """Find the blocks of a picture around likely places."""
+    rows, columns = small.values.shape
+    v, u = np.mgrid[:rows, :columns]
+    near = [at + _spread(likely[..., k]) for k, at in enumerate((v, u))]
+    there = [np.clip(at, 0, side - 1) for at, side in zip(near, (rows, columns), strict=True)]
+    gain = _gain(small.colors, earlier.colors[there[0], there[1]])
+    seen = small.colors * np.float32(gain)
+    grey, other = seen.mean(axis=2), np.pad(earlier.colors.mean(axis=2), _BORDER, constant_values=np.inf)
+    span = 2 * reach + 1
+    costs = np.empty((span, span, rows // _BLOCK, columns // _BLOCK))
+    for k, j in np.ndindex(span, span):
+        y, x = (np.clip(at + step - reach + _BORDER, 0, side + 2 * _BORDER - 1)
+                for at, step, side in zip(near, (k, j), (rows, columns), strict=True))  # fmt: skip
+        costs[k, j] = _block_means(np.abs(grey - other[y, x]))
+        costs[k, j] += 1e-5 * max(abs(k - reach), abs(j - reach))  # nothing to see: as the others
+    places, fine = _best_places(costs, likely)
+    y, x = (at + _spread(places[..., k]) for k, at in enumerate((v, u)))
+    inside = (y >= 0) & (y < rows) & (x >= 0) & (x < columns)
+    y, x = np.where(inside, y, 0), np.where(inside, x, 0)
+    off = np.where(inside, np.abs(seen - earlier.colors[y, x]).mean(axis=2), np.inf)
+    cost = _block_means(off)
+    known = cost[np.isfinite(cost)]
+    limit = min(max(2.5 * np.percentile(known, 25), _NOISE), _UNLIKE) if known.size else _NOISE
+    agreeing = cost < limit
+    good = _spread(agreeing) & (off < 2 * limit) & small.known & earlier.known[y, x]
+    is_still = bool(agreeing.any()) and places[agreeing].any(axis=1).mean() < _MOVED
+    found = small.values[good], earlier.values[y, x][good]
+    moved = [_spread(fine[..., k])[good] for k in range(2)]
+    turned, is_step = np.ones(found[0].size), False
+    if not is_still:
+        turned, is_step = _turned((v[good], u[good]), moved, found[1], focal, small)
+    if agreeing.any():
+        places = np.where(agreeing[..., None], places, np.median(places[agreeing], axis=0).astype(int))
+    return Matched(float(agreeing.mean()), places, Pairs(*found, turned), is_still, is_step)
+
+
+def _spread(blocks: NDArray[Any]) -> NDArray[Any]:
+    """Return what blocks have at each of their pixels."""
+    return np.repeat(np.repeat(blocks, _BLOCK, axis=0), _BLOCK, axis=1)
+
+
+def _best_places(costs: NDArray[np.float64], likely: NDArray[np.int_]) -> tuple[NDArray[np.int_], NDArray[np.float64]]:
+    """Return (rows, columns, 2) where each block is found: in whole pixels, and between them by a parabola."""
+    span, _, rows, columns = costs.shape
+    flat = costs.reshape(span * span, rows, columns).argmin(axis=0)
+    k, j = np.divmod(flat, span)
+    places = likely + np.stack([k, j], axis=2) - span // 2
+    fine = places.astype(np.float64)
+    v, u = np.mgrid[:rows, :columns]
+    for axis, at in enumerate((k, j)):
+        near = [np.clip(at + step, 0, span - 1) for step in (-1, 0, 1)]
+        low, middle, high = (costs[(one, j, v, u) if axis == 0 else (k, one, v, u)] for one in near)
+        with np.errstate(all="ignore"):
+            off = (low - high) / (2 * (low - 2 * middle + high))
+        fine[..., axis] += np.where(np.isfinite(off) & (at > 0) & (at < span - 1), np.clip(off, -0.5, 0.5), 0)
+    return places, fine
+
+
+def _turned(
+    here: tuple[NDArray[np.int_], NDArray[np.int_]], moved: list[NDArray[np.float64]], earlier: NDArray[np.float64],
+    focal: float, small: Small,
+) -> tuple[NDArray[np.float64], bool]:  # fmt: skip
+    """Return (n,) how much of a point's distance lies along the axis now if the camera turned; and if it stepped."""
+    if earlier.size < _FEWEST:
+        return np.ones(earlier.size), False
+    rows, columns = small.values.shape
+    pixel = 1 / (focal * columns)
+    share, level = np.ones(earlier.size), (earlier - earlier.mean()) / max(float(earlier.std()), 1e-30)
+    turns, depends = [], []
+    for at, step, side in zip(here, moved, (rows, columns), strict=True):
+        x, y = (at - (side - 1) / 2) * pixel, (at + step - (side - 1) / 2) * pixel
+        angles = np.arctan(y) - np.arctan(x)
+        turn = float(np.median(angles))
+        near = np.abs(angles - turn) <= max(3 * pixel, abs(turn))
+        turn = float(angles[near].mean()) if near.any() else turn
+        turns.append(turn)
+        depends.append(float((level * near * (angles - turn)).mean()))
+        share = share * (np.cos(turn) - x * np.sin(turn))
+    return share, bool(np.hypot(*depends) > max(_PARALLAX * np.hypot(*turns), _SUBPIXEL * pixel))
+
+
+@dataclass(frozen=True)
+class Infinity:
+    """What infinity has in the values of a shot, in its units, as its pictures have shown; a guess until then."""
+
+    weight: float = 0.0
+    total: float = 0.0
+
+    @property
+    def value(self) -> float:
+        return (self.total + _DOUBT * _USUAL) / (self.weight + _DOUBT)
+
+    def learned(self, pairs: Pairs, line: Line) -> Infinity:
+        """Return it with what one turn shows: w = a v / r + b / r + o."""
+        off = (pairs.earlier - self.value) * pairs.turned - (line.a * pairs.seen + line.b)
+        near = np.abs(off) <= _NEAR * 1.4826 * max(float(np.median(np.abs(off))), 1e-9)
+        v, w, r = pairs.seen[near], pairs.earlier[near], pairs.turned[near]
+        terms = np.stack([v / r, 1 / r, np.ones_like(r)], axis=1)
+        normal = terms.T @ terms
+        try:
+            inverse = np.linalg.inv(normal)
+        except np.linalg.LinAlgError:
+            return self
+        found = float((inverse @ (terms.T @ w))[2])
+        sigma = float(np.std(w - terms @ (inverse @ (terms.T @ w))))
+        certain = 1 / max(float(inverse[2, 2]) * sigma**2, 1e-12)
+        return Infinity(self.weight + certain, self.total + certain * found)
+
+
+def _gain(colors: NDArray[np.float32], earlier: NDArray[np.float32]) -> float:
+    """Return how much brighter the earlier picture is."""
+    one, other = colors.mean(axis=2), earlier.mean(axis=2)
+    both = (one > 0.04) & (other > 0.04) & (one < 0.97) & (other < 0.97)
+    return float(np.clip(np.median(other[both] / one[both]), *_GAIN)) if both.sum() > _FEWEST else 1.0
+
+
+def _block_means(values: NDArray[np.floating]) -> NDArray[np.floating]:
+    rows, columns = values.shape
+    return values.reshape(rows // _BLOCK, _BLOCK, columns // _BLOCK, _BLOCK).mean(axis=(1, 3))
+
+
+def fitted_line(seen: NDArray[np.float64], earlier: NDArray[np.float64]) -> Line | None:
+    """Return the rising line that most pairs of values obey, what is near counting like what is far; None if none is.
+
+    earlier  in units of the shot's range
+    """
+    if seen.size < _FEWEST or np.ptp(seen) == 0:
+        return None
+    weights = _rarity(earlier)
+    rng = np.random.default_rng(0)
+    chances = np.cumsum(weights) / weights.sum()
+    first, second = np.minimum(np.searchsorted(chances, rng.random((2, _DRAWN))), seen.size - 1)
+    with np.errstate(all="ignore"):
+        a = (earlier[second] - earlier[first]) / (seen[second] - seen[first])
+    b = earlier[first] - a * seen[first]
+    rising = np.isfinite(a) & (a > 0)
+    if not rising.any():
+        return None
+    a, b = a[rising], b[rising]
+    judges = np.minimum(np.searchsorted(chances, rng.random(_JUDGES)), seen.size - 1)
+    off = np.abs(a[:, None] * seen[judges] + b[:, None] - earlier[judges])
+    best = int(np.argmin(np.minimum(off, _FAR_OFF).mean(axis=1)))
+    return _refined(seen, earlier, float(a[best]), float(b[best]))
+
+
+def _rarity(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (n,) weights, by which each range of values counts alike, if it has a few."""
+    low, high = np.percentile(values, (1, 99))
+    places = np.clip((values - low) / max(high - low, 1e-30) * _RANGES, 0, _RANGES - 1).astype(int)
+    counts = np.bincount(places, minlength=_RANGES)
+    return 1 / np.maximum(counts, values.size * _RARE)[places]
+
+
+def _refined(seen: NDArray[np.float64], earlier: NDArray[np.float64], a: float, b: float) -> Line:
+    """Return the reduced major axis of the pairs near a line."""
+    limit = _FAR_OFF
+    for _ in range(_ROUNDS):
+        off = np.abs(earlier - (a * seen + b))
+        near = off <= limit
+        if near.sum() < _FEWEST:
+            break
+        v, w = seen[near], earlier[near]
+        share = _rarity((a * v + b + w) / 2)  # between both: by one alone its noise would decide
+        share /= share.sum()
+        means = share @ v, share @ w
+        spreads = [float(np.sqrt(share @ (one - mean) ** 2)) for one, mean in zip((v, w), means, strict=True)]
+        if not min(spreads) > 0:
+            break
+        a = spreads[1] / spreads[0]
+        b = float(means[1] - a * means[0])
+        limit = min(limit, max(_NEAR * 1.4826 * float(np.median(off[near])), _SURELY_NEAR))
+    return Line(a, b)
+
+
+_LEAST_CHANGE, _MOST_CHANGE = 0.005, 0.12  # of a scale in metres
+
+
+def _steady_line(small: Small, found: Matched) -> Line:
+    """Return the factor of metres that breathe; exactly 1 where the change is none, or may be of the world."""
+    seen, earlier, _ = found.pairs
+    near = (seen > 0) & (earlier > 0)
+    if not found.is_still or near.sum() < _FEWEST:
+        return Line()
+    ratios = earlier[near] / seen[near]
+    middle = float(np.median(ratios))
+    spread = 1.4826 * float(np.median(np.abs(ratios - middle)))
+    is_one = np.mean(np.abs(ratios - middle) < max(3 * spread, 0.01)) > 0.6 and spread < 0.05
+    changed = _LEAST_CHANGE < abs(middle - 1) < _MOST_CHANGE
+    return Line(middle, 0.0) if is_one and changed else Line()

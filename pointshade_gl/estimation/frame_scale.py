@@ -8,8 +8,7 @@ in view, so that errors do not add up from each to the next.
 
 Where the camera turns, inverse depth itself changes: what is at D in the earlier picture is at r D, as r = cos(turn) -
 x sin(turn) of its distance lies along the new axis. Then (w - o) r = a v + b, where o is what infinity has in the
-values of the shot; it shows in the first pictures of the turn. A turn moves all of a picture alike, a step moves what
-is near further.
+values of the shot; it shows in the first pictures of the turn. Whichever law the values obey better holds.
 """
 
 from __future__ import annotations
@@ -36,8 +35,7 @@ _NEAR = 2.5  # deviations
 _MOVED = 0.1  # of the blocks: fewer moved nowhere
 _SURELY = 0.5  # of the blocks were found where they were likely: no other place is tried
 _BORDER = 80  # pixels around the earlier picture in which nothing is found
-_SUBPIXEL = 0.05  # pixels of the small copy: so finely blocks are found, together
-_PARALLAX = 0.04  # of the turn: what depends on depth more than this is a step
+_CLEARLY = 0.97  # of the other law's error
 _SURE = 4  # pictures
 _LITTLE = 0.003  # of a distance: so little is no turn
 _USUAL, _DOUBT = -0.25, 10.0  # infinity in ranges of the values below the smallest, and the weight of that guess
@@ -91,7 +89,7 @@ class FrameScale:
     _last: Small | None = None
     _places: NDArray[np.int_] | None = None  # where blocks are likely: as far on as from the picture before
     _before: NDArray[np.int_] | None = None
-    _steps: int = 0  # pictures that showed a step of the camera, less those that showed a turn
+    _turns: int = 0  # pictures that showed a turn of the camera, less those that showed none
     _origin: float = 0.0  # of the shot's first values, and their range: lines are fitted in these units
     _unit: float = 1.0
 
@@ -138,22 +136,28 @@ class FrameScale:
         return self._line_of(found) or Line(is_first=True)
 
     def _line_of(self, found: Matched) -> Line | None:
-        """Return the line of the shot's values. Whether the camera turns or steps is decided by several pictures."""
+        """Return the line of the shot's values. Whether the camera turned is decided by several pictures."""
         pairs = found.pairs
-        if not found.is_still:
-            self._steps = max(-_SURE, min(_SURE, self._steps + (1 if found.is_step else -1)))
-        is_turn = self._steps < 0 and self.is_inverse and pairs.turned.size > 0
-        if found.is_still or not is_turn or np.ptp(pairs.turned) < _LITTLE:
-            return fitted_line(pairs.seen, pairs.earlier)
-        line = self._line_beyond(pairs)
-        if line is not None:
-            self._infinity = self._infinity.learned(pairs, line)
-            line = self._line_beyond(pairs)
-        return line and Line(line.a, line.b + self._infinity.value)
+        plain = fitted_line(pairs.seen, pairs.earlier)
+        if plain is None or found.is_still or not self.is_inverse or np.ptp(pairs.turned) < _LITTLE:
+            return plain
+        learned = self._infinity.learned(pairs, self._beyond(pairs, self._infinity) or plain)
+        turned = self._beyond(pairs, learned)
+        if turned is None:
+            return plain
+        o, off = learned.value, pairs.earlier - (plain.a * pairs.seen + plain.b)
+        off_turned = pairs.earlier - o - (turned.a * pairs.seen + turned.b) / pairs.turned
+        costs = [float(np.minimum(np.abs(one), _FAR_OFF).mean()) for one in (off, off_turned)]
+        vote = (costs[1] < _CLEARLY * costs[0]) - (costs[0] < _CLEARLY * costs[1])
+        self._turns = max(-_SURE, min(_SURE, self._turns + vote))
+        if self._turns <= 0:
+            return plain
+        self._infinity = learned
+        return Line(turned.a, turned.b + o)
 
-    def _line_beyond(self, pairs: Pairs) -> Line | None:
+    def _beyond(self, pairs: Pairs, infinity: Infinity) -> Line | None:
         """Return the line of what the turn left of the values above infinity's."""
-        return fitted_line(pairs.seen, (pairs.earlier - self._infinity.value) * pairs.turned)
+        return fitted_line(pairs.seen, (pairs.earlier - infinity.value) * pairs.turned)
 
     def _other(self, small: Small, found: Matched) -> Matched:
         """Return how the picture agrees with one that it has more in common with than with the one at hand."""
@@ -177,14 +181,12 @@ class Matched(NamedTuple):
     places    (rows, columns, 2) how far (down, across) each block moved, in pixels of the small copies
     pairs     values where colours agree
     is_still  whether what agrees is where it was
-    is_step   whether the camera seems to have stepped and not turned: what is near moved further
     """
 
     agreeing: float
     places: NDArray[np.int_] | None
     pairs: Pairs
     is_still: bool
-    is_step: bool = False
 
 
 def small_copy(values: NDArray[np.floating], colors: NDArray[np.uint8] | None) -> Small:
@@ -285,12 +287,10 @@ def _blocks_at(small: Small, earlier: Small, likely: NDArray[np.int_], focal: fl
     is_still = bool(agreeing.any()) and places[agreeing].any(axis=1).mean() < _MOVED
     found = small.values[good], earlier.values[y, x][good]
     moved = [_spread(fine[..., k])[good] for k in range(2)]
-    turned, is_step = np.ones(found[0].size), False
-    if not is_still:
-        turned, is_step = _turned((v[good], u[good]), moved, found[1], focal, small)
+    turned = np.ones(found[0].size) if is_still else _turned((v[good], u[good]), moved, focal, (rows, columns))
     if agreeing.any():
         places = np.where(agreeing[..., None], places, np.median(places[agreeing], axis=0).astype(int))
-    return Matched(float(agreeing.mean()), places, Pairs(*found, turned), is_still, is_step)
+    return Matched(float(agreeing.mean()), places, Pairs(*found, turned), is_still)
 
 
 def _spread(blocks: NDArray[Any]) -> NDArray[Any]:
@@ -316,26 +316,18 @@ def _best_places(costs: NDArray[np.float64], likely: NDArray[np.int_]) -> tuple[
 
 
 def _turned(
-    here: tuple[NDArray[np.int_], NDArray[np.int_]], moved: list[NDArray[np.float64]], earlier: NDArray[np.float64],
-    focal: float, small: Small,
-) -> tuple[NDArray[np.float64], bool]:  # fmt: skip
-    """Return (n,) how much of a point's distance lies along the axis now if the camera turned; and if it stepped."""
-    if earlier.size < _FEWEST:
-        return np.ones(earlier.size), False
-    rows, columns = small.values.shape
-    pixel = 1 / (focal * columns)
-    share, level = np.ones(earlier.size), (earlier - earlier.mean()) / max(float(earlier.std()), 1e-30)
-    turns, depends = [], []
-    for at, step, side in zip(here, moved, (rows, columns), strict=True):
+    here: tuple[NDArray[np.int_], NDArray[np.int_]], moved: list[NDArray[np.float64]], focal: float, size: tuple[int, int]
+) -> NDArray[np.float64]:  # fmt: skip
+    """Return (n,) how much of a point's distance lies along the axis now, if a turn of the camera moved it."""
+    share, pixel = np.ones(here[0].size), 1 / (focal * size[1])
+    for at, step, side in zip(here, moved, size, strict=True):
         x, y = (at - (side - 1) / 2) * pixel, (at + step - (side - 1) / 2) * pixel
         angles = np.arctan(y) - np.arctan(x)
-        turn = float(np.median(angles))
+        turn = float(np.median(angles)) if angles.size else 0.0
         near = np.abs(angles - turn) <= max(3 * pixel, abs(turn))
         turn = float(angles[near].mean()) if near.any() else turn
-        turns.append(turn)
-        depends.append(float((level * near * (angles - turn)).mean()))
         share = share * (np.cos(turn) - x * np.sin(turn))
-    return share, bool(np.hypot(*depends) > max(_PARALLAX * np.hypot(*turns), _SUBPIXEL * pixel))
+    return share
 
 
 @dataclass(frozen=True)

@@ -29,10 +29,14 @@ def _texture(points, seed):
     return total
 
 
-def picture(seed, center, turn, objects, size=(320, 240)):
-    """Colours and z of a room: a back wall, a floor, a side wall, balls; `objects` are (place, radius) in the room."""
+def picture(seed, center, turn, objects, size=(320, 240), part=None):
+    """Colours and z of a room: a back wall, a floor, a side wall, balls; `objects` are (place, radius) in the room.
+
+    part  from 0 to 1: which part of a wider picture
+    """
     width, height = size
-    v, u = np.mgrid[:height, :width]
+    v, u = np.mgrid[:height, :width].astype(float)
+    u += 0 if part is None else np.rint((part - 0.5) * 0.8 * width)
     x, y = (u - (width - 1) / 2) / (FOCAL * width), (v - (height - 1) / 2) / (FOCAL * width)
     rays = np.stack([x, y, np.ones_like(x)], axis=2)
     c, s = np.cos(turn), np.sin(turn)
@@ -65,7 +69,7 @@ def picture(seed, center, turn, objects, size=(320, 240)):
 
 
 def film(seed, motion="still", frames=24, noise=0.02, cut=None, hand=True, size=(320, 240), kind="affine"):
-    """Make a film. motion: still, slide or turn of the camera; cut: the first picture of another room."""
+    """Make a film. motion: still, slide or turn of the camera, or crop, parts of a wide picture; cut: the first picture of another room."""
     rng = np.random.default_rng(seed)
     balls = [
         ((rng.uniform(-1.2, 1.2), rng.uniform(-0.3, 0.9), rng.uniform(1.8, 3.5)), rng.uniform(0.2, 0.45))
@@ -82,7 +86,7 @@ def film(seed, motion="still", frames=24, noise=0.02, cut=None, hand=True, size=
             objects.append(((1.3 - 2.2 * (along - 0.25) / 0.5, 0.15, 0.75), 0.17))
         center = ((along - 0.5) * 1.2 if motion == "slide" else 0, 0, 0)
         turn = (along - 0.5) * 0.7 if motion == "turn" else 0
-        color, z = picture(room, center, turn, objects, size)
+        color, z = picture(room, center, turn, objects, size, along if motion == "crop" else None)
         color = np.clip((color * rng.uniform(0.97, 1.03) + rng.normal(0, 0.008, color.shape)) * 255, 0, 255)
         inverse = 1 / z * (1 + rng.normal(0, noise, z.shape))
         if kind == "minmax":

@@ -69,7 +69,10 @@ def picture(seed, center, turn, objects, size=(320, 240), part=None):
 
 
 def film(seed, motion="still", frames=24, noise=0.02, cut=None, hand=True, size=(320, 240), kind="affine"):
-    """Make a film. motion: still, slide or turn of the camera, or crop, parts of a wide picture; cut: the first picture of another room."""
+    """Make a film; `cut` is the first picture of another room.
+
+    motion  still, slide or turn of the camera, or crop: parts of a wide picture
+    """
     rng = np.random.default_rng(seed)
     balls = [
         ((rng.uniform(-1.2, 1.2), rng.uniform(-0.3, 0.9), rng.uniform(1.8, 3.5)), rng.uniform(0.2, 0.45))

@@ -1,4 +1,4 @@
-"""One scale for the depth of a whole film, where a network gives each picture its own (estimation/frame_scale.py).
+"""One scale for the depth of a whole film, where a network gives each picture its own (files/depth/frame_scale.py).
 
 Pictures are followed in their order, each once: one that is asked for out of order is preceded by those before it. So
 a frame is the same however it is reached, in a window as in a batch.
@@ -13,11 +13,11 @@ from typing import Any, Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ...estimation.frame_scale import FrameScale
 from ...messages.formatting import option
 from ...messages.notes import Note
 from ...scene.camera import Camera
 from ..depth.depth_kinds import METRIC, Decoded
+from ..depth.frame_scale import FrameScale
 
 ScaleName = Literal["auto", "keep"]
 SCALES: tuple[ScaleName, ...] = get_args(ScaleName)

@@ -96,7 +96,7 @@ def load_frame(
         Keep the depth of an .onnx file in a folder .pointshade beside the photograph, named by the bytes of both.
     scale_frames : {"auto", "keep"}
         Whether one scale is found for the frames of a film whose depth has none, or breathes, from what does not change
-        between them (see estimation/frame_scale.py), or each is kept by itself.
+        between them (see files/depth/frame_scale.py), or each is kept by itself.
     notes : callable, optional
         Called with one sentence for every guess; the default prints it to stderr.
 

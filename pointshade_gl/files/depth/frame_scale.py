@@ -35,6 +35,8 @@ _NEAR = 2.5  # deviations
 _MOVED = 0.1  # of the blocks: fewer moved nowhere
 _SURELY = 0.5  # of the blocks were found where they were likely: no other place is tried
 _BORDER = 80  # pixels around the earlier picture in which nothing is found
+_LEAST_CHANGE, _LEAST_MOVING, _MOST_CHANGE = 0.005, 0.015, 0.12  # of a scale in metres: else it is no breath
+_MOST, _LEAST_SURE = 0.6, 0.05  # of the ratios are near their middle; their deviation
 _CLEARLY = 0.97  # of the other law's error
 _SURE = 4  # pictures
 _LITTLE = 0.003  # of a distance: so little is no turn
@@ -132,7 +134,7 @@ class FrameScale:
         if found.agreeing < _CUT:
             return Line(is_first=True)
         if self.is_metric:
-            return _steady_line(small, found)
+            return _steady_line(found)
         return self._line_of(found) or Line(is_first=True)
 
     def _line_of(self, found: Matched) -> Line | None:
@@ -181,12 +183,14 @@ class Matched(NamedTuple):
     places    (rows, columns, 2) how far (down, across) each block moved, in pixels of the small copies
     pairs     values where colours agree
     is_still  whether what agrees is where it was
+    growth    how much wider the earlier picture shows it, less 1
     """
 
     agreeing: float
     places: NDArray[np.int_] | None
     pairs: Pairs
     is_still: bool
+    growth: float = 0.0
 
 
 def small_copy(values: NDArray[np.floating], colors: NDArray[np.uint8] | None) -> Small:
@@ -229,7 +233,7 @@ def matched(small: Small, earlier: Small, likely: NDArray[np.int_] | None, focal
     likely  where those of the picture before were found in it, as `Matched.places`
     focal   length in widths of the picture
     """
-    if small.colors.shape != earlier.colors.shape:
+    if small.colors.shape != earlier.colors.shape or min(small.values.shape) < _BLOCK:
         return Matched(0.0, None, Pairs(*np.empty((3, 0))), False)
     blocks = tuple(side // _BLOCK for side in small.values.shape)
     found = Matched(-1.0, None, Pairs(*np.empty((3, 0))), False)
@@ -290,7 +294,7 @@ def _blocks_at(small: Small, earlier: Small, likely: NDArray[np.int_], focal: fl
     turned = np.ones(found[0].size) if is_still else _turned((v[good], u[good]), moved, focal, (rows, columns))
     if agreeing.any():
         places = np.where(agreeing[..., None], places, np.median(places[agreeing], axis=0).astype(int))
-    return Matched(float(agreeing.mean()), places, Pairs(*found, turned), is_still)
+    return Matched(float(agreeing.mean()), places, Pairs(*found, turned), is_still, _growth((v[good], u[good]), moved))
 
 
 def _spread(blocks: NDArray[Any]) -> NDArray[Any]:
@@ -316,7 +320,8 @@ def _best_places(costs: NDArray[np.float64], likely: NDArray[np.int_]) -> tuple[
 
 
 def _turned(
-    here: tuple[NDArray[np.int_], NDArray[np.int_]], moved: list[NDArray[np.float64]], focal: float, size: tuple[int, int]
+    here: tuple[NDArray[np.int_], NDArray[np.int_]], moved: list[NDArray[np.float64]], focal: float,
+    size: tuple[int, int],
 ) -> NDArray[np.float64]:  # fmt: skip
     """Return (n,) how much of a point's distance lies along the axis now, if a turn of the camera moved it."""
     share, pixel = np.ones(here[0].size), 1 / (focal * size[1])
@@ -328,6 +333,13 @@ def _turned(
         turn = float(angles[near].mean()) if near.any() else turn
         share = share * (np.cos(turn) - x * np.sin(turn))
     return share
+
+
+def _growth(here: tuple[NDArray[np.int_], NDArray[np.int_]], moved: list[NDArray[np.float64]]) -> float:
+    """Return how much farther apart things are after they moved, less 1."""
+    off = [one - one.mean() for one in here] if here[0].size else [np.zeros(1)] * 2
+    spread = sum(float(one @ one) for one in off)
+    return sum(float(one @ step) for one, step in zip(off, moved, strict=True)) / spread if spread > 0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -423,18 +435,26 @@ def _refined(seen: NDArray[np.float64], earlier: NDArray[np.float64], a: float, 
     return Line(a, b)
 
 
-_LEAST_CHANGE, _MOST_CHANGE = 0.005, 0.12  # of a scale in metres
+def _steady_line(found: Matched) -> Line:
+    """Return the factor of metres that breathe; exactly 1 where the change is none, or may be of the world.
 
-
-def _steady_line(small: Small, found: Matched) -> Line:
-    """Return the factor of metres that breathe; exactly 1 where the change is none, or may be of the world."""
-    seen, earlier, _ = found.pairs
+    Who goes ahead sees all grow as its distance shrinks: the product of both does not change.
+    """
+    seen, earlier, turned = found.pairs
     near = (seen > 0) & (earlier > 0)
-    if not found.is_still or near.sum() < _FEWEST:
+    if near.sum() < _FEWEST:
         return Line()
-    ratios = earlier[near] / seen[near]
-    middle = float(np.median(ratios))
-    spread = 1.4826 * float(np.median(np.abs(ratios - middle)))
-    is_one = np.mean(np.abs(ratios - middle) < max(3 * spread, 0.01)) > 0.6 and spread < 0.05
-    changed = _LEAST_CHANGE < abs(middle - 1) < _MOST_CHANGE
-    return Line(middle, 0.0) if is_one and changed else Line()
+    plain = earlier[near] / seen[near]
+    ratios = min(plain, plain / turned[near], key=_spread_of)
+    middle, spread = float(np.median(ratios)), _spread_of(ratios)
+    least = _LEAST_CHANGE if found.is_still else _LEAST_MOVING
+    has_gone = not found.is_still and abs(found.growth) > _LEAST_MOVING
+    factor = middle * (1 + found.growth) if has_gone else middle
+    is_one = np.mean(np.abs(ratios - middle) < max(3 * spread, 0.01)) > _MOST and spread < _LEAST_SURE
+    changed = least < min(abs(middle - 1), abs(factor - 1)) and abs(factor - 1) < _MOST_CHANGE
+    return Line(factor, 0.0) if is_one and changed else Line()
+
+
+def _spread_of(ratios: NDArray[np.float64]) -> float:
+    """Return the deviation of ratios by their middle distance from the middle."""
+    return 1.4826 * float(np.median(np.abs(ratios - np.median(ratios))))

@@ -86,8 +86,14 @@ def test_depth_without_a_scale_is_laid_between_1_and_10_metres():
 def test_disparity_is_counted_from_where_the_cameras_see_infinity():
     raw = CAMERA.fx * 0.12 / Z - 31.5
     metres = to_metres(raw, CAMERA, "disparity", 1.0, 0.12, refuse, doffs=31.5)
-    np.testing.assert_allclose(metres[raw > 0], Z[raw > 0], rtol=1e-12)
-    assert (raw > 0).sum() == np.count_nonzero(metres) < raw.size
+    assert (raw < 0).any(), "what is farther than infinity of the other camera is a distance, too"
+    np.testing.assert_allclose(metres, Z, rtol=1e-12)
+
+
+def test_disparity_that_was_not_found_is_no_distance():
+    raw = np.array([[-3, 0, np.inf], [np.nan, -40, 9]])
+    metres = to_metres(raw, ps.Camera(9, 9, 1, 1, 3, 2), "disparity", 1.0, 0.12, refuse, doffs=31.5)
+    np.testing.assert_array_equal(metres > 0, [[True, False, False], [False, False, True]])
 
 
 def test_raw_disparity_of_a_kinect_becomes_metres_and_2047_is_missing():

@@ -7,7 +7,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.files.cameras.camera_files import read_intrinsics
-from pointshade_gl.files.cameras.intrinsics import place_camera
+from pointshade_gl.files.cameras.intrinsics import Intrinsics, place_camera
 
 K = [[500, 0, 320.5], [0, 510, 240.25], [0, 0, 1]]
 NUMBERS = (500, 510, 320.5, 240.25)
@@ -166,3 +166,26 @@ def test_numbers_that_only_fit_the_colour_picture_belong_to_it():
 def test_a_principal_point_outside_every_picture_is_refused():
     with pytest.raises(ValueError, match=r"principal point \(320.5, 240.25\) must lie in the depth picture of 160x120"):
         place_camera(read_intrinsics(NUMBERS, refuse), (160, 120), None, refuse)
+
+
+def test_a_camera_of_a_picture_that_was_turned_is_turned_and_it_is_told():
+    notes = []
+    upright = Intrinsics("K.txt", (500, 510, 230, 330), (480, 640))
+    lying = place_camera(upright, (640, 480), None, notes.append)
+    assert (lying.fx, lying.fy, lying.cx, lying.cy) == (510, 500, 330, 249)
+    assert "K.txt is for 480x640 and the picture is turned: the camera is turned, too" in notes[0]
+    back = place_camera(Intrinsics("K.txt", (510, 500, 330, 249), (640, 480)), (480, 640), None, notes.append)
+    assert (back.fx, back.fy, back.cx, back.cy) == (500, 510, 230, 330)
+
+
+def test_a_square_camera_or_one_of_another_shape_is_not_turned():
+    with pytest.raises(ValueError, match="intrinsics are for 300x640 pixels"):
+        place_camera(Intrinsics("K.txt", (500, 500, 150, 320), (300, 640)), (640, 480), None, lambda _: None)
+
+
+def test_a_fourth_line_with_a_factor_and_a_range_is_a_depth_scale(tmp_path):
+    path = tmp_path / "K.txt"
+    path.write_text("1216.73000,0,639.5000\n0,1216.73000,479.5000\n0,0,1\n2,0,9870")
+    found = read_intrinsics(path, lambda _: None)
+    assert found.numbers == (1216.73, 1216.73, 639.5, 479.5)
+    assert found.depth_scale == pytest.approx(65535 / 9.87)

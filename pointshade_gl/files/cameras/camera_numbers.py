@@ -36,7 +36,7 @@ def _of_four(a: float, b: float, c: float, d: float) -> Numbers:
 
 
 def from_numbers(values: NDArray[np.float64], name: str) -> Intrinsics | None:
-    """A camera of nothing but numbers: one focal length, four, a matrix, one with a baseline, or with a size; or None.
+    """A camera of nothing but numbers: a focal length, four, a matrix, one with a baseline, a range or a size; or None.
 
     With a size: `width height fx fy cx cy` (ARKitScenes; Matterport3D with five of distortion) or `fx fy cx cy width
     height`.
@@ -45,6 +45,10 @@ def from_numbers(values: NDArray[np.float64], name: str) -> Intrinsics | None:
         return Intrinsics(name, (float(values[0]), math.nan, math.nan, math.nan))
     if values.size == 10 and (matrix := from_matrix(values[:9])):  # FoundationStereo's K.txt
         return Intrinsics(name, matrix, baseline=float(values[9]))
+    if values.size == 12 and values[9] >= 1 and values[10] == 0 < values[11] and (matrix := from_matrix(values[:9])):
+        # of Peng et al., "Depth super-resolution meets uncalibrated photometric stereo", 2017: a factor, and the least
+        # and the largest millimetres, which 16 bits fill
+        return Intrinsics(name, matrix, depth_scale=65535 / (float(values[11]) / 1000))
     first = values[:6].tolist() if values.size in (6, 11) else []
     for width, height, fx, fy, cx, cy in (first, (*first[4:], *first[:4])) if first else ():
         if width % 1 == height % 1 == 0 and 0 < cx < width and 0 < cy < height and fx > 0 and fy > 0:

@@ -57,9 +57,12 @@ def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: 
     """The camera of the depth picture; sizes are (width, height). Raises ValueError if it fits neither picture."""
     chosen = next((one for one in (intrinsics, *intrinsics.alternatives) if one.size == depth), intrinsics)
     size = chosen.size or _guess_size(chosen, depth, color, note)
+    turned = size[1], size[0]
+    if size != NORMALIZED and not _fits(size, depth, color) and _fits(turned, depth, color):
+        chosen, size = _turned(chosen, size, note), turned
     if min(size) < 1:
         raise ValueError(f"{chosen.name}: intrinsics are for {_text(size)} pixels: there is no such picture")
-    if size not in (depth, color, NORMALIZED) and not shows_the_same(size, depth):
+    if size != NORMALIZED and not _fits(size, depth, color):
         seen = f"depth is {_text(depth)} and " + (f"color is {_text(color)}" if color else "there is no color")
         raise ValueError(
             f"{chosen.name}: intrinsics are for {_text(size)} pixels, but {seen}: "
@@ -86,6 +89,22 @@ def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: 
         what = f"the color of {_text(size)}" if size == color else f"{_text(size)} pixels"
         note(f"{Path(chosen.name).name} is for {what}, scaled to the depth's {_text(depth)}")
     return camera.resized(*depth)
+
+
+def _fits(size: Size, depth: Size, color: Size | None) -> bool:
+    """Return whether a camera of this size is that of one of the pictures."""
+    return min(size) > 0 and (size in (depth, color) or shows_the_same(size, depth))
+
+
+def _turned(intrinsics: Intrinsics, size: Size, note: Note) -> Intrinsics:
+    """Return the camera of a picture that was turned since: upright ones clockwise, as telephones do, others back."""
+    (fx, fy, cx, cy), (width, height) = intrinsics.numbers, size
+    center = (height - 1 - cy, cx) if width > height else (cy, width - 1 - cx)
+    note(
+        f"{intrinsics.name} is for {_text(size)} and the picture is turned: the camera is turned, too; "
+        f"pass {option('intrinsics', 'fx,fy,cx,cy')} if that is wrong"
+    )
+    return replace(intrinsics, numbers=(fx if math.isnan(fy) else fy, fx, *center))
 
 
 def shows_the_same(size: Size, depth: Size) -> bool:

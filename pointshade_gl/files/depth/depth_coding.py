@@ -137,7 +137,7 @@ def _read_values(raw: NDArray[Any], counts: bits.Counts | None, name: str, said:
     if relative:
         return relative
     kind = said.any_kind or "z"
-    if kind != "inverse" or said.scale is not None:
+    if (kind != "inverse" or said.scale is not None) and not (kind == "disparity" and said.has_baseline):
         _tell_negative(raw, name, note)
     if said.scale is not None:
         _check_passed(raw, name, kind, said.scale, note)

@@ -89,7 +89,7 @@ def to_metres(
     plane      the same, from the image plane at unit focal length: P = ray * (|ray| + v) / |ray|
     inverse    z = scale / raw; without a scale 1/z up to scale and offset, laid between 1 and 10 m
     disparity  z = fx * baseline / (raw / scale + doffs), baseline in metres; doffs, in pixels, is how far apart the two
-               cameras' principal points are (Middlebury's)
+               cameras' principal points are (Middlebury's): what is negative before may be a distance
     kinect     raw is the disparity of a first Kinect, 11 bits
 
     ends  raw values that are put at the two ends of depth without a scale; the default is the smallest and the largest
@@ -102,6 +102,8 @@ def to_metres(
         if baseline is None:
             raise ValueError(f"disparity needs the distance of the two cameras: pass {option('baseline')} in metres")
         baseline = check_positive(baseline, option("baseline"))
+    if doffs and raw.dtype.kind != "u" and raw.min(where=np.isfinite(raw), initial=0) < 0:
+        raw, doffs = np.where(raw == 0, raw, raw + doffs * (scale or 1)), 0.0
     values = known_values(raw, kind, note)
     result = np.empty(raw.shape, dtype)
     for rows in blocks(raw):

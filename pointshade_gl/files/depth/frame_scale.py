@@ -81,11 +81,13 @@ class FrameScale:
     focal      length in widths of the picture
     is_inverse  whether values are inverse depth, up to a line
     is_metric  whether they are metres, of which the factor alone may change, by up to a tenth
+    may_move   whether that is looked for where the camera moves, too
     """
 
     focal: float = 0.87
     is_inverse: bool = True
     is_metric: bool = False
+    may_move: bool = True
     _infinity: Infinity = field(default_factory=lambda: Infinity())
     _earlier: list[Small] = field(default_factory=list)
     _last: Small | None = None
@@ -134,7 +136,8 @@ class FrameScale:
         if found.agreeing < _CUT:
             return Line(is_first=True)
         if self.is_metric:
-            return _steady_line(found)
+            is_seen = found.agreeing >= _ENOUGH and (found.is_still or self.may_move)
+            return _steady_line(found) if is_seen else Line()
         return self._line_of(found) or Line(is_first=True)
 
     def _line_of(self, found: Matched) -> Line | None:
@@ -395,7 +398,7 @@ def fitted_line(seen: NDArray[np.float64], earlier: NDArray[np.float64]) -> Line
     first, second = np.minimum(np.searchsorted(chances, rng.random((2, _DRAWN))), seen.size - 1)
     with np.errstate(all="ignore"):
         a = (earlier[second] - earlier[first]) / (seen[second] - seen[first])
-    b = earlier[first] - a * seen[first]
+        b = earlier[first] - a * seen[first]
     rising = np.isfinite(a) & (a > 0)
     if not rising.any():
         return None

@@ -38,12 +38,13 @@ class Laid(NamedTuple):
 class FilmScale:
     """The scale of each picture of a film. From any thread.
 
-    may_breathe  whether metres may be a network's
+    may_breathe   whether metres may be a network's
+    is_networks   whether they surely are: then they breathe while the camera moves, too
     """
 
-    def __init__(self, may_breathe: bool, note: Note):
+    def __init__(self, may_breathe: bool, is_networks: bool, note: Note):
         self.lock = threading.RLock()
-        self._may_breathe, self._note = may_breathe, note
+        self._may_breathe, self._is_networks, self._note = may_breathe, is_networks, note
         self._follower: FrameScale | None = None
         self._found: list[Laid] = []
         self._first = Laid()
@@ -72,7 +73,9 @@ class FilmScale:
         is_relative = coding.scale is None and coding.kind in ("z", "inverse")
         is_floating = decoded.values.dtype.kind == "f" and coding.kind in METRIC
         self.is_over = not (is_relative or (is_floating and self._may_breathe))
-        self._follower = FrameScale(is_inverse=coding.kind == "inverse", is_metric=not is_relative)
+        self._follower = FrameScale(
+            is_inverse=coding.kind == "inverse", is_metric=not is_relative, may_move=self._is_networks
+        )
         if is_relative:
             self._note(
                 "each frame's depth has a scale of its own: one is found for all, from what does not change; "

@@ -99,7 +99,8 @@ class FrameSequence(Sequence[Frame]):
 
     def _as_film(self) -> tuple[FilmScale, Sequence[int], Sequence[Parts]]:
         """Return what finds one scale for all frames, and which of its pictures each is."""
-        return FilmScale(may_breathe=not self.posed, note=self.note), range(len(self)), self.parts
+        is_networks = bool(self.parts[0].maker)
+        return FilmScale(not self.posed or is_networks, is_networks, self.note), range(len(self)), self.parts
 
     def _scale_of(self, index: int, decoded: Decoded, colors: Any, camera: Camera) -> Laid:
         """Return how a frame is laid, after those before it in the film."""

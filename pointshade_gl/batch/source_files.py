@@ -46,8 +46,8 @@ def parts_of(source: Source, reading: dict[str, Any], output: Path, listing: Lis
 
     Raises OSError if there are none, ValueError for files that hold nonsense.
     """
-    intrinsics = reading.get("intrinsics")
-    given = [Path(intrinsics)] if intrinsics and Path(intrinsics).is_file() else []
+    named = [reading.get(name) for name in ("intrinsics", "depth_model")]
+    given = [Path(one) for one in named if isinstance(one, str) and Path(one).is_file()]
     if is_scene(source.path):
         path = builtin_scene(source.path)
         return [Part(None, str(path), _state([path, *given, *_beside_scene(path.parent, output, listing)]))]
@@ -71,7 +71,7 @@ def _frames_of(path: Path, reading: dict[str, Any], listing: Listing) -> list[tu
     """The number of each frame, and its files."""
     outside = reading.pop("allow_outside", False)
     options = ReadOptions(**reading)
-    if path.is_dir():
+    if path.is_dir() and options.depth_model is None:
         found = find_frames(Folder(path, outside, listing=listing), _unheard, options.max_pixels)
         if len(found) > 1 or (found and not is_container(found[0].depth)):
             return [(one.number, [file for file in (one.depth, one.color, one.valid) if file]) for one in found]

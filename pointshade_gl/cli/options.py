@@ -142,11 +142,10 @@ class ReadingOptions:
     cache: bool = said(
         "Keep the network's depth in a folder .pointshade beside the photograph.", "--cache", default=False, panel=FRAME
     )
-    scale_frames: str = said(
-        "Of a film whose depth has no scale: find one for all frames (auto), or keep each by itself.",
+    scale_frames: str | None = said(
+        "Of a film whose depth has no scale: find one for all frames (auto, the default), or keep each by itself.",
         metavar="auto|keep",
         known=SCALES,
-        default="auto",
         panel=FRAME,
     )
     max_pixels: int = said(

@@ -47,7 +47,7 @@ def load_frame(
     model_size: str | int | tuple[int, int] | None = None,
     model_pixels: PixelsName | None = None,
     cache: bool = False,
-    scale_frames: ScaleName = "auto",
+    scale_frames: ScaleName | None = None,
     notes: Note | None = None,
 ) -> Frame:
     """Read a frame from a folder, from a depth file, from single files and arrays, or from a photograph and a network.
@@ -96,7 +96,7 @@ def load_frame(
         Keep the depth of an .onnx file in a folder .pointshade beside the photograph, named by the bytes of both.
     scale_frames : {"auto", "keep"}
         Whether one scale is found for the frames of a film whose depth has none, or breathes, from what does not change
-        between them (see files/depth/frame_scale.py), or each is kept by itself.
+        between them (see files/depth/frame_scale.py), which is the default, or each is kept by itself.
     notes : callable, optional
         Called with one sentence for every guess; the default prints it to stderr.
 

@@ -41,7 +41,7 @@ class ReadOptions:
     model_size: str | int | tuple[int, int] | None = None
     model_pixels: PixelsName | None = None
     cache: bool = False
-    scale_frames: ScaleName = "auto"
+    scale_frames: ScaleName | None = None
 
     def __post_init__(self) -> None:
         check_positive(self.max_pixels, option("max_pixels", beside_file=True))
@@ -49,7 +49,8 @@ class ReadOptions:
             raise ValueError(f"pass {option('intrinsics')} or {option('fov')}, not both")
         if self.depth_kind is not None:
             check_choice(option("depth_kind"), self.depth_kind, KINDS)
-        check_choice(option("scale_frames"), self.scale_frames, SCALES)
+        if self.scale_frames is not None:
+            check_choice(option("scale_frames"), self.scale_frames, SCALES)
         self.network  # noqa: B018 - raises
 
     @property

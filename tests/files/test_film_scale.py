@@ -85,6 +85,24 @@ def test_metres_are_as_they_are(made, tmp_path, suffix):
     assert all(np.array_equal(one.depth, other.depth) for one, other in zip(steadied, kept, strict=True))
 
 
+def test_nobody_waits_for_metres_that_do_not_breathe(made, tmp_path, monkeypatch):
+    from pointshade_gl.files.frames import frame_sequence
+
+    for k in range(20):
+        np.save(tmp_path / f"depth_{k:02d}.npy", made.depth[k % 10].astype(np.float32))
+    frames, read, usual = ps.open_source(tmp_path, fov=60, notes=[].append), [], frame_sequence.assemble
+
+    def assemble(parts, *rest):
+        read.append(parts.number)
+        return usual(parts, *rest)
+
+    monkeypatch.setattr(frame_sequence, "assemble", assemble)
+    assert np.array_equal(frames[18].depth, made.depth[8].astype(np.float32))
+    assert max(read[1:]) <= 9, "those that show that nothing breathes"
+    del read[:]
+    assert frames[15].depth.any() and read == [15]
+
+
 def test_a_networks_metres_stop_breathing(made, tmp_path):
     for k, color in enumerate(made.colors):
         Image.fromarray(color).save(tmp_path / f"{k:02d}.png")

@@ -13,7 +13,7 @@ from pointshade_gl.batch import jobs, workers
 from pointshade_gl.batch.jobs import Job
 from pointshade_gl.batch.map import Drawing, _drawn
 from pointshade_gl.cli.commands import render as cli_render
-from pointshade_gl.files.frames import sequences
+from pointshade_gl.files.frames import frame_sequence
 from pointshade_gl.messages.bugs import Bug, error_text, is_expected
 from pointshade_gl.messages.validation import check_count, check_type
 
@@ -121,12 +121,12 @@ def test_map_tells_a_bug_from_a_frame_that_cannot_be_drawn(monkeypatch):
 @pytest.mark.parametrize("name", ERRORS)
 def test_a_bug_in_a_frame_of_a_sequence_fails_that_frame(monkeypatch, tmp_path, name):
     source = ps.open_source(view_sets.write_views(tmp_path / "set", view_sets.three_views()))
-    usual = sequences.assemble
+    usual = frame_sequence.assemble
 
     def assemble(parts, *rest):
         return ERRORS[name]() if parts.number == 1 else usual(parts, *rest)
 
-    monkeypatch.setattr(sequences, "assemble", assemble)
+    monkeypatch.setattr(frame_sequence, "assemble", assemble)
     skipped = []
     assert len(list(ps.prefetched(source, skipped.append))) == 2
     assert len(skipped) == 1 and skipped[0].startswith("frame 1: ") and "this is a bug" in skipped[0]

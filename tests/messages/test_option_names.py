@@ -77,7 +77,6 @@ class TestOption:
     [
         (lambda: ps.load_frame(), "a frame needs depth: pass a folder with depth.*, or depth=FILE"),
         (lambda: ps.load_frame(__file__), "pass depth in one of them as depth=FILE"),
-        (lambda: ps.load_frame(depth=FRAME.depth), "pass intrinsics (fx,fy,cx,cy or a file) or fov (vertical degrees)"),
         (lambda: ps.load_frame(depth=U16, fov=50, intrinsics="1,1,1,1"), "pass intrinsics or fov, not both"),
         (lambda: ps.load_frame(depth=U16, fov=50, depth_kind="sonar"), "unknown depth_kind 'sonar'"),
         (lambda: ps.load_frame(depth=U16, fov=50, depth_scale=0), "depth_scale must be a finite number above 0"),
@@ -143,10 +142,6 @@ RENDER = "render --depth metres.npy --fov 50 -o out.png"
         ("render --color color.png -o out.png", "a frame needs depth: pass a folder with depth.*, or --depth FILE"),
         ("render empty -o out.png", "or pass --depth FILE"),
         ("render listed/depth.txt -o out.png", "pass depth in one of them as --depth FILE"),
-        (
-            "render --depth depth16.png -o out.png",
-            "pass --intrinsics (fx,fy,cx,cy or a file) or --fov (vertical degrees)",
-        ),
         (f"{RENDER} --intrinsics 9,9,3,2", "pass --intrinsics or --fov, not both"),
         (f"{RENDER} --depth-kind sonar", "unknown --depth-kind 'sonar'"),
         (f"{RENDER} --depth-scale 0", "--depth-scale must be a finite number above 0"),

@@ -23,6 +23,9 @@ ScaleName = Literal["auto", "keep"]
 SCALES: tuple[ScaleName, ...] = get_args(ScaleName)
 
 
+_PATIENCE = 8  # pictures
+
+
 class Laid(NamedTuple):
     """How a picture's values become metres: those at the two ends of depth without a scale, or a factor."""
 
@@ -91,6 +94,11 @@ class FilmScale:
         except (ValueError, OSError):
             self._found[len(self._found) :] = [self._found[-1] if self._found else Laid()]
 
+    def _give_up(self, index: int, factor: float) -> None:
+        """Follow files of metres no further that do not breathe at first: nobody then waits for earlier frames."""
+        is_steady = factor == 1 and all(one.factor == 1 for one in self._found)
+        self.is_over = is_steady and not self._is_networks and index >= _PATIENCE
+
     def _next(self, index: int, decoded: Decoded, colors: NDArray[Any] | None, camera: Camera) -> Laid:
         if self._follower is None:  # the first ones could not be read
             self._begin(decoded)
@@ -100,6 +108,7 @@ class FilmScale:
         unknown = ~np.isfinite(values) if not self._follower.is_metric else ~(np.isfinite(values) & (values > 0))
         line = self._follower.of(np.where(unknown, np.float32(np.nan), values), colors)
         if self._follower.is_metric:
+            self._give_up(index, line.a)
             return Laid(factor=line.a)
         if line.is_first:
             if index:

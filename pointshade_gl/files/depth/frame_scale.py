@@ -78,10 +78,10 @@ class Small:
 class FrameScale:
     """Follows a film: `of` gives the line of each picture, which must come in their order.
 
-    focal      length in widths of the picture
+    focal       length in widths of the picture
     is_inverse  whether values are inverse depth, up to a line
-    is_metric  whether they are metres, of which the factor alone may change, by up to a tenth
-    may_move   whether that is looked for where the camera moves, too
+    is_metric   whether they are metres, of which the factor alone may change, by up to a tenth
+    may_move    whether that is looked for where the camera moves, too
     """
 
     focal: float = 0.87
@@ -118,6 +118,7 @@ class FrameScale:
         self._origin, self._unit = float(low), float(high - low) or 1.0
         self._last = small.moved_by(Line(1 / self._unit, -self._origin / self._unit))
         self._earlier, self._places, self._before, self._infinity = [self._last], None, None, Infinity()
+        self._turns = 0
 
     def _go_on(self, places: NDArray[np.int_] | None, is_same: bool) -> None:
         """Expect that all moves on as it did, as long as pictures are compared with the same one."""

@@ -4,9 +4,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .messages.errors import Cancelled, ContextError, ShaderError
+from .messages.version import __version__ as __version__
 from .rendering.renderer import Renderer
 from .rendering.renderer_pool import RendererPool
 from .rendering.thread_renderer import (
+    align_frames,
     estimate_albedo,
     estimate_normals,
     release,
@@ -27,7 +29,6 @@ from .scene.point_cloud import PointCloud
 from .scene.point_object import PointObject
 from .scene.render_settings import Finish
 from .scene.view import View
-from .version import __version__ as __version__
 
 if TYPE_CHECKING:
     from . import batch as batch
@@ -71,6 +72,7 @@ __all__ = [
     "Scene",
     "ShaderError",
     "View",
+    "align_frames",
     "estimate_albedo",
     "estimate_normals",
     "live_set",

@@ -29,7 +29,7 @@ LAYERS = {
     "bench": "messages scene estimation gpu pipeline files rendering",
     "cli": "messages scene estimation gpu pipeline files rendering viewer page batch bench",
 }
-BESIDE = "__main__", "version"  # files at the top
+BESIDE = "__main__", "sources"  # files at the top
 MOST_AT_THE_TOP = 16
 
 
@@ -153,7 +153,7 @@ def test_a_circle_is_found_and_named():
 def test_the_graph_holds_what_functions_and_types_import():
     assert f"{PACKAGE}.bench.command" in GRAPH[f"{PACKAGE}.cli.commands.bench"]  # inside a function
     assert f"{PACKAGE}.scene.graph" in GRAPH[f"{PACKAGE}.files.gltf"]  # under `if TYPE_CHECKING:`
-    assert f"{PACKAGE}.scene.camera" in GRAPH[PACKAGE] and f"{PACKAGE}.version" in GRAPH[f"{PACKAGE}.cli.main"]
+    assert f"{PACKAGE}.scene.camera" in GRAPH[PACKAGE] and f"{PACKAGE}.messages.version" in GRAPH[f"{PACKAGE}.cli.main"]
 
 
 def test_the_files_that_code_and_documents_name_are_there():

@@ -13,7 +13,7 @@ from ..files.access.atomic_write import OURS
 from ..gpu.context.cuda_devices import egl_device
 from ..messages.formatting import option
 from ..messages.notes import print_note
-from ..version import __version__
+from ..messages.version import __version__
 from .cluster import LOCAL, connected
 from .processes import TRIES, Function, Lost, Task, Tasks, no_rest
 

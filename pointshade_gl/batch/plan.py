@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from ..files.access.folder_listing import Listing
 from ..messages.bugs import error_text
-from ..version import __version__
+from ..messages.version import __version__
 from .inputs import Source
 from .jobs import FILMS, Job
 from .manifest import Entry, Manifest, differs, is_whole, told

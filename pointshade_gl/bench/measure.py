@@ -12,10 +12,10 @@ from typing import Any, TypeVar
 import moderngl
 import numpy as np
 
+from ..messages.version import __version__
 from ..rendering.renderer import Renderer
 from ..scene.frame import Frame
 from ..scene.normal_methods import Method
-from ..version import __version__
 from .scenes import SCENES, KnownScene, make_scene, standard_camera
 from .stress import CONDITIONS, STRESSES, Spoil, Stress, generator
 

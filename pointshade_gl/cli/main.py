@@ -11,7 +11,7 @@ from ..messages.bugs import error_text, is_expected
 from ..messages.errors import ContextError
 from ..messages.formatting import as_command_line
 from ..messages.notes import few_notes
-from ..version import __version__
+from ..messages.version import __version__
 from .commands.albedo import albedo
 from .commands.batch import batch
 from .commands.bench import bench

@@ -116,6 +116,15 @@ def band_of(comparisons: Mapping[tuple[int, int], Comparison], before: float | N
     return float(f"{widest:.2g}")
 
 
+def best_spreads(comparisons: Mapping[tuple[int, int], Comparison], count: int) -> NDArray[np.float64]:
+    """Return (count,) the spread of depths between each frame and the other that agrees best with it; inf if none."""
+    spreads = np.full(count, np.inf)
+    for pair, one in comparisons.items():
+        for k in pair:
+            spreads[k] = min(spreads[k], one.spread)
+    return spreads
+
+
 def gains_of(comparisons: Mapping[tuple[int, int], Comparison], count: int) -> NDArray[np.float64]:
     """Return (count, 3) factors on each frame's linear colours that make overlapping frames equally bright."""
     logs = np.zeros((count, 3))

@@ -9,9 +9,9 @@ import traceback
 from pathlib import Path
 from types import TracebackType
 
-from ..version import __version__
 from .errors import ContextError
 from .formatting import cut
+from .version import __version__
 
 PACKAGE = str(Path(__file__).parents[1]) + os.sep  # as code objects have it
 DEBUG = "POINTSHADE_DEBUG"  # the environment variable that shows tracebacks, of all errors

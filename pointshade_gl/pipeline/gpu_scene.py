@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..estimation.albedo_sum import AlbedoSum
 from ..estimation.light_fit import FoundLight
 from ..estimation.multi_view import importances
+from ..estimation.reduced_frame import ReducedFrame
 from ..estimation.shared_albedo import share_albedo
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.clouds.cloud_store import CloudStore
@@ -22,6 +23,7 @@ from ..gpu.drawables import Drawables, Objects
 from ..gpu.meshes.grid_depths import Grid
 from ..gpu.meshes.grid_objects import ShownGrid, depth_step
 from ..gpu.meshes.mesh_objects import PlacedMesh
+from ..gpu.points.frame_reduction import FrameReductionPass
 from ..gpu.points.highlight_removal import HighlightRemovalPass, describe_missing_views
 from ..gpu.points.point_objects import Points, PointSet, ShownPoints, ShownSet
 from ..gpu.points.target_normals import target_estimator
@@ -39,6 +41,8 @@ from ..scene.placed import Placed
 from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject
 from ..scene.visible_scene import VisibleScene, is_alone
+
+COARSER = 8  # every so many pixels of a frame in tiles are enough to find its pose
 
 
 class GpuScene(Owner):
@@ -65,6 +69,10 @@ class GpuScene(Owner):
     @cached_property
     def _consensus(self) -> ConsensusPass:
         return self._keep(ConsensusPass(self._context, self._steps))
+
+    @cached_property
+    def _reduction(self) -> FrameReductionPass:
+        return self._keep(FrameReductionPass(self._context))
 
     @cached_property
     def _highlights(self) -> HighlightRemovalPass:
@@ -120,6 +128,15 @@ class GpuScene(Owner):
             total.add(frame.color, albedo, one.weight, photo.size)
         self.photo_lights = [one.light for one in found]
         return total.color
+
+    def read_reduced(self, frame: Frame, look: Look) -> ReducedFrame:
+        """Return the small copy of a frame by which its pose is found. One at a time is on the GPU."""
+        self.drawn = {}  # its textures may be freed now
+        if needs_tiles(frame, look, self.tiles.largest_side):
+            frame = coarser(frame, COARSER)
+        (textures,) = self.frames.upload([frame])
+        self.frames.find_normals(textures, frame, look)
+        return self._reduction.read(textures)
 
     def _surfaced(self, frame: Frame) -> FrameTextures:
         """Return the textures of a single frame, with its normals."""

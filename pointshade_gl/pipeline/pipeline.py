@@ -22,15 +22,17 @@ from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.view_visibility import ViewVisibilityPass
 from ..messages.progress import Count, Progress
 from ..messages.validation import check_function
+from ..scene.appearance import Look
 from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
-from ..scene.placed import Matrix
+from ..scene.placed import Matrix, Placed
 from ..scene.render_settings import SIMPLE, Finish
 from ..scene.surroundings import NOTHING_AROUND
-from ..scene.visible_scene import VisibleScene, compose
+from ..scene.visible_scene import compose
 from .accumulation import Accumulator
+from .alignment import Aligned, Aligner, alignment_steps
 from .around import surroundings_of
 from .exposure import ExposureMeter
 from .frame_pass import FramePass
@@ -59,6 +61,7 @@ class Pipeline:
         self._accumulator = Accumulator(context.gl, steps, self._light, self._light_setup, self._frame_pass)
         setup = self.gpu_scene, self._light, self._light_setup, self._accumulator
         self._meter = ExposureMeter(context.gl, steps, *setup)
+        self._aligner = Aligner(self.gpu_scene)
         self._target: Target | None = None
         self._drawn: Scene | None = None  # the last scene
         self.exposure = 0.0  # of the last picture, stops
@@ -74,10 +77,11 @@ class Pipeline:
         source    of which the scene was made; None is the scene itself
         progress  told of each frame of several that is prepared and compared, and of each sample
         """
+        count, given = self._count(progress, scene, camera, pose, finish.samples), scene
+        scene = self._aligner.aligned(scene, count)
         visible = compose(scene, lights, camera, pose)
-        around = surroundings_of(finish, source or scene, scene, lights, visible.materials, self._upright)
+        around = surroundings_of(finish, source or given, scene, lights, visible.materials, self._upright)
         self.surroundings, visible = around, visible._replace(surroundings=around)
-        count = self._count(progress, visible, finish.samples)
         drawables = self.gpu_scene.prepare(visible, count)
         if self._drawn is not scene:
             self.steps.forget("exposure")
@@ -85,6 +89,7 @@ class Pipeline:
         self.exposure = self._meter.find(finish.exposure, visible, lights, drawables)
         if self.gpu_scene.drawn is not drawables:  # it has looked from elsewhere
             drawables = self.gpu_scene.prepare(visible)
+        self._aligner.watch(drawables)
         visible = visible._replace(gain=2.0**self.exposure)
         target = self._fit_target(camera)
         if target.samples.content and target.samples.content[0] is not scene:
@@ -107,7 +112,7 @@ class Pipeline:
             self._stands = stream, self.steps.run("up", up_and_floor, source)
         return self._stands[1]
 
-    def _count(self, progress: Progress | None, visible: VisibleScene, samples: int = 1) -> Count:
+    def _count(self, progress: Progress | None, scene: Scene, camera: Camera, pose: Matrix, samples: int = 1) -> Count:
         """Count the steps of a picture. One that is told of is done on the GPU, too."""
         if progress is None:
             return Count()
@@ -117,7 +122,16 @@ class Pipeline:
             self._gl.finish()
             return told(done, all)
 
-        return Count(finished, 2 * merged_frames(visible) + samples)
+        steps = self._aligner.steps_of(scene) + 2 * merged_frames(compose(scene, (), camera, pose))
+        return Count(finished, steps + samples)
+
+    def align(self, frames: Sequence[Frame], look: Look, progress: Progress | None = None) -> Aligned:
+        """Return frames of one thing with corrected poses. progress: told of each that is read, and of each level."""
+        return self._aligner.align(frames, look, Count(progress, alignment_steps(len(frames))))
+
+    def alignment_of(self, drawables: Drawables) -> dict[Placed, Aligned]:
+        """Return what was found about the poses of objects that were drawn with aligned frames."""
+        return self._aligner.found(drawables)
 
     def read(self) -> NDArray[np.uint8]:
         """Return the last picture as (h, w, 4), top row first."""
@@ -137,8 +151,8 @@ class Pipeline:
         return self._draw_surfaces(self._drawn, camera, pose).surfaces.read_depth(box)
 
     def _draw_surfaces(self, scene: Scene, camera: Camera, pose: Matrix, progress: Progress | None = None) -> Target:
-        visible = compose(scene, (), camera, pose)
-        count = self._count(progress, visible)
+        count = self._count(progress, scene, camera, pose)
+        visible = compose(self._aligner.aligned(scene, count), (), camera, pose)
         drawables = self.gpu_scene.prepare(visible, count)
         light_set = self._light_setup.prepare(visible, drawables)
         target = self._fit_target(camera)
@@ -167,6 +181,7 @@ class Pipeline:
 
     def prepare_all(self, scene: Scene, camera: Camera, pose: Matrix) -> Drawables:
         """Put all objects of a scene on the GPU, also those that this view does not show, and return them."""
+        scene = self._aligner.aligned(scene)
         return self.gpu_scene.prepare(compose(scene, (), camera, pose)._replace(shown=scene.things))
 
     def _fit_target(self, camera: Camera) -> Target:

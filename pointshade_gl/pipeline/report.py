@@ -7,9 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..estimation.alignment import Fit
 from ..estimation.light_fit import FoundLight, describe_light
 from ..estimation.multi_view import SetReport, is_primary
 from ..messages.formatting import counted
+from ..scene.frame import Frame
 from ..scene.noise import Choice, describe
 from .findings import CloudFinding, Finding
 
@@ -68,6 +70,30 @@ def explain_set(report: SetReport, names: Sequence[str] = ()) -> list[str]:
         _explain_trust(report, names),
         _explain_primary(report.importances, names),
     ]
+
+
+def explain_alignment(given: Sequence[Frame], fits: Sequence[Fit], names: Sequence[str] = ()) -> list[str]:
+    """Describe in lines how the poses of frames were corrected."""
+    names = names or [str(k) for k in range(len(fits))]
+    placed = sum(fit.placed for fit in fits[1:])
+    lines = [f"aligned: {placed} of {counted(len(fits) - 1, 'pose')} corrected; that of frame {names[0]} stays"]
+    for k, (frame, fit) in enumerate(zip(given, fits, strict=True)):
+        if not k:
+            continue
+        shift, turn = motion_between(frame.pose, fit.pose)
+        how = f"by {1e3 * shift:.3g} mm and {turn:.2g} degrees" if fit.placed else "not at all"
+        spread = f"depths differ by {100 * fit.before:.2g} % before, {100 * fit.after:.2g} % after"
+        spread = spread if np.isfinite(fit.before) and np.isfinite(fit.after) else "nothing to compare"
+        lines.append(f"aligned: frame {names[k]} {how}; overlap {fit.overlap:.0%}, {spread}, {fit.agrees:.0%} agree")
+    return lines
+
+
+def motion_between(pose: NDArray[np.float64], other: NDArray[np.float64]) -> tuple[float, float]:
+    """Return how far two poses are apart: of the cameras' places, world units, and the angle in degrees."""
+    turn = pose[:3, :3].T @ other[:3, :3]
+    sine = np.linalg.norm([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
+    angle = np.degrees(np.arctan2(sine, (np.trace(turn) - 1) / 2))
+    return float(np.linalg.norm(pose[:3, 3] - other[:3, 3])), float(angle)
 
 
 def _explain_normals(choices: Sequence[Choice]) -> list[str]:

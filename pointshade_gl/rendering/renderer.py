@@ -29,7 +29,7 @@ from ..messages.validation import Numbers, check_choice, check_count, check_numb
 from ..pipeline.cloud_normals import read_cloud_normals
 from ..pipeline.findings import findings, lights, weights
 from ..pipeline.pipeline import Pipeline
-from ..pipeline.report import explain, explain_lights
+from ..pipeline.report import explain, explain_alignment, explain_lights
 from ..scene.appearance import Look, Material, Shading, SurfaceOptions
 from ..scene.camera import Camera, check_pose
 from ..scene.frame import Frame
@@ -42,6 +42,7 @@ from ..scene.option_fields import takes
 from ..scene.photographs import check_photographs
 from ..scene.placed import Placed
 from ..scene.point_cloud import PointCloud, cloud_of
+from ..scene.point_object import check_frames
 from ..scene.surroundings import Surroundings
 from .notebook import Picture
 from .request import (
@@ -161,7 +162,15 @@ class Renderer:
             gpu_scene = self._pipeline.gpu_scene
             drawn = gpu_scene.drawn
             found = lights(drawn) + [(f"photograph {k}", one) for k, one in enumerate(gpu_scene.photo_lights)]
-            return explain(findings(drawn), names) + explain_lights(found)
+            poses = self._pipeline.alignment_of(drawn)
+            aligned = [line for one in poses.values() for line in explain_alignment(one.given, one.fits, names)]
+            return explain(findings(drawn), names) + aligned + explain_lights(found)
+
+    @property
+    def aligned(self) -> dict[Frame, Frame]:
+        """Return the frames of the last picture whose poses were corrected, by what was given."""
+        poses = self._pipeline.alignment_of(self._pipeline.gpu_scene.drawn)
+        return {given: frame for one in poses.values() for given, frame in zip(one.given, one.frames, strict=True)}
 
     @takes(RenderOptions, *GROUPS)
     def render(
@@ -505,6 +514,53 @@ class Renderer:
         photos = check_photographs(frames)
         with self._in_use():
             return self._pipeline.gpu_scene.read_albedo(photos)
+
+    def align_frames(
+        self,
+        frames: Sequence[Frame],
+        *,
+        notes: Note | None = None,
+        progress: Progress | None = None,
+        **options: Unpack[SurfaceOptions],
+    ) -> tuple[Frame, ...]:
+        """Correct the poses of several frames of one thing, so that their depths and colours agree.
+
+        The first frame keeps its pose. A given pose of a camera that looks belongs to the given poses: pass its frame
+        among the others to have it corrected with them. `render([...], align=True)` does the same before it draws.
+
+        Parameters
+        ----------
+        frames : sequence of Frame
+            1 to 200, with poses that are right to about 10 cm and 3 degrees where things are 2 m away.
+        notes : callable, optional
+            Called with one sentence for each frame whose pose stays as given, in whole or in part: where it shares too
+            little with the others, where no pose near the given one makes them agree, and for motions that neither
+            depth nor colours fix, such as sliding along a plane.
+        progress : callable, optional
+            As for `render`: told of each frame that is read, and of each of three levels.
+        **options
+            Values of `Look` about the surface, such as noise.
+
+        Returns
+        -------
+        tuple of Frame
+            In the same order; frames share their arrays with the given ones.
+
+        Raises
+        ------
+        TypeError, ValueError
+            For anything but 1 to 200 frames.
+        Cancelled
+            If `progress` returns False.
+
+        Notes
+        -----
+        Pairs of frames are compared by how far the points of one lie off the planes of the other (Chen, Medioni 1991),
+        and by their brightness (Park, Zhou, Koltun 2017); robust Gauss-Newton steps move all frames at once.
+        """
+        checked, look = check_frames(frames), Look(**options)
+        with taken_by(notes), self._in_use():
+            return self._pipeline.align(checked, look, progress).frames
 
     @contextmanager
     def prepared(

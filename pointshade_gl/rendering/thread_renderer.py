@@ -82,6 +82,7 @@ def by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Calla
     return function
 
 
+align_frames = by_shared_renderer(Renderer.align_frames)
 render = by_shared_renderer(Renderer.render)
 render_depth = by_shared_renderer(Renderer.render_depth)
 render_points = by_shared_renderer(Renderer.render_points)

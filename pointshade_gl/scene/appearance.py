@@ -164,6 +164,15 @@ class Look(Options):
         known=NORMALS_AT,
         panel=VIEW,
     )
+    align: bool = opt(
+        False,
+        "True corrects the poses of several frames of one thing before they are drawn, so that depths and colours "
+        "agree; the first keeps its own, and so does the camera that looks: a camera pose that belongs to the given "
+        "poses of other frames is no longer exact, see `align_frames`. What nothing fixes stays as given, with a note. "
+        "It takes some seconds, once; frames of streams (see `Frame.source`) whose cameras stand still share it.",
+        "Correct the poses of several frames of one thing, so that they agree; the first keeps its own.",
+        panel=VIEW,
+    )
     flying: Flying = opt(
         "keep",
         'pixels that hang between two surfaces because the sensor mixed them: "keep" draws them there, "snap" '
@@ -365,6 +374,7 @@ class FormOptions(TypedDict, total=False):
 
     splat: Splat
     upsample: Upsampling
+    align: bool
 
 
 class ColorOptions(TypedDict, total=False):

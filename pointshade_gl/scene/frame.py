@@ -21,6 +21,7 @@ from .preview import Preview
 from .sparsity import is_sparse
 from .values import Value, frozen
 
+_OF_POSE = "pose", "pivot"  # what a frame keeps that depends on its pose
 STRAY = 1.0  # see Frame.main_corners
 BEHIND = 10  # times: one value there is drawn, but it is not what is looked at
 
@@ -93,6 +94,26 @@ class Frame(Value, Preview):
         span = f", {near:.3g} to {far:.3g} m" if far else ""
         color = "no color" if self.color is None else f"color {self.color.shape[1]}x{self.color.shape[0]}"
         return f"Frame({w}x{h}, {counted(self.points_known, 'point')}{span}, {color})"
+
+    def at(self, pose: ArrayLike) -> Frame:
+        """Return the frame at another pose; both share their arrays.
+
+        Parameters
+        ----------
+        pose : (4, 4) float
+            Camera-to-world.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for the pose of a new frame.
+        """
+        moved = object.__new__(Frame)
+        for name, value in self.__dict__.items():
+            if name not in _OF_POSE:
+                object.__setattr__(moved, name, value)
+        object.__setattr__(moved, "pose", check_pose(pose))
+        return moved
 
     @cached_property
     def picture_camera(self) -> Camera:

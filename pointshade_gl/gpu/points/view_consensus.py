@@ -11,7 +11,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...estimation.multi_view import Comparison, band_of, compared, gains_of, nearest_others
+from ...estimation.multi_view import Comparison, band_of, best_spreads, compared, gains_of, nearest_others
 from ...estimation.pose_outliers import contradictions
 from ...messages.progress import Count
 from ...scene.camera import view_matrix
@@ -34,6 +34,9 @@ class Consensus(NamedTuple):
     band: float  # share of 1/z within which two frames see the same surface
     gains: NDArray[np.float64]  # (n, 3) what each frame's linear colours are multiplied by
     wrong: frozenset[int]  # the numbers of frames that contradict the others
+    spreads: NDArray[
+        np.float64
+    ]  # (n,) of depths between each frame and the one that agrees best with it, shares of them
 
 
 class ConsensusPass(FullscreenPasses):
@@ -71,7 +74,7 @@ class ConsensusPass(FullscreenPasses):
             for i, known in enumerate(others)
             for j in known
         }
-        found = contradictions(comparisons, len(members))
+        found, spreads = contradictions(comparisons, len(members)), best_spreads(comparisons, len(members))
         before = self._band_before(members)
         self._told.tell(members, frames, found, goes_on=before is not None)
         comparisons = {pair: one for pair, one in comparisons.items() if not found.frames.intersection(pair)}
@@ -84,7 +87,7 @@ class ConsensusPass(FullscreenPasses):
                 self._steps.run("trust", self._judge, *inputs[k], voters, band, of=member)
             self._bands[member] = member.version, band
             count.step()
-        return Consensus(band, gains_of(comparisons, len(members)), found.frames)
+        return Consensus(band, gains_of(comparisons, len(members)), found.frames, spreads)
 
     def _band_before(self, members: Sequence[FrameTextures]) -> float | None:
         """Return the depth tolerance of the last votes, if one of these frames took part in them."""

@@ -1,0 +1,274 @@
+"""Corrects the poses of several frames of one thing, so that their depths and colours agree."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence, Set
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .agreement import LEAST_LIGHT, LEAST_SPREAD, WIDEST, Judgement, judge, spread_of
+from .frame_matches import Matches, find_matches, placed
+from .pose_graph import Joint, motion_matrix, motion_of, pair_equations
+from .reduced_frame import ReducedFrame
+
+LEAST_OVERLAP = 0.08  # of a frame's points that another must show, for the two to be compared
+MOST_SAMPLES = 1_200_000  # of all pairs together in one iteration
+TUKEY = 4.685  # spreads beyond which a difference does not count (Tukey's biweight)
+NORMAL_NOISE = 1.386  # median of 1 - cosine between two normals, over the variance of one of their components
+LONGEST_STEP = 0.06  # of a frame in one iteration, a share of the scene's distance
+SETTLED = 5e-6  # a shorter step ends a level, times its distance between samples
+OWN_SHARE = 0.1  # of a motion that nothing fixes, from which on a frame takes part in it
+SHOWN = 1  # pixels, doubled by each blur, that depths may be apart where brightness still leads the right way
+FEWEST = 20  # samples that two frames must share
+ROUNDS = 4  # of placing frames again and solving all
+WORSE = 0.005  # by so much less agreement than with the given pose a frame gets that back
+Matrix = NDArray[np.float64]
+Pair = tuple[int, int]
+
+
+class Level(NamedTuple):
+    """How the poses are refined, coarse to fine."""
+
+    step: int  # columns and rows between samples
+    gate: float  # share of the depth within which points may be the same
+    blur: int  # of the brightness
+    most: int  # iterations
+
+
+LEVELS = Level(8, 0.2, 2, 20), Level(4, 0.06, 1, 12), Level(2, 0.03, 0, 6)
+
+
+class Fit(NamedTuple):
+    """What became of one frame's pose."""
+
+    pose: Matrix  # (4, 4) camera-to-world
+    placed: bool  # whether it is known; otherwise it is the given one
+    overlap: float  # share of its points that other frames should show, too
+    before: float  # spread of the depths' differences with the given poses, a share of the depth; NaN without overlap
+    after: float  # the same with the new ones
+    agreed: float  # share of what it has in common with others that lay within the band, with the given poses
+    agrees: float  # the same with the new ones
+    loose: tuple[Matrix, ...]  # motions (6,) that nothing fixes, turn and shift in world axes, of length 1
+
+
+class Frames:
+    """Frames with poses that are being corrected.
+
+    scale   distance of the scene from the cameras
+    middle  of it, (3,) world; turns are about it
+    radius  of it
+    anchor  number of the frame that keeps its pose: the first that shares something with another
+    """
+
+    def __init__(self, frames: Sequence[ReducedFrame], poses: Sequence[Matrix]):
+        self.frames = frames
+        first, pose = frames[0], poses[0]
+        self.middle = pose[:3, :3] @ first.middle + pose[:3, 3]
+        self.radius = max(frame.radius for frame in frames) or 1.0
+        self.scale = float(np.median([np.linalg.norm(frame.middle) for frame in frames])) or 1.0
+        self.given = [pose.copy() for pose in poses]
+        self.anchor = min((k for pair in self.pairs(poses) for k in pair), default=0)
+
+    def pairs(self, poses: Sequence[Matrix], without: Set[int] = frozenset()) -> list[Pair]:
+        """Return the pairs (i, j) of frames of which i shows enough that j should show, too."""
+        numbers = [k for k in range(len(self.frames)) if k not in without]
+        least = [max(LEAST_OVERLAP * len(frame.samples(LEVELS[0].step)), FEWEST) for frame in self.frames]
+        every = [(i, j) for i in numbers for j in numbers if i != j]
+        return [(i, j) for i, j, one in self.matches(poses, LEVELS[0], every) if one.seen >= least[i]]
+
+    def matches(
+        self, poses: Sequence[Matrix], level: Level, pairs: Sequence[Pair]
+    ) -> Iterator[tuple[int, int, Matches]]:
+        """Yield the matches of pairs that have any; pairs of one first frame follow one another."""
+        last, points, own = -1, None, None
+        for i, j in pairs:
+            if i != last:
+                frame, last = self.frames[i], i
+                points = placed(frame, poses[i], level.step)
+                own = None if frame.brightness is None else frame.blurred(level.blur)
+            assert points is not None
+            found = find_matches(points, own, self.frames[j], poses[j], level.gate, level.blur)
+            if found is not None:
+                yield i, j, found
+
+    def refine(
+        self, poses: Sequence[Matrix], free: Collection[int], without: Set[int] = frozenset(),
+        levels: Sequence[Level] = LEVELS, told: Callable[[], object] = lambda: None,
+    ) -> tuple[list[Matrix], Matrix]:  # fmt: skip
+        """Return better poses of the frames that are free to move, and (n, count, 6) motions that nothing fixes.
+
+        without  frames that are not compared with any
+        """
+        poses, loose = list(poses), np.zeros((0, len(poses), 6))
+        for level in levels:
+            pairs = [(i, j) for i, j in self.pairs(poses, without) if i in free or j in free]
+            seen = {k for pair in pairs for k in pair}
+            is_free = np.array([k in free and k in seen for k in range(len(poses))])
+            level = self._affordable(level, pairs)
+            for _ in range(level.most):
+                joint = self._equations(poses, level, pairs)
+                if joint is None:
+                    return poses, loose
+                steps, loose = joint.solved(is_free)
+                longest = float(np.linalg.norm(steps.reshape(-1, 3), axis=1).max())
+                steps *= min(1.0, LONGEST_STEP * self.scale / max(longest, 1e-300))
+                poses = [self._moved(pose, step) for pose, step in zip(poses, steps, strict=True)]
+                if longest < SETTLED * self.scale * level.step:
+                    break
+            told()
+        return poses, loose
+
+    def _affordable(self, level: Level, pairs: Sequence[Pair]) -> Level:
+        step = level.step
+        while sum(len(self.frames[i].samples(step)) for i, _ in pairs) > MOST_SAMPLES and step < 64:
+            step *= 2
+        return level._replace(step=step)
+
+    def _moved(self, pose: Matrix, step: Matrix) -> Matrix:
+        if not step.any():
+            return pose
+        motion, moved = motion_matrix(step, self.radius), pose.copy()
+        moved[:3, :3] = motion[:3, :3] @ pose[:3, :3]
+        moved[:3, 3] = motion[:3, :3] @ (pose[:3, 3] - self.middle) + motion[:3, 3] + self.middle
+        return moved
+
+    def held(self, poses: Sequence[Matrix], loose: Matrix) -> list[Matrix]:
+        """Return poses without what they moved along motions that nothing fixes. loose: (n, count, 6)."""
+        moved = [motion_of(self._about_middle(pose), self._about_middle(given), self.radius)
+                 for pose, given in zip(poses, self.given, strict=True)]  # fmt: skip
+        basis, _ = np.linalg.qr(loose.reshape(len(loose), -1).T)
+        back = (basis @ (basis.T @ np.concatenate(moved))).reshape(-1, 6)
+        return [self._moved(pose, -step) for pose, step in zip(poses, back, strict=True)]
+
+    def _about_middle(self, pose: Matrix) -> Matrix:
+        result = pose.copy()
+        result[:3, 3] -= self.middle
+        return result
+
+    def _equations(self, poses: Sequence[Matrix], level: Level, pairs: Sequence[Pair]) -> Joint | None:
+        """Return the equations of all pairs, weighted by the spread of all their differences together."""
+        found = [(i, j, one) for i, j, one in self.matches(poses, level, pairs) if len(one.points)]
+        if not found:
+            return None
+        every = [one for *_, one in found]
+        usual = spread_of([one.apart for one in every], LEAST_SPREAD)
+        cosines = np.concatenate([one.cosines for one in every])
+        normal_noise = max(float(np.median(1 - cosines)), 0.0) / NORMAL_NOISE
+        light = spread_of([one.brighter for one in every], LEAST_LIGHT)
+        joint = Joint(len(self.frames))
+        for i, j, one in found:
+            points = (one.points - self.middle).astype(np.float64)
+            spread = spread_of([one.apart], usual)  # more where frames are still far from where they belong
+            weights = _tukey(one.apart / spread) / (one.depth * spread) ** 2
+            noise = np.full(len(points), normal_noise)
+            distances = one.apart * one.depth
+            joint.add(i, j, 0, pair_equations(points, one.normals, distances, weights, noise, self.radius))
+            target = self.frames[j]
+            is_near = spread * abs(target.camera.fx) < SHOWN << level.blur
+            colored = np.flatnonzero(np.isfinite(one.brighter) & (weights > 0) & is_near)
+            if len(colored):
+                brighter = one.brighter[colored]
+                shown = _tukey(brighter / light) / light**2
+                focal = abs(target.camera.fx * target.camera.fy) / one.depth[colored] ** 2
+                noise = focal * target.blurred(level.blur).slope_noise ** 2
+                joint.add(
+                    i, j, 1, pair_equations(points[colored], one.slopes[colored], brighter, shown, noise, self.radius)
+                )
+        return joint
+
+    def judged(
+        self, poses: Sequence[Matrix], without: Set[int] = frozenset(), spreads: tuple[float, float] | None = None
+    ) -> Judgement:
+        """Return how well the frames agree.
+
+        without  frames that are not compared with any
+        spreads  of the differences of depth and brightness where frames agree; None measures them
+        """
+        level = LEVELS[1]._replace(gate=WIDEST)
+        found = list(self.matches(poses, level, self.pairs(poses, without)))
+        return judge(found, [len(frame.samples(level.step)) for frame in self.frames], self.anchor, spreads)
+
+
+def _tukey(values: NDArray[np.floating]) -> Matrix:
+    """Return weights of values in spreads, 0 from TUKEY on."""
+    return np.maximum(1 - (values.astype(np.float64) / TUKEY) ** 2, 0) ** 2
+
+
+def align(
+    frames: Sequence[ReducedFrame], poses: Sequence[Matrix], told: Callable[[], object] = lambda: None
+) -> list[Fit]:
+    """Correct the poses of frames of one thing; the first keeps its own.
+
+    Frames are compared in pairs that show the same: by how far the points of one lie off the planes of the other
+    (Chen, Medioni 1991; by projection: Blais, Levine 1995), and by how much brighter they are (Park, Zhou, Koltun
+    2017). One Gauss-Newton step moves all frames at once. A motion that neither depth nor colours fix is left as given,
+    and so is a frame that afterwards agrees too little with the others, or less than before.
+    """
+    work = Frames(frames, poses)
+    free = set(range(len(frames))) - {work.anchor}
+    found, loose = work.refine(poses, free, told=told)
+    kept: set[int] = set()
+    for _ in range(ROUNDS):
+        again, kept = _guarded(work, found, kept)
+        if all(one is other for one, other in zip(again, found, strict=True)):
+            break
+        found, loose = work.refine(again, free - kept, kept, LEVELS[1:])
+    if len(loose):
+        found, loose = work.refine(work.held(found, loose), free - kept, kept, LEVELS[-1:])
+    after = work.judged(found)
+    before = work.judged(poses, spreads=after.spreads)
+    return [
+        Fit(found[k], k not in kept and after.overlap[k] > 0, after.overlap[k], before.each[k], after.each[k],
+            before.agreement[k], after.agreement[k], _own_motions(loose, k))
+        for k in range(len(frames))
+    ]  # fmt: skip
+
+
+def _guarded(work: Frames, poses: list[Matrix], kept: set[int]) -> tuple[list[Matrix], set[int]]:
+    """Place doubtful frames again, each alone among the others; return the poses, and the frames that get theirs back.
+
+    The given pose may lead elsewhere when the others already lie where they belong. kept: frames that have got theirs.
+    """
+    poses = list(poses)
+    judged = work.judged(poses)
+    doubtful = {k for k in np.flatnonzero(judged.doubtful()).tolist() if k != work.anchor and k not in kept}
+    for k in sorted(doubtful, key=lambda k: judged.agreement[k]):
+        again = poses.copy()
+        again[k] = work.given[k]
+        others = doubtful - {k}
+        again, _ = work.refine(again, {k}, others | kept)
+        now = [work.judged(one, others | kept, judged.spreads) for one in (poses, again)]
+        if now[1].agreement[k] > now[0].agreement[k]:
+            poses = again
+        if not now[1].doubtful()[k]:
+            doubtful = others
+    kept = kept | _outcasts(work, poses, kept)
+    if 2 * len(kept) > len(poses) - 1:
+        kept = set(range(len(poses))) - {work.anchor}
+    return [work.given[k] if k in kept else pose for k, pose in enumerate(poses)], kept
+
+
+def _outcasts(work: Frames, poses: list[Matrix], without: Set[int]) -> set[int]:
+    """Return which frames do not fit the others, or fit them less than at the given poses.
+
+    The worst half of those is taken out before the others are asked again: a wrong frame spoils its neighbours' share.
+    """
+    found: set[int] = set()
+    while True:
+        after = work.judged(poses, without | found)
+        before = work.judged(work.given, without | found, after.spreads)
+        bad = after.doubtful() | (after.agreement < before.agreement - WORSE)
+        bad[work.anchor] = False
+        if not bad.any():
+            return found
+        found |= set(np.flatnonzero(bad & (after.agreement <= np.median(after.agreement[bad]))).tolist())
+
+
+def _own_motions(loose: Matrix, k: int) -> tuple[Matrix, ...]:
+    """Return those motions (6,) of one frame, of length 1, that are not fixed."""
+    if not len(loose):
+        return ()
+    _, sizes, own = np.linalg.svd(loose[:, k] / np.linalg.norm(loose.reshape(len(loose), -1), axis=1)[:, None])
+    return tuple(own[: len(sizes)][sizes > OWN_SHARE])

@@ -1,0 +1,243 @@
+"""Corrects the poses of frames before they are drawn as one object, and tells what it did."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..estimation.alignment import LEVELS, Fit, align
+from ..gpu.drawables import Drawables
+from ..gpu.points.point_objects import ShownSet
+from ..messages.formatting import counted
+from ..messages.notes import print_note
+from ..messages.progress import Count
+from ..scene.appearance import Look
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from ..scene.node import Node
+from ..scene.placed import Matrix, Placed
+from ..scene.point_object import PointObject
+from .gpu_scene import GpuScene
+
+REFINED = 4, 16, 64  # sets of a stream after which its cameras are aligned again, and the poses averaged
+MOVED, LEAST_MOVED = 2.0, 5e-4  # times the spread of depths, and more by so much of them: a camera was moved
+MOST_RIGS = 8  # of streams that are remembered
+Content = Any  # of a node
+
+
+class Aligned(NamedTuple):
+    """Frames with corrected poses, and what became of each."""
+
+    given: tuple[Frame, ...]
+    frames: tuple[Frame, ...]
+    fits: tuple[Fit, ...]
+
+    @classmethod
+    def of(cls, frames: Sequence[Frame], fits: Sequence[Fit]) -> Aligned:
+        """Return frames at the poses that were found for them."""
+        moved = (
+            frame if np.array_equal(fit.pose, frame.pose) else frame.at(fit.pose)
+            for frame, fit in zip(frames, fits, strict=True)
+        )
+        return cls(tuple(frames), tuple(moved), tuple(fits))
+
+
+class Entry(NamedTuple):
+    """An object whose frames are aligned: what is drawn in its place, and the cameras of its streams."""
+
+    content: PointObject
+    aligned: Aligned
+    key: Hashable  # of the rig; None without streams
+
+
+class Rig:
+    """Cameras of streams that stand still: their frames share one alignment."""
+
+    def __init__(self, aligned: Aligned):
+        self.fits, self.sets, self.spreads = aligned.fits, 1, np.zeros(0)
+
+    def frames_at(self, frames: Sequence[Frame]) -> Aligned:
+        """Return newer frames of the same cameras at their corrected poses."""
+        return Aligned.of(frames, self.fits)
+
+    def refine(self, fits: Sequence[Fit]) -> None:
+        """Average the poses with those that newer frames gave."""
+        share = 1 / (2 + REFINED.index(self.sets))
+        self.fits = tuple(
+            new._replace(pose=_between(old.pose, new.pose, share)) if old.placed and new.placed else old
+            for old, new in zip(self.fits, fits, strict=True)
+        )
+
+    def moved_cameras(self, spreads: NDArray[np.float64]) -> list[int]:
+        """Return the numbers of frames that agree much less with all others than they did.
+
+        spreads  (n,) of the depths between each frame and the other that agrees best with it, as shares of the depth
+        """
+        if not len(self.spreads):
+            self.spreads = spreads
+        self.spreads = np.minimum(self.spreads, spreads)
+        return np.flatnonzero(spreads > MOVED * self.spreads + LEAST_MOVED).tolist()
+
+
+class Aligner:
+    """Aligns the frames of objects, once each, and once for all frames of streams whose cameras stand still."""
+
+    def __init__(self, gpu_scene: GpuScene):
+        self._gpu_scene = gpu_scene
+        self._objects: WeakKeyDictionary[PointObject, Entry] = WeakKeyDictionary()
+        self._scene: tuple[Scene, Scene] | None = None  # the last one, and with its frames aligned
+        self._rigs: dict[Hashable, Rig] = {}  # by what identifies the cameras, the last ones last
+
+    def align(self, frames: Sequence[Frame], look: Look, count: Count) -> Aligned:
+        """Return frames with corrected poses; a note tells of each that could not be placed."""
+        fits = self._fits(frames, [frame.pose for frame in frames], look, count)
+        for text in notes_on(frames, fits):
+            print_note(text)
+        return Aligned.of(frames, fits)
+
+    def _fits(self, frames: Sequence[Frame], poses: Sequence[Matrix], look: Look, count: Count) -> tuple[Fit, ...]:
+        first, reduced = count.done, []
+        for frame in frames:
+            reduced.append(self._gpu_scene.read_reduced(frame, look))
+            count.step()
+        fits = align(reduced, poses, count.step)
+        count.step(alignment_steps(len(frames)) - (count.done - first))  # if there was less to do
+        return tuple(fits)
+
+    def aligned(self, scene: Scene, count: Count | None = None) -> Scene:
+        """Return a scene in which the frames of each object that asks for it are aligned."""
+        if not any(_asks(p.content) for p in scene.things):
+            return scene
+        if self._scene is None or self._scene[0] is not scene:
+            self._scene = scene, scene.with_every_node(lambda node: self._changes(node, count or Count()))
+        return self._scene[1]
+
+    def steps_of(self, scene: Scene) -> int:
+        """Return how many steps `aligned` will count."""
+        if self._scene is not None and self._scene[0] is scene:
+            return 0
+        objects = {p.content for p in scene.things if _asks(p.content) and p.content not in self._objects}
+        return sum(alignment_steps(len(one.frames)) for one in objects if _cameras_of(one.frames) not in self._rigs)
+
+    def found(self, drawables: Drawables) -> dict[Placed, Aligned]:
+        """Return what was found about the poses of objects that were drawn."""
+        known = {one.content: one.aligned for one in self._objects.values()}
+        return {p: known[p.content] for p in drawables if p.content in known}
+
+    def watch(self, drawables: Drawables) -> None:
+        """Forget the alignment of streams of which a camera was moved since, and tell it."""
+        if not self._rigs:
+            return
+        keys = {one.content: one.key for one in self._objects.values() if one.key is not None}
+        for p, drawn in drawables.items():
+            key = keys.get(p.content)
+            if key not in self._rigs or not isinstance(drawn, ShownSet):
+                continue
+            if moved := self._rigs[key].moved_cameras(drawn.consensus.spreads):
+                who = f"the camera of frame {moved[0]}" if len(moved) == 1 else f"one of the cameras of frames {moved}"
+                print_note(f"{who} was moved: the frames are aligned again")
+                del self._rigs[key]
+
+    def _changes(self, node: Node, count: Count) -> dict[str, object]:
+        parts = node.content if isinstance(node.content, tuple) else (node.content,)
+        return {"content": tuple(self._aligned(part, count) for part in parts if part is not None)}
+
+    def _aligned(self, part: Content, count: Count) -> Content:
+        if not isinstance(part, PointObject) or not _asks(part):
+            return part
+        if part not in self._objects:
+            key = _cameras_of(part.frames)
+            found = self._of_rig(key, part, count) if key else self.align(part.frames, part.look, count)
+            drawn = PointObject(found.frames, look=replace(part.look, align=False))
+            self._objects[part] = Entry(drawn, found, key)
+        return self._objects[part].content
+
+    def _of_rig(self, key: Hashable, part: PointObject, count: Count) -> Aligned:
+        """Align frames of streams: those of cameras that are known already take over their poses."""
+        rig = self._rigs.get(key)
+        if rig is None:
+            self._rigs[key] = Rig(self.align(part.frames, part.look, count))
+            while len(self._rigs) > MOST_RIGS:
+                del self._rigs[next(iter(self._rigs))]
+            return self._rigs[key].frames_at(part.frames)
+        rig.sets += 1
+        if rig.sets in REFINED:
+            rig.refine(self._fits(part.frames, [fit.pose for fit in rig.fits], part.look, Count()))
+        return rig.frames_at(part.frames)
+
+
+def alignment_steps(frames: int) -> int:
+    """Return how many steps aligning so many frames counts: each is read, then there are levels."""
+    return frames + len(LEVELS)
+
+
+def _cameras_of(frames: Sequence[Frame]) -> Hashable:
+    """Return what identifies the cameras of streams and where they stand; None if a frame is of no stream."""
+    if any(frame.source is None for frame in frames):
+        return None
+    return tuple((frame.source, frame.camera, frame.pose.tobytes()) for frame in frames)
+
+
+def _between(one: Matrix, other: Matrix, share: float) -> Matrix:
+    """Return a pose between two that are near each other, by a share of the way."""
+    mixed = (1 - share) * one + share * other
+    left, _, right = np.linalg.svd(mixed[:3, :3])
+    mixed[:3, :3] = left @ right
+    return mixed
+
+
+def _asks(part: object) -> bool:
+    return isinstance(part, PointObject) and part.look.align and not part.is_single
+
+
+def notes_on(frames: Sequence[Frame], fits: Sequence[Fit]) -> list[str]:
+    """Return a sentence for each frame whose pose stays as given, in whole or in part, and why."""
+    kept = [k for k, fit in enumerate(fits) if not fit.placed and len(fits) > 1]
+    lonely = [k for k in kept if not fits[k].overlap]
+    unsure = [k for k in kept if fits[k].overlap]
+    notes = []
+    if lonely:
+        notes.append(
+            f"{_named(lonely, len(fits), 'shows', 'show')} nothing that the others show, too: {_stays(lonely)}"
+        )
+    if unsure:
+        near = "its given pose" if len(unsure) == 1 else "their given poses"
+        notes.append(
+            f"{_named(unsure, len(fits))} could not be aligned, for near {near} too little agrees with the others: "
+            f"{_stays(unsure)}"
+        )
+    for k, fit in enumerate(fits):
+        if fit.placed and fit.loose:
+            few = counted(len(fit.loose), "motion")
+            notes.append(
+                f"frame {k} of {len(fits)}: neither depth nor colours fix {few} of 6 ({_motions(frames[k], fit)}): "
+                "there the given pose stays"
+            )
+    return notes
+
+
+def _named(numbers: Sequence[int], count: int, one: str = "", several: str = "") -> str:
+    """Return `frame 3 of 8 shows` or `frames 3, 5 of 8 show`."""
+    names, words = ", ".join(map(str, numbers)), ("frame", one) if len(numbers) == 1 else ("frames", several)
+    return f"{words[0]} {names} of {count} {words[1]}".rstrip()
+
+
+def _stays(numbers: Sequence[int]) -> str:
+    return "the given pose stays" if len(numbers) == 1 else "the given poses stay"
+
+
+def _motions(frame: Frame, fit: Fit) -> str:
+    """Return which motions of a frame nothing fixes, in its camera's axes."""
+    axes = frame.pose[:3, :3].T
+    texts = []
+    for motion in fit.loose:
+        turn, shift = axes @ motion[:3], axes @ motion[3:]
+        kind, axis = ("turns about", turn) if np.linalg.norm(turn) > np.linalg.norm(shift) else ("shifts along", shift)
+        axis = axis / np.linalg.norm(axis) * np.sign(axis[np.argmax(np.abs(axis))])
+        texts.append(kind + " ({:.1f}, {:.1f}, {:.1f})".format(*(axis + 0.0)))
+    return ", ".join(texts)

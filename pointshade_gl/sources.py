@@ -1,0 +1,7 @@
+"""The module `pointshade_gl.files.sources` under its public name."""
+
+import sys
+
+from .files import sources
+
+sys.modules[__name__] = sources

@@ -1,4 +1,4 @@
-"""Judges the poses of several frames by how well they agree, in depth and in brightness."""
+"""Judges the poses of several frames by how well they agree in pairs: in depth, and in the texture of their colours."""
 
 from __future__ import annotations
 
@@ -9,15 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .frame_matches import Matches
+from .reduced_frame import ReducedFrame
 
-LEAST_SPREAD = 1e-6  # of depths that agree, a share of the depth
+LEAST_SPREAD = 1e-4  # of depths that agree, a share of the depth
 NARROWEST, WIDEST = 0.004, 0.03  # of the band in which two frames agree, a share of the depth
 SPREADS = 3.0  # that the band holds
-LEAST_AGREEMENT = 0.75  # of what a frame shares with others must agree, or its pose is not known
+LEAST_AGREEMENT = 0.75  # of what two frames share must lie within the band
+PLAIN_AGREEMENT = 0.96  # the same of frames that were moved far and have no texture
+NEAR = 0.05  # of the scene's distance: motions that need no further proof
 USUAL_AGREEMENT = 0.93  # of the set's median: with less a frame is placed again
-USUAL_LIGHT = 0.7  # the same of the brightness
-LEAST_LIGHT = 1e-4  # spread of brightness that agrees
-ALIKE, UNLIKE = 0.02, 0.1  # brightness that differs by less is the same, by more another
+LEAST_CORRELATION = 0.4  # of two textures, a share of what their noise allows
+TEXTURED = 0.5  # correlation that noise allows from which on there is a texture to speak of
 Matrix = NDArray[np.float64]
 
 
@@ -26,66 +28,84 @@ class Judgement(NamedTuple):
 
     agreement: Matrix  # share of what is shared with others that lies within the band
     grouped: NDArray[np.bool_]  # whether it hangs together with the anchor by pairs that fit
-    alike: Matrix  # share of what is shared whose brightness is that of the others; NaN without colours
     overlap: Matrix  # share of its points that the other frame with most of them should show
     each: Matrix  # spread of the depths' differences; NaN without overlap
-    spreads: tuple[float, float]  # of depth and brightness where frames agree
+    spread: float  # of depths where frames agree
+    correlation: float  # of the textures of frames that agree in depth, a share of what noise allows; NaN without any
 
     def doubtful(self) -> NDArray[np.bool_]:
         """Return which frames agree too little, by themselves or beside the others."""
-        usual, alike = float(np.median(self.agreement)), np.nan_to_num(self.alike, nan=1.0)
-        return (
-            (self.agreement < max(LEAST_AGREEMENT, USUAL_AGREEMENT * usual))
-            | ~self.grouped
-            | (alike < USUAL_LIGHT * float(np.median(alike)))
-        ) & (self.overlap > 0)
+        usual = float(np.median(self.agreement))
+        weak = self.agreement < max(LEAST_AGREEMENT, USUAL_AGREEMENT * usual)
+        return (weak | ~self.grouped) & (self.overlap > 0)
 
 
 def judge(
-    found: Sequence[tuple[int, int, Matches]], points: Sequence[int], anchor: int, spreads: tuple[float, float] | None
+    found: Sequence[tuple[int, int, Matches]],
+    frames: Sequence[ReducedFrame],
+    points: Sequence[int],
+    anchor: int,
+    moved: Matrix,
+    spread: float | None,
 ) -> Judgement:
     """Return how well frames agree.
 
-    found    matches of frame i in frame j, each i, j, matches
-    points   of each frame that were looked for in the others
-    anchor   number of the frame whose pose is right
-    spreads  of depth and brightness where frames agree; None measures them: the depth's over all pairs, the
-             brightness' in that pair of each frame which agrees best, for a pattern may match where it repeats itself
+    found   matches of frame i in frame j, each i, j, matches
+    points  of each frame that were looked for in the others
+    anchor  number of the frame whose pose is right
+    moved   (n, n) how far pairs of frames were moved against each other, a share of the scene's distance
+    spread  of depths where frames agree; None measures it, in that pair of each frame which agrees best
     """
     count = len(points)
-    seen, agree, colored, alike = np.zeros((4, count, count))  # of pairs, both ways together
-    depth = spread_of([one.apart for *_, one in found], LEAST_SPREAD) if spreads is None else spreads[0]
-    band = min(max(SPREADS * depth, NARROWEST), WIDEST)
+    seen, agree = np.zeros((2, count, count))  # of pairs, both ways together
+    textures = np.zeros((5, count, count))  # see _texture_sums
+    apart: dict[tuple[int, int], list[NDArray[np.floating]]] = {}
     overlap = np.zeros(count)
-    apart: list[list[NDArray[np.floating]]] = [[] for _ in range(count)]
     for i, j, one in found:
-        _add(seen, i, j, one.seen)
-        _add(agree, i, j, np.count_nonzero(np.abs(one.apart) < band))
-        apart[i].append(one.apart)
-        apart[j].append(one.apart)
+        apart.setdefault((min(i, j), max(i, j)), []).append(one.apart)
         overlap[i] = max(overlap[i], one.seen / points[i])
-    shares = agree / np.maximum(seen, 1)
-    if spreads is None:
-        best = set(enumerate(np.argmax(shares, 1).tolist()))
-        nearest = [one.brighter for i, j, one in found if (i, j) in best or (j, i) in best]
-        spreads = depth, spread_of(nearest, LEAST_LIGHT)
-    light = min(max(SPREADS * spreads[1], ALIKE), UNLIKE)
+    spreads = {pair: spread_of(values, LEAST_SPREAD) for pair, values in apart.items()}
+    if spread is None:
+        best = [min((one for pair, one in spreads.items() if k in pair), default=np.nan) for k in range(count)]
+        spread = float(np.nanmedian(best)) if np.isfinite(best).any() else LEAST_SPREAD
+    band = min(max(SPREADS * spread, NARROWEST), WIDEST)
     for i, j, one in found:
-        _add(colored, i, j, np.count_nonzero(np.isfinite(one.brighter)))
-        _add(alike, i, j, np.count_nonzero(np.abs(one.brighter) < light))
-    fits = shares >= LEAST_AGREEMENT
-    with np.errstate(invalid="ignore"):
-        same, own = np.where(fits, alike / colored, np.nan), alike.sum(0) / colored.sum(0)
-    if np.isfinite(same).any():
-        fits &= ~(same < USUAL_LIGHT * np.nanmax(same))
+        both = ([i, j], [j, i])
+        seen[both] += one.seen
+        agree[both] += np.count_nonzero(np.abs(one.apart) < band)
+        textures[:, both[0], both[1]] += _texture_sums(frames[i], frames[j], one)[:, None]
+    shares = agree / np.maximum(seen, 1)
+    fits, correlation = _fit(shares, textures, moved)
     agreement = agree.sum(0) / np.maximum(seen.sum(0), 1)
-    each = np.array([spread_of(one, 0.0) if one else np.nan for one in apart])
-    return Judgement(agreement, _group(fits, anchor), own, overlap, each, spreads)
+    each = [[one for pair, values in apart.items() if k in pair for one in values] for k in range(count)]
+    each = np.array([spread_of(values, 0.0) if values else np.nan for values in each])
+    return Judgement(agreement, _group(fits, anchor), overlap, each, spread, correlation)
 
 
-def _add(sums: Matrix, i: int, j: int, value: int | np.integer) -> None:
-    sums[i, j] += value
-    sums[j, i] += value
+def _texture_sums(frame: ReducedFrame, other: ReducedFrame, one: Matches) -> Matrix:
+    """Return sums over matches: of the product of both textures, of their squares, and of their noises' squares."""
+    if frame.brightness is None or other.brightness is None or not len(one.numbers):
+        return np.zeros(5)
+    own, theirs = frame.texture[one.numbers].astype(np.float64), other.texture[one.pixels].astype(np.float64)
+    noises = len(own) * np.array([frame.texture_noise**2, other.texture_noise**2])
+    return np.array([own @ theirs, own @ own, theirs @ theirs, *noises])
+
+
+def _fit(shares: Matrix, textures: Matrix, moved: Matrix) -> tuple[NDArray[np.bool_], float]:
+    """Return which pairs of frames agree as only right poses make them, and how their textures correlate.
+
+    A floor slides along itself unseen, and so does a wall beside it: far from the given pose, textures must agree, too.
+    shares: of depths that agree, (n, n)
+    """
+    product, own, theirs, own_noise, their_noise = textures
+    squares = np.maximum(own * theirs, 1e-30)
+    signal = np.maximum(own - own_noise, 0) * np.maximum(theirs - their_noise, 0)
+    correlation, possible = product / np.sqrt(squares), np.sqrt(signal / squares)
+    textured, is_near, agree = possible >= TEXTURED, moved < NEAR, shares >= LEAST_AGREEMENT
+    alike = np.where(textured, correlation >= LEAST_CORRELATION * possible, shares >= PLAIN_AGREEMENT)
+    some = textured & agree
+    usual = float(product[some].sum() / np.sqrt(signal[some]).sum()) if some.any() else np.nan
+    return agree & (is_near | alike), usual
 
 
 def _group(fits: NDArray[np.bool_], anchor: int) -> NDArray[np.bool_]:

@@ -8,17 +8,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .agreement import LEAST_LIGHT, LEAST_SPREAD, WIDEST, Judgement, judge, spread_of
-from .frame_matches import Matches, find_matches, placed
+from .agreement import LEAST_CORRELATION, LEAST_SPREAD, WIDEST, Judgement, judge, spread_of
+from .frame_matches import Matches, count_seen, find_matches, placed
 from .pose_graph import Joint, motion_matrix, motion_of, pair_equations
 from .reduced_frame import ReducedFrame
 
 LEAST_OVERLAP = 0.08  # of a frame's points that another must show, for the two to be compared
-MOST_SAMPLES = 1_200_000  # of all pairs together in one iteration
+MOST_SAMPLES = 600_000  # of all pairs together in one iteration
 TUKEY = 4.685  # spreads beyond which a difference does not count (Tukey's biweight)
 NORMAL_NOISE = 1.386  # median of 1 - cosine between two normals, over the variance of one of their components
 LONGEST_STEP = 0.06  # of a frame in one iteration, a share of the scene's distance
-SETTLED = 5e-6  # a shorter step ends a level, times its distance between samples
+LEAST_LIGHT = 1e-4  # spread of brightness that agrees
+SETTLED = 6e-4  # of a level's gate: a shorter step ends it
 OWN_SHARE = 0.1  # of a motion that nothing fixes, from which on a frame takes part in it
 SHOWN = 1  # pixels, doubled by each blur, that depths may be apart where brightness still leads the right way
 FEWEST = 20  # samples that two frames must share
@@ -35,9 +36,10 @@ class Level(NamedTuple):
     gate: float  # share of the depth within which points may be the same
     blur: int  # of the brightness
     most: int  # iterations
+    least_spread: float  # of depths, a share of them: what is farther apart counts, though most agrees better
 
 
-LEVELS = Level(8, 0.2, 2, 20), Level(4, 0.06, 1, 12), Level(2, 0.03, 0, 6)
+LEVELS = Level(8, 0.2, 2, 20, 0.02), Level(4, 0.06, 1, 12, 0.006), Level(2, 0.03, 0, 6, 0.0)
 
 
 class Fit(NamedTuple):
@@ -50,6 +52,7 @@ class Fit(NamedTuple):
     after: float  # the same with the new ones
     agreed: float  # share of what it has in common with others that lay within the band, with the given poses
     agrees: float  # the same with the new ones
+    by_colors: bool  # whether brightness led, too
     loose: tuple[Matrix, ...]  # motions (6,) that nothing fixes, turn and shift in world axes, of length 1
 
 
@@ -69,17 +72,22 @@ class Frames:
         self.radius = max(frame.radius for frame in frames) or 1.0
         self.scale = float(np.median([np.linalg.norm(frame.middle) for frame in frames])) or 1.0
         self.given = [pose.copy() for pose in poses]
+        self.by_colors = True  # whether brightness leads, too
         self.anchor = min((k for pair in self.pairs(poses) for k in pair), default=0)
 
     def pairs(self, poses: Sequence[Matrix], without: Set[int] = frozenset()) -> list[Pair]:
         """Return the pairs (i, j) of frames of which i shows enough that j should show, too."""
         numbers = [k for k in range(len(self.frames)) if k not in without]
         least = [max(LEAST_OVERLAP * len(frame.samples(LEVELS[0].step)), FEWEST) for frame in self.frames]
-        every = [(i, j) for i in numbers for j in numbers if i != j]
-        return [(i, j) for i, j, one in self.matches(poses, LEVELS[0], every) if one.seen >= least[i]]
+        found, level = [], LEVELS[0]
+        for i in numbers:
+            points = placed(self.frames[i], poses[i], level.step)
+            others = (j for j in numbers if j != i)
+            found += [(i, j) for j in others if count_seen(points, self.frames[j], poses[j], level.gate) >= least[i]]
+        return found
 
     def matches(
-        self, poses: Sequence[Matrix], level: Level, pairs: Sequence[Pair]
+        self, poses: Sequence[Matrix], level: Level, pairs: Sequence[Pair], by_colors: bool = False
     ) -> Iterator[tuple[int, int, Matches]]:
         """Yield the matches of pairs that have any; pairs of one first frame follow one another."""
         last, points, own = -1, None, None
@@ -87,7 +95,7 @@ class Frames:
             if i != last:
                 frame, last = self.frames[i], i
                 points = placed(frame, poses[i], level.step)
-                own = None if frame.brightness is None else frame.blurred(level.blur)
+                own = frame.blurred(level.blur) if by_colors and frame.brightness is not None else None
             assert points is not None
             found = find_matches(points, own, self.frames[j], poses[j], level.gate, level.blur)
             if found is not None:
@@ -115,7 +123,7 @@ class Frames:
                 longest = float(np.linalg.norm(steps.reshape(-1, 3), axis=1).max())
                 steps *= min(1.0, LONGEST_STEP * self.scale / max(longest, 1e-300))
                 poses = [self._moved(pose, step) for pose, step in zip(poses, steps, strict=True)]
-                if longest < SETTLED * self.scale * level.step:
+                if longest < SETTLED * self.scale * level.gate:
                     break
             told()
         return poses, loose
@@ -149,11 +157,12 @@ class Frames:
 
     def _equations(self, poses: Sequence[Matrix], level: Level, pairs: Sequence[Pair]) -> Joint | None:
         """Return the equations of all pairs, weighted by the spread of all their differences together."""
-        found = [(i, j, one) for i, j, one in self.matches(poses, level, pairs) if len(one.points)]
+        matches = self.matches(poses, level, pairs, self.by_colors)
+        found = [(i, j, one) for i, j, one in matches if len(one.points)]
         if not found:
             return None
         every = [one for *_, one in found]
-        usual = spread_of([one.apart for one in every], LEAST_SPREAD)
+        usual = spread_of([one.apart for one in every], max(LEAST_SPREAD, level.least_spread))
         cosines = np.concatenate([one.cosines for one in every])
         normal_noise = max(float(np.median(1 - cosines)), 0.0) / NORMAL_NOISE
         light = spread_of([one.brighter for one in every], LEAST_LIGHT)
@@ -179,16 +188,26 @@ class Frames:
         return joint
 
     def judged(
-        self, poses: Sequence[Matrix], without: Set[int] = frozenset(), spreads: tuple[float, float] | None = None
+        self, poses: Sequence[Matrix], without: Set[int] = frozenset(), spread: float | None = None
     ) -> Judgement:
         """Return how well the frames agree.
 
         without  frames that are not compared with any
-        spreads  of the differences of depth and brightness where frames agree; None measures them
+        spread   of the depths' differences where frames agree; None measures it
         """
         level = LEVELS[1]._replace(gate=WIDEST)
         found = list(self.matches(poses, level, self.pairs(poses, without)))
-        return judge(found, [len(frame.samples(level.step)) for frame in self.frames], self.anchor, spreads)
+        points = [len(frame.samples(level.step)) for frame in self.frames]
+        return judge(found, self.frames, points, self.anchor, self._moved_pairs(poses), spread)
+
+    def _moved_pairs(self, poses: Sequence[Matrix]) -> Matrix:
+        """Return (n, n) how far each two frames were moved against each other, a share of the scene's distance."""
+        both = [
+            (self._about_middle(pose), self._about_middle(given)) for pose, given in zip(poses, self.given, strict=True)
+        ]
+        motions = [pose @ np.linalg.inv(given) for pose, given in both]
+        steps = [[motion_of(one, other, self.radius) for other in motions] for one in motions]
+        return np.linalg.norm(steps, axis=-1) / self.scale
 
 
 def _tukey(values: NDArray[np.floating]) -> Matrix:
@@ -209,6 +228,9 @@ def align(
     work = Frames(frames, poses)
     free = set(range(len(frames))) - {work.anchor}
     found, loose = work.refine(poses, free, told=told)
+    if work.judged(found).correlation < LEAST_CORRELATION:  # colours do not lie on the depth
+        work.by_colors = False
+        found, loose = work.refine(poses, free)
     kept: set[int] = set()
     for _ in range(ROUNDS):
         again, kept = _guarded(work, found, kept)
@@ -218,10 +240,10 @@ def align(
     if len(loose):
         found, loose = work.refine(work.held(found, loose), free - kept, kept, LEVELS[-1:])
     after = work.judged(found)
-    before = work.judged(poses, spreads=after.spreads)
+    before = work.judged(poses, spread=after.spread)
     return [
         Fit(found[k], k not in kept and after.overlap[k] > 0, after.overlap[k], before.each[k], after.each[k],
-            before.agreement[k], after.agreement[k], _own_motions(loose, k))
+            before.agreement[k], after.agreement[k], work.by_colors, _own_motions(loose, k))
         for k in range(len(frames))
     ]  # fmt: skip
 
@@ -239,7 +261,7 @@ def _guarded(work: Frames, poses: list[Matrix], kept: set[int]) -> tuple[list[Ma
         again[k] = work.given[k]
         others = doubtful - {k}
         again, _ = work.refine(again, {k}, others | kept)
-        now = [work.judged(one, others | kept, judged.spreads) for one in (poses, again)]
+        now = [work.judged(one, others | kept, judged.spread) for one in (poses, again)]
         if now[1].agreement[k] > now[0].agreement[k]:
             poses = again
         if not now[1].doubtful()[k]:
@@ -258,7 +280,7 @@ def _outcasts(work: Frames, poses: list[Matrix], without: Set[int]) -> set[int]:
     found: set[int] = set()
     while True:
         after = work.judged(poses, without | found)
-        before = work.judged(work.given, without | found, after.spreads)
+        before = work.judged(work.given, without | found, after.spread)
         bad = after.doubtful() | (after.agreement < before.agreement - WORSE)
         bad[work.anchor] = False
         if not bad.any():

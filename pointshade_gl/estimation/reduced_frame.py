@@ -12,16 +12,17 @@ from ..scene.camera import Camera
 
 LONGER_SIDE = 320  # pixels of the copy, about
 BLURS = 3  # how often the brightness is blurred, each time twice as wide
+LEAST_NOISE = 0.015  # of brightness: what a compressed picture shows where there is nothing
 _KERNEL = np.array([1, 4, 6, 4, 1], np.float32) / 16
+_IMPULSE = np.zeros((65, 65), np.float32)
+_IMPULSE[32, 32] = 1
 Floats = NDArray[np.float32]
 
 
 class Brightness(NamedTuple):
-    """Blurred brightness and its slope, each (h * w,) float32."""
+    """Blurred brightness and its slope."""
 
-    value: Floats
-    along_u: Floats  # change to the next column
-    along_v: Floats  # change to the next row
+    maps: Floats  # (h * w, 3): the brightness, its change to the next column, and to the next row
     slope_noise: float  # standard deviation of either slope on a surface of one colour
 
 
@@ -42,6 +43,12 @@ class ReducedFrame:
         self.normals = np.where(depth > 0, surface[..., :3], np.float32(0)).reshape(-1, 3)
         self._is_known = depth.reshape(-1) > 0
         self._samples: dict[int, NDArray[np.intp]] = {}
+
+    @cached_property
+    def planes(self) -> Floats:
+        """Return each point's normal and the distance of its plane from the camera, (h * w, 4)."""
+        distances = np.einsum("nk,nk->n", self.normals, self.points)
+        return np.concatenate([self.normals, distances[:, None]], -1)
 
     @property
     def points_known(self) -> int:
@@ -74,18 +81,28 @@ class ReducedFrame:
 
     @cached_property
     def _blurred(self) -> list[Brightness]:
-        """Each level blurs the last one by a kernel with gaps (a trous), so that all keep the size of the picture."""
         assert self.brightness is not None
-        noise = picture_noise(self.brightness)
-        shown, impulse = self.brightness, np.zeros((65, 65), np.float32)
-        impulse[32, 32] = 1
         levels = []
-        for level in range(BLURS):
-            shown, impulse = (_blur(picture, 1 << level) for picture in (shown, impulse))
-            along_v, along_u = (slope.ravel() for slope in np.gradient(shown))
+        for shown, impulse in zip(_blurs(self.brightness), _blurs(_IMPULSE), strict=True):
+            along_v, along_u = np.gradient(shown)
             gain = float(np.sqrt((np.gradient(impulse, axis=1) ** 2).sum()))
-            levels.append(Brightness(shown.ravel(), along_u, along_v, gain * noise))
+            levels.append(Brightness(np.stack([shown, along_u, along_v], -1).reshape(-1, 3), gain * self._noise))
         return levels
+
+    @cached_property
+    def texture(self) -> Floats:
+        """Return the brightness without what is finer or coarser than some pixels, (h * w,). It must be known."""
+        return self._blurred[0].maps[:, 0] - self._blurred[-1].maps[:, 0]
+
+    @cached_property
+    def texture_noise(self) -> float:
+        """Return the standard deviation of the texture of a surface of one colour."""
+        finest, *_, coarsest = _blurs(_IMPULSE)
+        return float(np.sqrt(((finest - coarsest) ** 2).sum())) * max(self._noise, LEAST_NOISE)
+
+    @cached_property
+    def _noise(self) -> float:
+        return 0.0 if self.brightness is None else picture_noise(self.brightness)
 
 
 def picture_noise(picture: Floats) -> float:
@@ -96,6 +113,18 @@ def picture_noise(picture: Floats) -> float:
     rows = picture[:-2] - 2 * picture[1:-1] + picture[2:]
     mask = rows[:, :-2] - 2 * rows[:, 1:-1] + rows[:, 2:]
     return 1.4826 * float(np.median(np.abs(mask))) / 6 if mask.size else 0.0
+
+
+def _blurs(picture: Floats) -> list[Floats]:
+    """Return a picture at each level of blur.
+
+    Each level blurs the last one by a kernel with gaps (a trous), so that all keep the size of the picture.
+    """
+    levels = []
+    for level in range(BLURS):
+        picture = _blur(picture, 1 << level)
+        levels.append(picture)
+    return levels
 
 
 def _blur(picture: Floats, gap: int) -> Floats:

@@ -38,6 +38,10 @@ def same_pose(frame, other):
     return np.array_equal(frame.pose, other.pose)
 
 
+def right_or_given(frame, given, true):
+    return same_pose(frame, given) or off(frame, true) < 0.002
+
+
 class TestSteps:
     def test_a_motion_and_its_step_belong_together(self):
         step = np.array([0.1, -0.2, 0.05, 0.3, 0.2, -0.1])
@@ -165,12 +169,13 @@ class TestWhatCannotBePlaced:
         assert max(errors(found[:2] + found[3:], true[:2] + true[3:])) < 1.0
 
     def test_mirrored_poses(self):
+        """Here the second frame is 80 cm from where it belongs, the others 35 and 65."""
         true = views(corner(), 4, noise=0.001)
         mirror, first = np.diag([-1, 1, 1, 1]), true[0].pose
         given = [one.at(first @ mirror @ np.linalg.inv(first) @ one.pose @ mirror) for one in true]
         found, notes = aligned(given)
-        assert len(notes) == 1 and "frames 1, 2, 3 of 4 could not be aligned" in notes[0]
-        assert all(map(same_pose, found, given))
+        assert len(notes) == 1 and "frame 1 of 4 could not be aligned" in notes[0]
+        assert all(map(right_or_given, found, given, true))
 
     def test_two_frames_without_overlap(self):
         first, other = views(corner(), 2)
@@ -204,10 +209,9 @@ class TestWhatCannotBePlaced:
         found, notes = aligned([true[0], true[0]])
         assert not notes and off(found[1], true[0]) < 1e-6
 
-    @pytest.mark.parametrize("seed", range(4))
+    @pytest.mark.parametrize("seed", range(8))
     def test_far_off_is_right_or_declined(self, seed):
         true = views(corner(), 5, noise=0.001)
         given = disturbed(true, 0.25, 8.0, seed)
         found, _ = aligned(given)
-        for one, other, first in zip(found, given, true, strict=True):
-            assert same_pose(one, other) or off(one, first) < 0.002
+        assert all(map(right_or_given, found, given, true))

@@ -12,11 +12,13 @@ MIDDLE = np.array([0.0, 0.1, 2.0])
 YAWS = (0.0, -16.0, 17.0, 9.0, -7.0)
 
 
+WAVES = np.random.default_rng(5).normal(0, 1, (16, 3)) * np.geomspace(5, 35, 16)[:, None]  # radians a metre
+
+
 def painted(points: np.ndarray) -> np.ndarray:
-    """Blotches of many sizes."""
-    x, y, z = np.moveaxis(points, -1, 0)
-    tones = [np.sin(23 * x + 5 * y) * np.cos(19 * y - 9 * z), np.cos(31 * z + 7 * x), np.sin(11 * x - 13 * y + 5 * z)]
-    return 0.4 + 0.2 * np.stack(tones, -1)
+    """Blotches of many sizes that never repeat."""
+    tones = np.sin(points @ WAVES.T + np.arange(16)) @ np.random.default_rng(6).normal(0, 0.06, (16, 3))
+    return np.clip(0.4 + tones, 0.05, 0.95)
 
 
 def plain(points: np.ndarray) -> np.ndarray:

@@ -178,8 +178,8 @@ class Frames:
             is_near = spread * abs(target.camera.fx) < SHOWN << level.blur
             colored = np.flatnonzero(np.isfinite(one.brighter) & (weights > 0) & is_near)
             if len(colored):
-                brighter = one.brighter[colored]
-                shown = _tukey(brighter / light) / light**2
+                brighter, usual_light = one.brighter[colored], spread_of([one.brighter], light)
+                shown = _tukey(brighter / usual_light) / usual_light**2
                 focal = abs(target.camera.fx * target.camera.fy) / one.depth[colored] ** 2
                 noise = focal * target.blurred(level.blur).slope_noise ** 2
                 joint.add(

@@ -27,17 +27,19 @@ class Together(NamedTuple):
     """Frames that are drawn as one object.
 
     scene    with the object; who looks is the first one's camera
-    names    of the frames
     numbers  of the frames in a file of their poses
     """
 
     scene: Scene
+    frames: Sequence[Frame]
     names: list[str]
     numbers: list[int]
 
-    @property
-    def frames(self) -> Sequence[Frame]:
-        return self.scene.nodes[0].content.frames  # pyright: ignore
+    @classmethod
+    def of(cls, frames: Sequence[Frame], look: Look, names: list[str], numbers: list[int]) -> Together:
+        """Return frames as one object."""
+        scene = Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
+        return cls(scene, frames, names, numbers)
 
 
 def load(frame: FrameOptions, sequence: bool = False, scene: bool = False, pose: Any = None) -> Any:
@@ -96,11 +98,7 @@ def load_together(frame: FrameOptions, look: Look, inputs: Sequence[str]) -> Tog
     numbers = [0] * len(every) if frame.frame is None else frames_from(frame.frame, len(every))
     sources = load_several(replace(frame, frame=None), inputs)
     found = [_numbered(source, number) for source, number in zip(sources, numbers, strict=True)]
-    return Together(_as_one(found, look), every, list(range(len(every))))
-
-
-def _as_one(frames: Sequence[Frame], look: Look) -> Scene:
-    return Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
+    return Together.of(found, look, every, list(range(len(every))))
 
 
 def _numbered(source: Any, number: int) -> Frame:
@@ -119,7 +117,8 @@ def load_views(frame: FrameOptions, look: Look, views: str) -> Together:
     check_frame(frame)
     source = load(frame, sequence=True)
     found = views_of(source, count)
-    return Together(_as_one(list(found.values()), look), list(map(str, found)), [source.parts[k].number for k in found])
+    numbers = [source.parts[k].number for k in found]
+    return Together.of(list(found.values()), look, list(map(str, found)), numbers)
 
 
 def load_several(frame: FrameOptions, inputs: Sequence[str]) -> list[Any]:

@@ -15,7 +15,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from ..files.access.limits import MAX_PIXELS
-from ..files.access.written_suffixes import DEPTH, FILMS, IMAGES, NORMALS, POINTS, POSES, RENDERED
+from ..files.access.written_suffixes import DEPTH, FILMS, IMAGES, NORMALS, POINTS, RENDERED
 from ..files.clouds.found_points import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
 from ..files.depth_models.families import PIXELS
@@ -59,14 +59,6 @@ UnlightAll = Annotated[
         "--unlight-all",
         help="The frames of INPUT are photographs of one view, each under its own light: draw their common albedo.",
         rich_help_panel=LIGHT,
-    ),
-]
-SavePoses = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="FILE",
-        help=f"Also write the poses that --align found: a {', '.join(POSES)} of TUM's form, which --poses reads.",
-        rich_help_panel=VIEW,
     ),
 ]
 MoreInputs = Annotated[

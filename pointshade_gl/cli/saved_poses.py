@@ -4,10 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Annotated
 
+import typer
+
+from ..files.access.written_suffixes import POSES
 from ..messages.formatting import counted, option
 from ..rendering.renderer import Renderer
+from ..scene.option_fields import VIEW
 from .inputs import Together
+
+SavePoses = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help=f"Also write the poses that --align found: a {', '.join(POSES)} of TUM's form, which --poses reads.",
+        rich_help_panel=VIEW,
+    ),
+]
 
 
 def check_saved(path: Path, aligns: bool, is_set: bool) -> None:

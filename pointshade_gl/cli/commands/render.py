@@ -39,7 +39,6 @@ from ..options import (
     MoreInputs,
     Quiet,
     RenderOutput,
-    SavePoses,
     Small,
     UnlightAll,
     ViewOptions,
@@ -50,7 +49,7 @@ from ..output import explainer, in_turn, open_renderer, progress, report, spinne
 from ..page_options import PageOptions, is_page
 from ..photographs import as_one_frame, load_photographs
 from ..picture_options import PictureOptions, view_of
-from ..saved_poses import check_saved, poses_saver
+from ..saved_poses import SavePoses, check_saved, poses_saver
 from ..usage_errors import check_folders
 
 

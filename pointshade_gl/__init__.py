@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from .files.writing.depth_and_normal_maps import save_depth, save_normals
     from .files.writing.film import Film
     from .files.writing.point_clouds import save_points
+    from .files.writing.poses import save_poses
     from .page import save_page, show
 
     live = _live
@@ -92,6 +93,7 @@ __all__ = [
     "save_normals",
     "save_page",
     "save_points",
+    "save_poses",
     "save_scene",
     "show",
     "use_device",
@@ -113,6 +115,7 @@ _LATER = {
     "save_normals": ".files.writing.depth_and_normal_maps",
     "save_page": ".page",
     "save_points": ".files.writing.point_clouds",
+    "save_poses": ".files.writing.poses",
     "save_scene": ".files.gltf",
     "show": ".page",
 }

@@ -127,6 +127,11 @@ def _check_still(asked: Asked) -> None:
     films = f"{option('to', 'mp4')} or {option('to', 'gif')}"
     if asked.film.turntable is not None:
         raise ValueError(f"{option('turntable')} makes films: add {films}")
+    if asked.look.align:
+        raise ValueError(
+            f"{option('align', True)} corrects the poses of several frames of one thing, and each picture is drawn "
+            f"alone: add {films}, or leave it out"
+        )
     if asked.look.temporal:
         raise ValueError(f"{option('temporal', True)} filters over time, and each picture is drawn alone: add {films}")
 

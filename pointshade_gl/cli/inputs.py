@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..files.access.builtin import FRAMES
 from ..messages.formatting import option
@@ -23,13 +23,35 @@ from .parse import frames_from, views_from
 PLAIN = Look()
 
 
-def load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> Any:
-    """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing."""
+class Together(NamedTuple):
+    """Frames that are drawn as one object.
+
+    scene    with the object; who looks is the first one's camera
+    numbers  of the frames in a file of their poses
+    """
+
+    scene: Scene
+    frames: Sequence[Frame]
+    names: list[str]
+    numbers: list[int]
+
+    @classmethod
+    def of(cls, frames: Sequence[Frame], look: Look, names: list[str], numbers: list[int]) -> Together:
+        """Return frames as one object."""
+        scene = Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
+        return cls(scene, frames, names, numbers)
+
+
+def load(frame: FrameOptions, sequence: bool = False, scene: bool = False, pose: Any = None) -> Any:
+    """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing.
+
+    pose  (4, 4) of all frames; None: those in the files
+    """
     from ..files.clouds.fitting_options import check_frame_options
     from ..files.frames.frame_files import load_frame
     from ..files.sources import is_cloud, is_scene, load_any, open_source
 
-    source, options = frame.input, frame.load_options
+    source, options = frame.input, frame.load_options | ({} if pose is None else {"pose": pose})
     if not scene:
         check_frame(frame)
     frame.check_exist()
@@ -70,20 +92,13 @@ def are_clouds(frame: FrameOptions, inputs: Sequence[str]) -> bool:
     return bool(clouds)
 
 
-def load_together(frame: FrameOptions, look: Look, inputs: Sequence[str]) -> tuple[Scene, list[str]]:
-    """One frame of each of several inputs, the first or that with the number given, as one object; and their names."""
-    check_frame(frame)
-    numbers = [0] * (1 + len(inputs)) if frame.frame is None else frames_from(frame.frame, 1 + len(inputs))
-    every = replace(frame, frame=None)
-    first = load(every, sequence=True)
-    others = load_others(every, first, inputs)
-    found = [_numbered(source, number) for source, number in zip((first, *others), numbers, strict=True)]
-    return _as_one(found, look), [str(frame.input), *inputs]
-
-
-def _as_one(frames: Sequence[Frame], look: Look) -> Scene:
-    """Frames as one object; who looks is the first one's camera."""
-    return Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
+def load_together(frame: FrameOptions, look: Look, inputs: Sequence[str]) -> Together:
+    """One frame of each of several inputs, the first or that with the number given, as one object."""
+    every = [str(frame.input), *inputs]
+    numbers = [0] * len(every) if frame.frame is None else frames_from(frame.frame, len(every))
+    sources = load_several(replace(frame, frame=None), inputs)
+    found = [_numbered(source, number) for source, number in zip(sources, numbers, strict=True)]
+    return Together.of(found, look, every, list(range(len(every))))
 
 
 def _numbered(source: Any, number: int) -> Frame:
@@ -94,24 +109,33 @@ def _numbered(source: Any, number: int) -> Frame:
     return frames[number]
 
 
-def load_views(frame: FrameOptions, look: Look, views: str) -> tuple[Scene, list[str]]:
-    """Frames of a sequence as one object, and their numbers; who looks is the first one's camera."""
+def load_views(frame: FrameOptions, look: Look, views: str) -> Together:
+    """Frames of a sequence as one object."""
     from ..files.sources import views_of
 
     count = views_from(views)
     check_frame(frame)
-    found = views_of(load(frame, sequence=True), count)
-    return _as_one(list(found.values()), look), list(map(str, found))
+    source = load(frame, sequence=True)
+    found = views_of(source, count)
+    numbers = [source.parts[k].number for k in found]
+    return Together.of(list(found.values()), look, list(map(str, found)), numbers)
 
 
-def load_others(frame: FrameOptions, first: Any, inputs: Sequence[str]) -> list[Any]:
-    """More sources of frames of what the first shows, read with its options. Raises ValueError without poses."""
+def load_several(frame: FrameOptions, inputs: Sequence[str]) -> list[Any]:
+    """Sources of frames of one thing, all read with the same options: of INPUT, and of more. Raises ValueError without
+    poses.
+    """
+    from ..files.index.given_poses import poses_of_inputs
     from ..files.sources import check_posed
 
-    if inputs and (frame.depth or frame.color):
+    if frame.depth or frame.color:
         raise ValueError(f"pass {option('depth')} or {option('color')} with one INPUT")
-    found = [load(replace(frame, input=path), sequence=True) for path in inputs]
-    check_posed((first, *found) if inputs else ())
+    frame.check_exist()
+    every = [str(frame.input), *inputs]
+    poses = [None] * len(every) if frame.poses is None else poses_of_inputs(frame.poses, every, frame.max_pixels)
+    one = replace(frame, poses=None)
+    found = [load(replace(one, input=path), sequence=True, pose=pose) for path, pose in zip(every, poses, strict=True)]
+    check_posed(found)
     return found
 
 
@@ -142,6 +166,15 @@ def check_stream(look: Look, is_stream: bool) -> None:
         raise ValueError(
             f"{option('temporal', True)} filters the frames of a sequence over time, and here is a single one: "
             "leave it out, or pass a sequence, and write its frames to a film or to numbered files, such as %04d.png"
+        )
+
+
+def check_align(aligns: bool, is_several: bool) -> None:
+    """Raises ValueError for poses that are to be corrected of a single frame."""
+    if aligns and not is_several:
+        raise ValueError(
+            f"{option('align', True)} corrects the poses of several frames of one thing, and here is a single one: "
+            f"pass {option('views', 'N')} or several INPUTs, or write the frames of a sequence to a film"
         )
 
 

@@ -65,8 +65,8 @@ MoreInputs = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="MORE",
-        help="More folders with frames of the same thing, with poses: all play at once, merged into one object. Or "
-        "more point clouds, which lie in one world.",
+        help="More folders with frames of the same thing, with poses (or see --poses): all play at once, merged into "
+        "one object. Or more point clouds, which lie in one world.",
         autocompletion=complete_input,
     ),
 ]
@@ -107,6 +107,11 @@ class InputOptions:
     ] = None
     color: str | None = said("Colour picture.", metavar="FILE", panel=FRAME)
     depth: str | None = said("Depth picture.", metavar="FILE", panel=FRAME)
+    poses: str | None = said(
+        "Poses of the frames, in place of those in INPUT; of several INPUTs one pose for each, by name or in order.",
+        metavar="FILE",
+        panel=FRAME,
+    )
 
 
 @dataclass(frozen=True)
@@ -192,8 +197,8 @@ class FrameOptions(CloudOptions, ReadingOptions, InputOptions):
 
     def check_exist(self) -> None:
         """Raises FileNotFoundError if one of the files does not exist."""
-        given = {"color": self.color, "depth": self.depth, "intrinsics": self.intrinsics}
-        check_exist(self.input, **given, depth_model=self.depth_model)
+        names = "color", "depth", "poses", "intrinsics", "depth_model"
+        check_exist(self.input, **{name: getattr(self, name) for name in names})
 
 
 @dataclass(frozen=True)

@@ -47,6 +47,16 @@ def explainer(wanted: bool, names: Sequence[str] = ()) -> Callable[[Renderer], N
     return tell
 
 
+def in_turn(*calls: Callable[[Renderer], None]) -> Callable[[Renderer], None]:
+    """One function for after each picture that calls several."""
+
+    def tell(renderer: Renderer) -> None:
+        for call in calls:
+            call(renderer)
+
+    return tell
+
+
 def fail(error: str, code: int) -> NoReturn:
     """Ends the process with the error, if it says anything, in one line."""
     if error:

@@ -108,6 +108,8 @@ def _look_words(picture: Picture, clouds: Sequence[PointCloud]) -> tuple[list[st
             return words_of(LookOptions(shading=shading)), ""
         return words_of(_cloud_options(clouds[0], shading if shading in CLOUD_SHADINGS else CLOUD_SHADINGS[0])), ""
     look = picture.request().look
+    if not isinstance(picture.shown, Views) or len(picture.shown.shown) == 1:
+        look = replace(look, align=False)  # there is nothing to align
     is_whole = look == look.alone
     return look_words(look), "" if is_whole else "the filter over time, which needs the frames before"
 

@@ -208,5 +208,8 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
 def check_posed(sources: Iterable[Any]) -> None:
     """Raises ValueError for a sequence without poses among several sources."""
     for source in sources:
-        if isinstance(source, FrameSequence) and not source.posed:
-            raise ValueError(f"{source.folder} has no poses: several INPUTs are merged by their poses")
+        if isinstance(source, FrameSequence) and not source.is_placed:
+            raise ValueError(
+                f"{source.folder} has no poses: several INPUTs are merged by their poses, pass those as "
+                f"{option('poses', 'FILE')}"
+            )

@@ -226,6 +226,8 @@ def show_points(ui: Widgets, state: State, shown: Shown, opened: bool) -> State:
         "remove_highlights": ui.tick("no highlights (X)", look.remove_highlights,
                                      "Takes the highlights out of the colours, where three or more views "
                                      "are merged: a highlight moves from view to view."),
+        "align": ui.tick("align views", look.align, "Corrects the poses of merged views, so that depths and colours "
+                         "agree. It takes some seconds."),
     }  # fmt: skip
     is_mesh = changes["splat"] == "mesh"
     ui.imgui.begin_disabled(is_mesh)

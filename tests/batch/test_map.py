@@ -11,6 +11,7 @@ from pointshade_gl.batch.processes import Tasks
 from pointshade_gl.messages.progress import Count
 
 from ..support import frames
+from ..support.posed_views import corner, disturbed, views
 
 
 @pytest.fixture
@@ -37,6 +38,13 @@ def test_a_sequence_is_drawn_whether_workers_read_it_or_not(renderer, folder):
             assert np.array_equal(picture, single)
             assert picture._repr_png_()
         assert isinstance(damaged, ValueError) and "2.npy" in str(damaged)
+
+
+def test_frames_of_one_thing_are_aligned_and_single_ones_are_drawn_as_they_are(renderer):
+    given, look = disturbed(views(corner(), 2), 0.02, 0.5), ps.Look(shading="none", align=True)
+    merged, single = ps.batch.map([given, given[1]], look, workers=1)
+    assert np.array_equal(merged, renderer.render(given, shading="none", align=True))
+    assert np.array_equal(single, renderer.render(given[1], shading="none"))
 
 
 def results(*outcomes):

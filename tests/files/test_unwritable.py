@@ -36,6 +36,7 @@ WRITERS = {
     **{f"d{suffix}": lambda path: ps.save_depth(path, DEPTH) for suffix in (".png", ".exr", ".tif", ".npy")},
     **{f"n{suffix}": lambda path: ps.save_normals(path, NORMALS) for suffix in (".png", ".exr", ".npy")},
     "a.ply": lambda path: ps.save_points(path, cloud()),
+    "a.txt": lambda path: ps.save_poses(path, [frames.sphere()] * 99),
     "a.html": lambda path: ps.save_page(path, frames.sphere()),
     "a.glb": lambda path: ps.save_scene(path, ps.Scene((ps.Node(ps.PointObject(frames.sphere())),))),
     "a.gltf": lambda path: ps.save_scene(path, ps.Scene((ps.Node(ps.PointObject(frames.sphere())),))),

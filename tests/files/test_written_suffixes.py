@@ -24,6 +24,7 @@ LIBRARY = {
     "save_depth": (known.DEPTH, lambda path: ps.save_depth(path, np.ones((8, 8), np.float32))),
     "save_normals": (known.NORMALS, lambda path: ps.save_normals(path, np.ones((8, 8, 3), np.float32))),
     "save_points": (known.POINTS, lambda path: ps.save_points(path, ps.render_points(frames.sphere()))),
+    "save_poses": (known.POSES, lambda path: ps.save_poses(path, [frames.sphere()])),
     "save_page": (known.PAGES, lambda path: ps.save_page(path, frames.sphere())),
     "save_scene": (
         known.SCENES,

@@ -37,6 +37,7 @@ loaded = ps.load_frame("vase")
 loaded = ps.load_frame(folder, allow_outside=True, max_pixels=1e8, notes=print)
 loaded = ps.load_frame(color="color.png", depth=folder / "depth.png", intrinsics="500,500,320,240", depth_scale=1000)
 loaded = ps.load_frame(depth=np.ones((2, 2)), color=[[[0, 0, 0]]], intrinsics=(500, 500, 320, 240), pose=matrix)
+loaded = ps.load_frame(folder, poses="poses.json")
 loaded = ps.load_frame(depth="depth.npy", fov=60, depth_kind="disparity", baseline=0.1, pose="pose.txt")
 
 # lights, materials, looks, views
@@ -53,7 +54,7 @@ other = ps.Look(noise="kinect", upsample="none", normals_at="target", flying="sn
 other = ps.Look(normals=np.zeros((2, 2, 3)), point_size=[[1, 2]], noise=0.01, unlight=True, remove_highlights=True)
 of_look = look.material, look.shading, look.splat, look.upsample, look.normals_at, look.flying, look.missing
 values = look.normals, look.point_size, look.max_depth_step, look.noise
-asked = look.temporal, look.unlight, look.remove_highlights
+asked = look.temporal, look.unlight, look.remove_highlights, look.align
 checks = look.has_own_sizes, look.is_uniform, look.fills, look.completes, look.farthest_reach, look.is_plain
 looks = [look.alone, look.as_taken, look.of_points, look.for_frame(frame.depth)]
 sizes, options = look.sizes_for(frame.depth), look.options
@@ -113,6 +114,9 @@ picture = ps.render(frame, temporal=True, unlight=True, remove_highlights=True, 
 picture_depth = ps.render_depth(frame, camera, np.eye(4), "star", upsample="vote")
 normals = ps.estimate_normals(frame, "plane-fit-5", noise=0.01, max_depth_step="3%", flying="snap")
 albedo = ps.estimate_albedo([frame, plain])
+elsewhere = frame.at(rows)
+corrected = ps.align_frames([frame, plain], noise="kinect", progress=lambda done, every: done < every)
+ps.save_poses(folder / "poses.txt", corrected, numbers=[0, 7])
 point_cloud = ps.render_points(folder, light, shading="none", pose=rows)
 cloud = ps.PointCloud([(0, 0, 0)], np.ones((1, 3)), np.zeros((1, 3), np.uint8))
 of_cloud = point_cloud.positions, point_cloud.normals, point_cloud.colors, len(point_cloud)
@@ -139,6 +143,7 @@ with ps.Renderer(device=0, rasterizer="points", merge=0) as renderer:
     oriented = renderer.with_normals(point_cloud, noise=0.01, notes=print)
     hit = renderer.find_surface(320, 240, camera, matrix, reach=2)
     lines, choice, shares = renderer.explain(["a", "b"]), renderer.choice, renderer.weights
+    aligned, poses = renderer.aligned, renderer.align_frames([frame, plain], max_depth_step="3%")
     stops, nearby, shared = renderer.exposure, renderer.surroundings, renderer.estimate_albedo([frame, plain])
     driver, steps = renderer.context.renderer, renderer.steps
     with renderer.prepared(scene, camera, matrix) as drawables:

@@ -19,6 +19,7 @@ from pointshade_gl.cli.window_line import Typed, render_line
 from pointshade_gl.files.sources import load_any, open_source
 from pointshade_gl.scene.orbit_state import State
 
+from ..support.posed_views import corner, disturbed, views
 from ..support.radiance_files import mantissas, radiance_file
 from ..support.view_sets import pose_at, seen_from, write_views
 from ..support.viewing import drag, move, press, quiet
@@ -214,6 +215,22 @@ class TestFrames:
         assert again(viewer)[3:5] == ["--views", ",".join(viewer.frame.names)]
         viewer.frame = viewer.frame.switched(1, False)
         assert again(viewer, but=0.001)[3:5] == ["--views", ",".join(viewer.frame.shown_names)]
+
+    def test_merged_and_aligned(self, open_viewer, again, tmp_path):
+        walk = write_views(tmp_path / "walk", disturbed(views(corner(), 3), 0.02, 0.5))
+        state = State(look=ps.Look(align=True))
+        viewer = self.open(open_viewer, walk, views=2, state=state)
+        while viewer.document.playing.is_merging:
+            viewer.step()
+        assert "--align" in again(viewer, but=0.001) and len(viewer.renderer.aligned) == 2
+        viewer.frame = viewer.frame.switched(1, False)
+        assert "--align" not in again(viewer, but=0.001)
+
+    def test_with_poses_from_a_file(self, open_viewer, again, walk, tmp_path):
+        ps.save_poses(tmp_path / "poses.txt", [seen_from(pose_at(yaw)) for yaw in (-7, -3, 1, 5, 9)])
+        source, options = open_source(walk, poses=tmp_path / "poses.txt"), ("--poses", str(tmp_path / "poses.txt"))
+        viewer = open_viewer(source, command_line=line_of(str(walk), options=options), fps=0.01)
+        assert again(viewer)[:3] == [str(walk), *options]
 
     def test_of_several_inputs(self, open_viewer, again, walk, tmp_path):
         other = write_views(tmp_path / "other", [seen_from(pose_at(yaw)) for yaw in (-3, 3)])

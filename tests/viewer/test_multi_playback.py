@@ -1,12 +1,16 @@
 """Several sources at once: each plays at its own rate, and all are drawn as one object."""
 
+import json
 import shlex
+import shutil
 import threading
 
 import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.cli.inputs import load_several
+from pointshade_gl.cli.options import FrameOptions
 from pointshade_gl.viewer import Viewer
 from pointshade_gl.viewer.multi_playback import MultiPlayback
 from pointshade_gl.viewer.views import Views
@@ -160,9 +164,18 @@ class TestCommandLine:
         code, _, err = typed("view " + line.format(*(shlex.quote(str(folder)) for folder in folders)))
         assert code == 2 and sentence in err, err
 
-    def test_a_folder_without_poses_is_not_merged(self, typed, folders):
-        import shutil
+    def test_frames_of_each_have_the_pose_that_a_file_gives_it(self, folders, tmp_path):
+        poses = {name: frame.pose.tolist() for name, frame in (("right", LEFT), ("left", RIGHT))}
+        (tmp_path / "poses.json").write_text(json.dumps(poses))
+        shutil.rmtree(folders[1] / "pose")
+        left, right = load_several(FrameOptions(str(folders[0]), poses=str(tmp_path / "poses.json")), [str(folders[1])])
+        assert all((frame.pose == RIGHT.pose).all() for frame in left)
+        assert all((frame.pose == LEFT.pose).all() for frame in right) and len(right) == 3
 
+    def test_a_folder_without_poses_is_not_merged(self, typed, folders):
         shutil.rmtree(folders[1] / "pose")
         code, _, err = typed(f"view '{folders[0]}' '{folders[1]}' --depth-scale 1000")
-        assert code == 2 and "right has no poses: several INPUTs are merged by their poses" in err
+        assert (
+            code == 2
+            and "right has no poses: several INPUTs are merged by their poses, pass those as --poses FILE" in err
+        )

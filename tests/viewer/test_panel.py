@@ -12,6 +12,7 @@ from pointshade_gl.viewer.events import Event, TakeLight
 from pointshade_gl.viewer.lights import KINDS, kind_of
 
 from ..support import frames
+from ..support.posed_views import corner, disturbed, views
 from ..support.viewing import click_row, press, quiet, rows, settle, shown
 
 
@@ -270,3 +271,15 @@ def test_it_tells_rate_and_samples(open_viewer):
         viewer.step(wait=False)
         shown(viewer)
     assert any(line.endswith("pictures/s") for line in told) and told[-1] == "7 of 7 samples"
+
+
+def test_merged_views_are_aligned_if_it_is_asked_to(open_viewer):
+    given = disturbed(views(corner(), 2), 0.02, 0.5)
+    viewer = open_viewer(given, views=2, window_size=(640, 800), panel=True)
+    while viewer.document.playing.is_merging:
+        viewer.step()
+    before = shown(quiet(viewer))
+    click_row(viewer, "points")
+    click_row(viewer, "align views")
+    assert viewer.state.look.align and (shown(quiet(viewer)) != before).any()
+    assert list(viewer.renderer.aligned) == given

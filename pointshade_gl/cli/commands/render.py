@@ -19,7 +19,17 @@ from ...rendering.renderer import Renderer
 from ...rendering.request import RenderRequest
 from ...scene.graph import Scene
 from ...scene.view import View
-from ..inputs import are_clouds, as_scene, check_stream, load, load_clouds, load_together, load_views
+from ..inputs import (
+    Together,
+    are_clouds,
+    as_scene,
+    check_align,
+    check_stream,
+    load,
+    load_clouds,
+    load_together,
+    load_views,
+)
 from ..look_options import LookOptions, NormalOptions
 from ..options import (
     Device,
@@ -35,10 +45,11 @@ from ..options import (
     Views,
     spread,
 )
-from ..output import explainer, open_renderer, progress, report, spinner, warn_skipped
+from ..output import explainer, in_turn, open_renderer, progress, report, spinner, warn_skipped
 from ..page_options import PageOptions, is_page
 from ..photographs import as_one_frame, load_photographs
 from ..picture_options import PictureOptions, view_of
+from ..saved_poses import SavePoses, check_saved, poses_saver
 from ..usage_errors import check_folders
 
 
@@ -55,6 +66,7 @@ class Asked:
     page: PageOptions
     more: MoreInputs = None
     views: Views = None
+    save_poses: SavePoses = None
     unlight_all: UnlightAll = False
     explain: Explain = False
     small: Small = False
@@ -66,8 +78,20 @@ class Asked:
         """Whether the INPUTs are point clouds. Raises ValueError where only some are."""
         return are_clouds(self.frame, self.more or [])
 
+    @cached_property
+    def is_scene(self) -> bool:
+        """Whether INPUT is one."""
+        from ...files.sources import is_scene
+
+        return is_scene(self.frame.input)
+
+    @property
+    def is_set(self) -> bool:
+        """Whether several frames, or clouds, are drawn as one object."""
+        return bool(self.more) or self.views is not None
+
     def check_inputs(self) -> None:
-        """Raises ValueError for several INPUTs where there can be one."""
+        """Raises ValueError for several INPUTs where there can be one, and for one where several are needed."""
         check_folders(self.more or [])
         is_sequence = self.film.turntable is None and is_series(self.output)
         is_one = self.views is not None or is_sequence or self.output.suffix.lower() in POINTS
@@ -80,38 +104,41 @@ class Asked:
             raise ValueError(f"{option(name)} is about frames, and {self.frame.input} is a point cloud: leave it out")
         if self.unlight_all and (self.more or self.views is not None or is_sequence):
             raise ValueError(f"{option('unlight_all', True)} makes one frame of a folder: write one picture of it")
+        if not (self.are_clouds or self.is_scene):
+            check_align(self.look.align, self.is_set or is_sequence)
+        if self.save_poses is not None:
+            check_saved(self.save_poses, self.look.align, self.is_set)
 
     def view(self) -> View:
         """From where, under which lights and how it is drawn. Raises ValueError or OSError."""
-        from ...files.sources import is_scene
-
-        is_set, turns = bool(self.more) or self.views is not None, self.film.turntable is not None
+        turns = self.film.turntable is not None
         return view_of(
             self.look, self.place, self.picture, self.output,
-            is_scene=self.are_clouds or (not is_set and is_scene(self.frame.input)), is_cloud=self.are_clouds,
+            is_scene=self.are_clouds or (not self.is_set and self.is_scene), is_cloud=self.are_clouds,
             is_film=not is_page(self.output) and (turns or is_series(self.output)),
-            is_changed=is_set or self.film.turntable == "camera",
+            is_changed=self.is_set or self.film.turntable == "camera",
         )  # fmt: skip
 
     def read(self, view: View, is_many: bool = False) -> tuple[Any, Callable[[Renderer], None]]:
-        """What is drawn, and what --explain calls after each picture."""
-        source, names = self._load(view, sequence=is_many and self.film.turntable is None)
-        if not names:
-            source = source if self.more else as_scene(source, view.look, LookOptions().look())
-        return source, explainer(self.explain, names)
+        """What is drawn, and what is to be called after each picture."""
+        source = self.load(view, sequence=is_many and self.film.turntable is None)
+        if isinstance(source, Together):
+            return source.scene, in_turn(explainer(self.explain, source.names), poses_saver(self.save_poses, source))
+        source = source if self.more else as_scene(source, view.look, LookOptions().look())
+        return source, explainer(self.explain)
 
-    def _load(self, view: View, sequence: bool) -> tuple[Any, list[str]]:
-        """What INPUT names; and the names of the frames that are one object."""
+    def load(self, view: View, sequence: bool) -> Any:
+        """What INPUT names, or frames that are one object."""
         if self.more and self.are_clouds:
-            return load_clouds(self.frame, view.look, LookOptions().look(), self.more), []
+            return load_clouds(self.frame, view.look, LookOptions().look(), self.more)
         if self.unlight_all:
             with open_renderer(self.device) as renderer:
-                return as_one_frame(renderer, load_photographs(self.frame), self.explain), []
+                return as_one_frame(renderer, load_photographs(self.frame), self.explain)
         if self.more:
             return load_together(self.frame, view.look, self.more)
         if self.views is not None:
             return load_views(self.frame, view.look, self.views)
-        return load(self.frame, sequence=sequence, scene=True), []
+        return load(self.frame, sequence=sequence, scene=True)
 
 
 @spread
@@ -209,7 +236,7 @@ def _write_points(asked: Asked, view: View) -> None:
     if asked.are_clouds:
         _write_cloud(asked, view)
         return
-    source, _ = asked._load(view, sequence=is_numbered(output) and film.turntable is None)
+    source = asked.load(view, sequence=is_numbered(output) and film.turntable is None)
     if isinstance(source, Scene):
         raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture of it")
     tell = explainer(asked.explain)

@@ -15,7 +15,7 @@ from ...scene.frame import Frame
 from ...scene.graph import Scene
 from ...scene.render_settings import Finish
 from ..command_words import words_of
-from ..inputs import are_clouds, as_scene, check_stream, load, load_clouds, load_others
+from ..inputs import are_clouds, as_scene, check_align, check_stream, load, load_clouds, load_several
 from ..look_options import LookOptions
 from ..options import FrameOptions, MoreInputs, Quiet, Views, WindowOptions, spread
 from ..output import announce
@@ -83,11 +83,13 @@ def _read(frame: FrameOptions, look: Look, inputs: Sequence[str], views: str | N
     look = replace(look, shading=plain.shading)  # that of scenes is the window's
     if are_clouds(frame, inputs) and views is None:
         return load_clouds(frame, look, plain, inputs), []
-    source = load(frame, sequence=True, scene=not (views or inputs))
-    others = load_others(frame, source, inputs)
-    source = as_scene(source, look, plain)
-    check_stream(look, bool(others) or not isinstance(source, Frame))
-    return source, others
+    if inputs:
+        source, *others = load_several(frame, inputs)
+        return source, others
+    source = as_scene(load(frame, sequence=True, scene=not views), look, plain)
+    check_stream(look, not isinstance(source, Frame))
+    check_align(look.align, not isinstance(source, Frame))
+    return source, []
 
 
 def _typed(frame: FrameOptions, inputs: Sequence[str]) -> Typed:

@@ -11,6 +11,7 @@ DEPTH = (".png", ".exr", ".tif", ".tiff", ".npy")
 FILMS = (".mp4", ".gif")
 PAGES = (".html", ".htm")
 POINTS = (".ply",)
+POSES = (".txt",)
 CLOUD_NORMALS = (*POINTS, ".npy")
 SCENES = (".gltf", ".glb")
 RENDERED = (*IMAGES, *FILMS, *PAGES, *POINTS)  # by `pointshade render`

@@ -49,7 +49,7 @@ def assemble(
     stream   what the frame is one of, its `Frame.source`
     scale_of  gives how the depth of a film's picture is laid, from its values, colours and camera
     """
-    reading, parts = reading or Reading(), _unpacked(parts)
+    reading, parts = reading or Reading(), _unpacked(parts, options.poses is None)
     source = choose_camera(parts, options, note)
     raw = _read_raw(parts.depth, source, note, options.max_pixels)
     colors = read_colors_of(parts, options.max_pixels)
@@ -88,8 +88,8 @@ def assemble(
     return Assembled(frame, found, source.name if source else option("fov"), coding, stored)
 
 
-def _unpacked(parts: Parts) -> Parts:
-    """Return the parts, with those of a container in the place of what lies beside it."""
+def _unpacked(parts: Parts, with_pose: bool) -> Parts:
+    """Return the parts, with those of a container in the place of what lies beside it; its pose only if asked for."""
     if parts.contents is None:
         return parts
     held = parts.contents()
@@ -99,7 +99,11 @@ def _unpacked(parts: Parts) -> Parts:
         filed = replace(filed, depth_kind=kind, depth_scale=scale)
     color, pose, valid = (
         beside if own is None else own
-        for own, beside in ((held.color, parts.color), (held.pose, parts.pose), (held.valid, parts.valid))
+        for own, beside in (
+            (held.color, parts.color),
+            (held.pose if with_pose else None, parts.pose),
+            (held.valid, parts.valid),
+        )
     )
     coded = held.depth_kind, held.depth_scale
     return parts._replace(depth=held.depth, color=color, filed=filed, pose=pose, valid=valid, coded=coded)

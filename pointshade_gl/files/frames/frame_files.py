@@ -41,6 +41,7 @@ def load_frame(
     depth_kind: DepthKind | None = None,
     baseline: float | None = None,
     pose: FilePath | ArrayLike | None = None,
+    poses: FilePath | None = None,
     allow_outside: bool = False,
     max_pixels: float = MAX_PIXELS,
     depth_model: Model | None = None,
@@ -78,6 +79,10 @@ def load_frame(
         Metres between the two cameras of a disparity.
     pose : path or (4, 4) float, optional
         Camera-to-world matrix, or its file (see files/poses/pose_files.py).
+    poses : path, optional
+        A file with the poses of the folder's frames, in place of what lies in the folder: any that
+        files/poses/pose_files.py reads, by name, time stamp, number or order. A pose by the folder's own name is that
+        of all its frames, as of a camera that stands still.
     allow_outside : bool
         Let depth.txt and rgb.txt name files outside the folder.
     max_pixels : float
@@ -108,7 +113,8 @@ def load_frame(
     if is_model(depth) and depth_model is None:
         depth, depth_model = None, depth
     network = depth_model, model_size, model_pixels, cache
-    options = ReadOptions(intrinsics, fov, depth_scale, depth_kind, baseline, pose, max_pixels, *network, scale_frames)
+    known = intrinsics, fov, depth_scale, depth_kind, baseline, pose, max_pixels
+    options = ReadOptions(*known, *network, scale_frames, poses)
     return read_frame(folder, depth, color, options, allow_outside, notes or print_note).frame
 
 
@@ -116,6 +122,8 @@ def read_frame(
     source: FilePath | Folder | None, depth: Any, color: Any, options: ReadOptions, allow_outside: bool, note: Note
 ) -> Assembled:
     """As `load_frame`, with how the files were understood."""
+    if options.poses is not None and (source is None or depth is not None or color is not None):
+        raise ValueError(f"{option('poses')} is about the frames of a folder: pass a folder alone, or leave it out")
     if options.depth_model is not None and (color is not None or depth is not None):
         return _from_photo(source, depth, color, options, allow_outside, note)
     if source is None:

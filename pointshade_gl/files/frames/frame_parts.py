@@ -42,11 +42,14 @@ class ReadOptions:
     model_pixels: PixelsName | None = None
     cache: bool = False
     scale_frames: ScaleName | None = None
+    poses: FilePath | None = None
 
     def __post_init__(self) -> None:
         check_positive(self.max_pixels, option("max_pixels", beside_file=True))
         if self.intrinsics is not None and self.fov is not None:
             raise ValueError(f"pass {option('intrinsics')} or {option('fov')}, not both")
+        if self.pose is not None and self.poses is not None:
+            raise ValueError(f"pass {option('pose')} or {option('poses')}, not both")
         if self.depth_kind is not None:
             check_choice(option("depth_kind"), self.depth_kind, KINDS)
         if self.scale_frames is not None:
@@ -75,6 +78,7 @@ class LoadOptions(TypedDict, total=False):
     depth_kind: DepthKind | None
     baseline: float | None
     pose: FilePath | ArrayLike | None
+    poses: FilePath | None
     allow_outside: bool | None
     max_pixels: float | None
     depth_model: Model | None

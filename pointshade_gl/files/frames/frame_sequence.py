@@ -54,6 +54,11 @@ class FrameSequence(Sequence[Frame]):
         self._coding = coding  # of the depth of the first frame that was read: the others are read like it
         self._film = film if film or len(parts) < 2 or options.scale_frames == "keep" else self._as_film()
 
+    @property
+    def is_placed(self) -> bool:
+        """It is known where frames are: by poses of their own, or by one that was given for all."""
+        return self.posed > 0 or self._options.pose is not None
+
     def __len__(self) -> int:
         return len(self.parts)
 

@@ -22,7 +22,9 @@ from ..cameras.exif import camera_from_exif
 from ..cameras.intrinsics import Intrinsics, Size, place_camera
 from ..containers.contents import Contents
 from ..depth_models.photo_depth import PhotoDepth
+from ..index.folder_poses import FoundPoses
 from ..index.folders import FrameFiles, find_photographs
+from ..index.given_poses import given_poses
 from .camera_choice import find_filed
 from .color_files import read_colors_of
 from .frame_parts import Parts, ReadOptions, is_path
@@ -45,10 +47,22 @@ def open_photographs(place: Folder, source: Any, options: ReadOptions, note: Not
     if is_path(source) and Path(source) == place.path:
         cameras = find_filed(place, [FrameFiles(Path(one.color)) for one in found], options, note)  # type: ignore[arg-type]
         filed = [_plain(cameras.of(one.number)) for one in found]
-    found = [one._replace(filed=camera, maker=network.title) for one, camera in zip(found, filed, strict=True)]
+    poses = FoundPoses([None] * len(found))
+    if options.poses is not None:  # then there is a file or a folder
+        poses = given_poses(options.poses, Path(source), list(map(_files_of, found)), note, options.max_pixels)
+    found = [
+        one._replace(filed=camera, pose=pose, maker=network.title)
+        for one, camera, pose in zip(found, filed, poses.poses, strict=True)
+    ]
     shown = _Shown(found, options, PhotoDepth(network, note, options.max_pixels), note)
     parts = [one._replace(contents=partial(shown.contents, index)) for index, one in enumerate(found)]
-    return FrameSequence(place, parts, options, note)
+    return FrameSequence(place, parts, options, note, poses.source)
+
+
+def _files_of(parts: Parts) -> FrameFiles:
+    """Return the file of a photograph; that of a picture of a video is called by its number."""
+    path = Path(parts.color)  # type: ignore[arg-type]
+    return FrameFiles(path / str(parts.number) if _is_video(path) else path, number=parts.number)
 
 
 def _list(place: Folder, source: Any, options: ReadOptions, note: Note) -> list[Parts]:

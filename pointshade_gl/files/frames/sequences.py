@@ -17,6 +17,7 @@ from ..depth_models.model_options import how_to_make_depth
 from ..index.folder_cameras import Cameras
 from ..index.folder_poses import FoundPoses, find_poses
 from ..index.folders import FrameFiles, check_folder, find_color, find_frames, is_container
+from ..index.given_poses import given_poses
 from .camera_choice import find_filed
 from .frame_parts import Assembled, Parts, ReadOptions
 from .frame_sequence import FrameSequence
@@ -90,7 +91,9 @@ def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions
         return _from_container(place, first, held, options, note)
     cameras = find_filed(place, files, options, note)
     poses = FoundPoses([None] * len(files))
-    if options.pose is None and len(files) > 1:
+    if options.poses is not None:
+        poses = given_poses(options.poses, place.path, files, note, limit)
+    elif options.pose is None and len(files) > 1:
         poses = find_poses(place, files, note, limit)
     parts = []
     for one, pose in zip(files, poses.poses, strict=True):
@@ -112,14 +115,20 @@ def _from_container(
     """Return the frames of one file, whose colours and camera may lie beside it."""
     first = held[0]
     cameras = find_filed(place, [], options, note) if first.intrinsics is None else Cameras(None)
-    poses = [held[k].pose for k in range(len(held))] if len(held) > 1 and first.pose is not None else [None] * len(held)
+    poses = FoundPoses([None] * len(held))
+    if options.poses is not None:
+        entries = [FrameFiles(path / str(k), number=k) for k in range(len(held))]
+        poses = given_poses(options.poses, path, entries, note, options.max_pixels)
+    elif first.pose is not None:
+        is_alone = len(held) == 1  # it is read with the rest
+        poses = FoundPoses([None if is_alone else held[k].pose for k in range(len(held))], path.name)
     parts = [
-        Parts(None, None, cameras.of(k), poses[k], None, cameras.missing, k, partial(held.__getitem__, k), path)
+        Parts(None, None, cameras.of(k), poses.poses[k], None, cameras.missing, k, partial(held.__getitem__, k), path)
         for k in range(len(held))
     ]
-    sequence = FrameSequence(place, parts, options, note, path.name if first.pose is not None else "")
+    sequence = FrameSequence(place, parts, options, note, poses.source)
     if sequence.posed > 1:
-        sequence.settle(may_scale=False, metric_poses=True)
+        sequence.settle(may_scale=False, metric_poses=poses.metric)
     return sequence
 
 

@@ -53,8 +53,10 @@ def find_poses(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixe
     found = [item for item in _by_rank(items) if item.path not in taken()]
     for item in found:
         listed = read_poses(item.path, max_pixels)
-        poses = _matched(item.path, listed, frames, note)
-        if poses:
+        poses = match_poses(item.path, listed, frames, note)
+        if poses is None:
+            note(f"{item.path} has {len(listed.poses)} poses for {len(frames)} frames: it is not used")
+        else:
             also = [_named(folder, other.path) for other in found if other is not item][:3]
             note(f"poses are read from {_named(folder, item.path)}" + (f", not from {', '.join(also)}" if also else ""))
             return FoundPoses(poses, _named(folder, item.path), listed.metric)
@@ -79,8 +81,11 @@ def _by_rank(items: Sequence[Item]) -> list[Item]:
     return [item for _, item in sorted(((k, item) for k, item in ranked if k is not None), key=lambda pair: pair[0])]
 
 
-def _matched(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: Note) -> Poses | None:
+def match_poses(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: Note) -> Poses | None:
     """Return a pose for each frame; None if it is unclear which belongs to which."""
+    if found.numbers is not None:
+        named = dict(zip(found.numbers, found.poses, strict=True))
+        return _partly(path, [named.get(one.number) for one in frames], note)
     if found.names is not None and (poses := _by_name(path, found, frames, note)):
         return poses
     times = np.array([one.time for one in frames if one.time is not None])
@@ -96,20 +101,27 @@ def _matched(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: No
     numbers = [numbers_in(one.key)[-1:] for one in frames]
     if all(number and 0 <= number[0] < len(found.poses) for number in numbers):
         return [found.poses[number[0]] for number in numbers]
-    note(f"{path} has {len(found.poses)} poses for {len(frames)} frames: it is not used")
     return None
 
 
 def _by_name(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: Note) -> Poses | None:
     for same in (_stem, lambda name: numbers_in(_stem(name)), lambda name: numbers_in(_stem(name))[-1:]):
         named = {same(name): pose for name, pose in zip(found.names or [], found.poses, strict=True)}
+        named.pop((), None)  # names without numbers have nothing in common
         result = [named.get(same(one.depth.name), named.get(same((one.color or one.depth).name))) for one in frames]
-        unnamed = sum(pose is None for pose in result)
-        if unnamed < len(frames):
-            if unnamed:
-                note(f"{path} has no pose for {unnamed} of {len(frames)} pictures: they stay at the origin")
-            return result
+        if (poses := _partly(path, result, note)) is not None:
+            return poses
     return None
+
+
+def _partly(path: Path, poses: Poses, note: Note) -> Poses | None:
+    """Return the poses of frames, and note how many have none; None if all have none."""
+    without = sum(pose is None for pose in poses)
+    if without == len(poses):
+        return None
+    if without:
+        note(f"{path} has no pose for {without} of {len(poses)} pictures: they stay at the origin")
+    return poses
 
 
 def _stem(name: str) -> str:

@@ -23,6 +23,7 @@ from ..arrays.sintel import SINTEL, read_cam
 from ..cameras.colmap_model import read_colmap_images
 from .pose_key_names import PoseList, from_json, from_text, from_words
 
+WRITTEN = "# pointshade_gl: number"  # with this the files begin that this package writes, in TUM's form
 _COLUMNS = 64  # of a row, at most
 
 
@@ -74,6 +75,8 @@ def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
     if (found := _from_colmap(text) or _from_named_rows(text)) is not None:
         return found
     header, rows = _read_rows(text)
+    if text.startswith(WRITTEN) and rows is not None and rows.shape[1] == 8 and np.abs(rows[:, 0]).max() < 2**31:
+        return PoseList(from_quaternions(rows[:, 1:4], rows[:, 4:]), numbers=rows[:, 0].astype(int).tolist())
     found = (_from_header(header, rows) or _from_rows(rows)) if rows is not None else None
     found = found or _from_blocks(text) or from_text(text, path)
     return _checked(found, path, "a text" if rows is None else f"rows of {rows.shape[1]} numbers")

@@ -38,13 +38,15 @@ _POSE_WORDS = {  # whether it leads to the world, and whether its camera has Ope
 class PoseList(NamedTuple):
     """The poses of a file in its order, and what says to which frames they belong: names or time stamps, or neither.
 
-    metric  their unit is the metre; structure from motion has any unit
+    metric   their unit is the metre; structure from motion has any unit
+    numbers  of the frames in their folder, counted from 0, in a file that this package wrote
     """
 
     poses: Matrices
     names: list[str] | None = None
     times: NDArray[np.float64] | None = None
     metric: bool = True
+    numbers: list[int] | None = None
 
 
 @np.errstate(invalid="ignore", over="ignore")  # poses are checked later

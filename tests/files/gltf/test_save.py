@@ -84,6 +84,7 @@ def everything():
         max_depth_step="2%",
         noise="kinect",
         normals_at="target",
+        align=True,
     )
     meshes = ps.Node((FLAT, SMOOTH, spot), "meshes", transform(0.3, 2.5, (1, 2, 3)))
     below = (

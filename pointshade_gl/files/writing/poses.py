@@ -1,0 +1,64 @@
+"""Writes the poses of frames in the form of the TUM benchmark."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from ...messages.formatting import shown
+from ...messages.validation import check_count, check_path, check_type, items_of
+from ...scene.frame import Frame
+from ...scene.rotation import quaternion_of
+from ..access.atomic_write import check_place, written_whole
+from ..access.content import FilePath
+from ..access.written_suffixes import POSES, check_suffix
+from ..poses.pose_files import WRITTEN
+
+_HEADER = f"{WRITTEN} tx ty tz qx qy qz qw: camera-to-world, axes of OpenCV (x right, y down, z forward), metres\n"
+
+
+def check_poses_path(path: FilePath) -> Path:
+    """The path, for a check before long work. Raises ValueError or OSError if `save_poses` cannot write there."""
+    path = check_path(path)
+    check_suffix(path, POSES, "the suffix of poses")
+    return check_place(path)
+
+
+def save_poses(path: FilePath, frames: Iterable[Frame], numbers: Sequence[int] | None = None) -> None:
+    """Write the poses of frames as a text in the form of the TUM benchmark, completely or not at all.
+
+    Each frame has a line `number tx ty tz qx qy qz qw`: the camera's place in metres and its turn as a quaternion,
+    camera-to-world, in the axes of OpenCV. `load_frame` and `open_source` read it as `poses`, and the command line as
+    --poses.
+
+    Parameters
+    ----------
+    path : path
+        The file, .txt.
+    frames : iterable of Frame
+        Such as `align_frames` returns.
+    numbers : sequence of int, optional
+        Of the frames in their folder, counted from 0, if they are only some of it. The default is their order.
+
+    Raises
+    ------
+    ValueError
+        For another suffix, no frames, or another count of numbers than of frames.
+    TypeError
+        For anything but frames.
+    OSError
+        If the folder does not exist.
+    """
+    path, found = check_poses_path(path), items_of(frames)
+    if found is None:
+        raise TypeError(f"frames must be an iterable of frames, got {shown(frames)}")
+    poses = [check_type(frame, Frame, f"frame {k}").pose for k, frame in enumerate(found)]
+    stamps = range(len(poses)) if numbers is None else [check_count(one, "each number") for one in numbers]
+    if not poses or len(stamps) != len(poses):
+        raise ValueError(f"poses need one frame or more, and a number for each, got {len(poses)} and {len(stamps)}")
+    lines = [
+        " ".join([str(stamp), *(f"{value:.17g}" for value in (*pose[:3, 3], *quaternion_of(pose[:3, :3])))])
+        for stamp, pose in zip(stamps, poses, strict=True)
+    ]
+    with written_whole(path) as temporary:
+        temporary.write_text(_HEADER + "\n".join(lines) + "\n", encoding="utf-8")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +27,7 @@ class Judgement(NamedTuple):
     """How well frames agree, one value for each."""
 
     agreement: Matrix  # share of what is shared with others that lies within the band
-    grouped: NDArray[np.bool_]  # whether it hangs together with the anchor by pairs that fit
+    grouped: NDArray[np.bool_]  # whether it hangs together with an anchor by pairs that fit
     overlap: Matrix  # share of its points that the other frame with most of them should show
     each: Matrix  # spread of the depths' differences; NaN without overlap
     spread: float  # of depths where frames agree
@@ -44,7 +44,7 @@ def judge(
     found: Sequence[tuple[int, int, Matches]],
     frames: Sequence[ReducedFrame],
     points: Sequence[int],
-    anchor: int,
+    anchors: Collection[int],
     moved: Matrix,
     spread: float | None,
 ) -> Judgement:
@@ -52,7 +52,7 @@ def judge(
 
     found   matches of frame i in frame j, each i, j, matches
     points  of each frame that were looked for in the others
-    anchor  number of the frame whose pose is right
+    anchors numbers of the frames whose poses are right
     moved   (n, n) how far pairs of frames were moved against each other, a share of the scene's distance
     spread  of depths where frames agree; None measures it, in that pair of each frame which agrees best
     """
@@ -79,7 +79,7 @@ def judge(
     agreement = agree.sum(0) / np.maximum(seen.sum(0), 1)
     each = [[one for pair, values in apart.items() if k in pair for one in values] for k in range(count)]
     each = np.array([spread_of(values, 0.0) if values else np.nan for values in each])
-    return Judgement(agreement, _group(fits, anchor), overlap, each, spread, correlation)
+    return Judgement(agreement, _group(fits, anchors), overlap, each, spread, correlation)
 
 
 def _texture_sums(frame: ReducedFrame, other: ReducedFrame, one: Matches) -> Matrix:
@@ -108,12 +108,12 @@ def _fit(shares: Matrix, textures: Matrix, moved: Matrix) -> tuple[NDArray[np.bo
     return agree & (is_near | alike), usual
 
 
-def _group(fits: NDArray[np.bool_], anchor: int) -> NDArray[np.bool_]:
-    """Return which of n things hang together with one of them. fits: (n, n) which two belong together."""
+def _group(fits: NDArray[np.bool_], anchors: Collection[int]) -> NDArray[np.bool_]:
+    """Return which of n things hang together with some of them. fits: (n, n) which two belong together."""
     groups = np.eye(len(fits), dtype=bool) | fits
     for _ in range(len(fits).bit_length()):
         groups = groups @ groups
-    return groups[anchor]
+    return groups[list(anchors)].any(0)
 
 
 def spread_of(values: Sequence[NDArray[np.floating]], least: float) -> float:

@@ -62,18 +62,18 @@ class Frames:
     scale   distance of the scene from the cameras
     middle  of it, (3,) world; turns are about it
     radius  of it
-    anchor  number of the frame that keeps its pose: the first that shares something with another
+    anchors numbers of the frames that keep their poses: the first ones, or the first that shares something with another
     """
 
-    def __init__(self, frames: Sequence[ReducedFrame], poses: Sequence[Matrix]):
+    def __init__(self, frames: Sequence[ReducedFrame], poses: Sequence[Matrix], known: int = 1):
         self.frames = frames
-        first, pose = frames[0], poses[0]
-        self.middle = pose[:3, :3] @ first.middle + pose[:3, 3]
+        self.middle = poses[0][:3, :3] @ frames[0].middle + poses[0][:3, 3]
         self.radius = max(frame.radius for frame in frames) or 1.0
         self.scale = float(np.median([np.linalg.norm(frame.middle) for frame in frames])) or 1.0
         self.given = [pose.copy() for pose in poses]
         self.by_colors = True  # whether brightness leads, too
-        self.anchor = min((k for pair in self.pairs(poses) for k in pair), default=0)
+        first = min((k for pair in self.pairs(poses) for k in pair), default=0)
+        self.anchors = {first} if known == 1 else set(range(known))
 
     def pairs(self, poses: Sequence[Matrix], without: Set[int] = frozenset()) -> list[Pair]:
         """Return the pairs (i, j) of frames of which i shows enough that j should show, too."""
@@ -198,7 +198,7 @@ class Frames:
         level = LEVELS[1]._replace(gate=WIDEST)
         found = list(self.matches(poses, level, self.pairs(poses, without)))
         points = [len(frame.samples(level.step)) for frame in self.frames]
-        return judge(found, self.frames, points, self.anchor, self._moved_pairs(poses), spread)
+        return judge(found, self.frames, points, self.anchors, self._moved_pairs(poses), spread)
 
     def _moved_pairs(self, poses: Sequence[Matrix]) -> Matrix:
         """Return (n, n) how far each two frames were moved against each other, a share of the scene's distance."""
@@ -216,7 +216,10 @@ def _tukey(values: NDArray[np.floating]) -> Matrix:
 
 
 def align(
-    frames: Sequence[ReducedFrame], poses: Sequence[Matrix], told: Callable[[], object] = lambda: None
+    frames: Sequence[ReducedFrame],
+    poses: Sequence[Matrix],
+    told: Callable[[], object] = lambda: None,
+    known: int = 1,
 ) -> list[Fit]:
     """Correct the poses of frames of one thing; the first keeps its own.
 
@@ -224,9 +227,12 @@ def align(
     (Chen, Medioni 1991; by projection: Blais, Levine 1995), and by how much brighter they are (Park, Zhou, Koltun
     2017). One Gauss-Newton step moves all frames at once. A motion that neither depth nor colours fix is left as given,
     and so is a frame that afterwards agrees too little with the others, or less than before.
+
+    told   called after each level
+    known  how many of the first frames have right poses
     """
-    work = Frames(frames, poses)
-    free = set(range(len(frames))) - {work.anchor}
+    work = Frames(frames, poses, known)
+    free = set(range(len(frames))) - work.anchors
     found, loose = work.refine(poses, free, told=told)
     if work.judged(found).correlation < LEAST_CORRELATION:  # colours do not lie on the depth
         work.by_colors = False
@@ -255,7 +261,7 @@ def _guarded(work: Frames, poses: list[Matrix], kept: set[int]) -> tuple[list[Ma
     """
     poses = list(poses)
     judged = work.judged(poses)
-    doubtful = {k for k in np.flatnonzero(judged.doubtful()).tolist() if k != work.anchor and k not in kept}
+    doubtful = {k for k in np.flatnonzero(judged.doubtful()).tolist() if k not in work.anchors | kept}
     for k in sorted(doubtful, key=lambda k: judged.agreement[k]):
         again = poses.copy()
         again[k] = work.given[k]
@@ -267,8 +273,6 @@ def _guarded(work: Frames, poses: list[Matrix], kept: set[int]) -> tuple[list[Ma
         if not now[1].doubtful()[k]:
             doubtful = others
     kept = kept | _outcasts(work, poses, kept)
-    if 2 * len(kept) > len(poses) - 1:
-        kept = set(range(len(poses))) - {work.anchor}
     return [work.given[k] if k in kept else pose for k, pose in enumerate(poses)], kept
 
 
@@ -282,7 +286,7 @@ def _outcasts(work: Frames, poses: list[Matrix], without: Set[int]) -> set[int]:
         after = work.judged(poses, without | found)
         before = work.judged(work.given, without | found, after.spread)
         bad = after.doubtful() | (after.agreement < before.agreement - WORSE)
-        bad[work.anchor] = False
+        bad[list(work.anchors)] = False
         if not bad.any():
             return found
         found |= set(np.flatnonzero(bad & (after.agreement <= np.median(after.agreement[bad]))).tolist())

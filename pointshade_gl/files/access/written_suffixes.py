@@ -12,6 +12,7 @@ FILMS = (".mp4", ".gif")
 PAGES = (".html", ".htm")
 POINTS = (".ply",)
 CLOUD_NORMALS = (*POINTS, ".npy")
+FOUND_POSES = (".json", ".txt")
 SCENES = (".gltf", ".glb")
 RENDERED = (*IMAGES, *FILMS, *PAGES, *POINTS)  # by `pointshade render`
 NUMBERED = (*IMAGES, *POINTS)  # by it, to many files

@@ -13,6 +13,7 @@ from ..messages.formatting import as_command_line
 from ..messages.notes import few_notes
 from ..messages.version import __version__
 from .commands.albedo import albedo
+from .commands.align import align
 from .commands.batch import batch
 from .commands.bench import bench
 from .commands.depth import depth
@@ -51,7 +52,7 @@ def _every_command(
     """Turn depth and colour pictures into lit objects, on the GPU."""
 
 
-for _command in (render, normals, depth, albedo, view, info, batch, bench):  # as the help lists them
+for _command in (render, normals, depth, albedo, align, view, info, batch, bench):  # as the help lists them
     app.command()(_command)
 
 

@@ -15,7 +15,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from ..files.access.limits import MAX_PIXELS
-from ..files.access.written_suffixes import DEPTH, FILMS, IMAGES, NORMALS, POINTS, RENDERED
+from ..files.access.written_suffixes import DEPTH, FILMS, FOUND_POSES, IMAGES, NORMALS, POINTS, RENDERED
 from ..files.clouds.found_points import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
 from ..files.depth_models.families import PIXELS
@@ -41,6 +41,7 @@ RenderOutput = Annotated[Path, _output(RENDERED)]
 NormalsOutput = Annotated[Path, _output((*NORMALS, *POINTS))]
 DepthOutput = Annotated[Path, _output(DEPTH)]
 AlbedoOutput = Annotated[Path, _output(IMAGES)]
+PosesOutput = Annotated[Path, _output(FOUND_POSES, "The file to write, such as poses.json")]
 SheetOutput = Annotated[Path | None, _output(IMAGES, "Also write a contact sheet (colour, depth, normals, lit)")]
 Device = Annotated[int, typer.Option(metavar="N", help="Which GPU to use (Linux).")]
 Small = Annotated[bool, typer.Option("--small", help="Take longer to write a smaller PNG.")]
@@ -100,7 +101,7 @@ class InputOptions:
             metavar="INPUT",
             help="A folder with a depth and a colour picture and their camera, or with a sequence of them; a depth "
             "file; or 'vase', which is built in. For render, depth and view also a scene: .gltf, .glb or 'demo'. For "
-            "all but albedo also a point cloud: .ply, .pcd, .xyz, .las, .laz, .e57, .npy...",
+            "all but albedo and align also a point cloud: .ply, .pcd, .xyz, .las, .laz, .e57, .npy...",
             autocompletion=complete_input,
             callback=check_input,
         ),

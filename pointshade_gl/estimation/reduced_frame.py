@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from functools import cached_property
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ from ..scene.camera import Camera
 LONGER_SIDE = 320  # pixels of the copy, about
 BLURS = 3  # how often the brightness is blurred, each time twice as wide
 LEAST_NOISE = 0.015  # of brightness: what a compressed picture shows where there is nothing
+FLAT = 0.001  # contrast of brightness that is none, where noise was rounded away
 _KERNEL = np.array([1, 4, 6, 4, 1], np.float32) / 16
 _IMPULSE = np.zeros((65, 65), np.float32)
 _IMPULSE[32, 32] = 1
@@ -67,6 +69,20 @@ class ReducedFrame:
         known = self.points[self._is_known]
         return float(np.median(np.linalg.norm(known - self.middle, axis=1))) if len(known) else 0.0
 
+    @cached_property
+    def is_textured(self) -> bool:
+        """Return whether there is more in the brightness than noise."""
+        if self.brightness is None:
+            return False
+        detail = np.abs(self.blurred(0).value - self.blurred(BLURS - 1).value)
+        return float(np.quantile(detail, 0.9)) > picture_noise(self.brightness) + FLAT
+
+    def without_brightness(self) -> ReducedFrame:
+        """Return the same frame without its brightness."""
+        result = copy(self)
+        result.brightness = None
+        return result
+
     def samples(self, step: int) -> NDArray[np.intp]:
         """Return the numbers of the points that are used, on every step-th column and row."""
         if step not in self._samples:
@@ -74,6 +90,14 @@ class ReducedFrame:
             v, u = np.nonzero(is_known[step // 2 :: step, step // 2 :: step])
             self._samples[step] = (v * step + step // 2) * self.camera.width + u * step + step // 2
         return self._samples[step]
+
+    def pixels(self, at: NDArray[np.floating]) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+        """Return the pixels in which points (..., 3) in camera axes are seen, 0 outside, and whether inside, (...)."""
+        camera = self.camera
+        with np.errstate(all="ignore"):
+            u, v = (np.rint(place) for place in camera.pixel_at(at[..., 0], at[..., 1], at[..., 2]))
+            inside = (at[..., 2] > 0) & (u >= 0) & (v >= 0) & (u < camera.width) & (v < camera.height)
+            return np.where(inside, v * camera.width + u, 0).astype(np.intp), inside
 
     def blurred(self, level: int) -> Brightness:
         """Return the brightness at a level of blur, 0 to BLURS - 1. It must be known."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..estimation.ground_plane import up_and_floor
+from ..estimation.pose_search import Found
 from ..gpu.context.context import Context
 from ..gpu.core.canvas import Canvas
 from ..gpu.core.images import Box
@@ -38,6 +39,7 @@ from .exposure import ExposureMeter
 from .frame_pass import FramePass
 from .gpu_scene import GpuScene, merged_frames
 from .light_setup import LightSetup
+from .pose_search import search, search_steps
 
 
 class Pipeline:
@@ -128,6 +130,10 @@ class Pipeline:
     def align(self, frames: Sequence[Frame], look: Look, progress: Progress | None = None) -> Aligned:
         """Return frames of one thing with corrected poses. progress: told of each that is read, and of each level."""
         return self._aligner.align(frames, look, Count(progress, alignment_steps(len(frames))))
+
+    def search(self, frames: Sequence[Frame], look: Look, progress: Progress | None = None) -> list[Found]:
+        """Return the poses of frames of which nothing is known, and how sure they are."""
+        return search(self.gpu_scene, frames, look, Count(progress, search_steps(len(frames))))
 
     def alignment_of(self, drawables: Drawables) -> dict[Placed, Aligned]:
         """Return what was found about the poses of objects that were drawn with aligned frames."""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..estimation.ground_plane import up_and_floor
+from ..estimation.pose_search import Found
 from ..gpu.clouds.slabs import CloudNormals
 from ..gpu.context.context import Context
 from ..gpu.core.steps import Steps
@@ -23,12 +24,14 @@ from ..gpu.drawables import Drawable
 from ..messages.bugs import is_expected
 from ..messages.errors import Cancelled, ContextError
 from ..messages.formatting import option, shown
-from ..messages.notes import Note, taken_by
+from ..messages.notes import Note, print_note, taken_by
 from ..messages.progress import Progress
 from ..messages.validation import Numbers, check_choice, check_count, check_number, check_type, is_a
+from ..pipeline.alignment import Aligned
 from ..pipeline.cloud_normals import read_cloud_normals
 from ..pipeline.findings import findings, lights, weights
 from ..pipeline.pipeline import Pipeline
+from ..pipeline.pose_search import notes_on_search
 from ..pipeline.report import explain, explain_alignment, explain_lights
 from ..scene.appearance import Look, Material, Shading, SurfaceOptions
 from ..scene.camera import Camera, check_pose
@@ -519,6 +522,7 @@ class Renderer:
         self,
         frames: Sequence[Frame],
         *,
+        search: bool = False,
         notes: Note | None = None,
         progress: Progress | None = None,
         **options: Unpack[SurfaceOptions],
@@ -532,12 +536,16 @@ class Renderer:
         ----------
         frames : sequence of Frame
             1 to 200, with poses that are right to about 10 cm and 3 degrees where things are 2 m away.
+        search : bool
+            Of 8 frames at most: their poses are unknown, but for the first one's. They are found if frames show enough
+            of the same from up to about 60 degrees apart, at any roll and distance.
         notes : callable, optional
             Called with one sentence for each frame whose pose stays as given, in whole or in part: where it shares too
             little with the others, where no pose near the given one makes them agree, and for motions that neither
-            depth nor colours fix, such as sliding along a plane.
+            depth nor colours fix, such as sliding along a plane. With `search`, for each that is not found, or may be
+            wrong, and why.
         progress : callable, optional
-            As for `render`: told of each frame that is read, and of each of three levels.
+            As for `render`: told of each frame that is read, each pair that is searched, and each of three levels.
         **options
             Values of `Look` about the surface, such as noise.
 
@@ -549,7 +557,7 @@ class Renderer:
         Raises
         ------
         TypeError, ValueError
-            For anything but 1 to 200 frames.
+            For anything but 1 to 200 frames, or 1 to 8 with `search`.
         Cancelled
             If `progress` returns False.
 
@@ -560,7 +568,40 @@ class Renderer:
         """
         checked, look = check_frames(frames), Look(**options)
         with taken_by(notes), self._in_use():
-            return self._pipeline.align(checked, look, progress).frames
+            if not check_type(search, bool, "search"):
+                return self._pipeline.align(checked, look, progress).frames
+            found = self._pipeline.search(checked, look, progress)
+            for text in notes_on_search(found):
+                print_note(text)
+            return Aligned.of(checked, [one.fit for one in found]).frames
+
+    def search_poses(self, frames: Sequence[Frame], progress: Progress | None = None) -> list[Found]:
+        """Find the poses of frames of one thing of which nothing is known, and say how sure they are.
+
+        `align_frames(frames, search=True)` returns the frames at these poses.
+
+        Parameters
+        ----------
+        frames : sequence of Frame
+            1 to 8; the first keeps its pose.
+        progress : callable, optional
+            As for `align_frames`.
+
+        Returns
+        -------
+        list of Found
+            For each frame its fit, with its pose, and why it is doubtful or not found: nothing if it is sure.
+
+        Raises
+        ------
+        TypeError, ValueError
+            For anything but 1 to 8 frames.
+        Cancelled
+            If `progress` returns False.
+        """
+        checked = check_frames(frames)
+        with self._in_use():
+            return self._pipeline.search(checked, Look(), progress)
 
     @contextmanager
     def prepared(

@@ -60,7 +60,7 @@ def things(tmp_path):
         ("render --zzz", "there is no option --zzz; `pointshade render --help` lists the options"),
         (
             "rendr",
-            "'rendr' (did you mean render?): known are render, normals, depth, albedo, view, info, batch, bench",
+            "'rendr' (did you mean render?): known are render, normals, depth, albedo, align, view, info, batch, bench",
         ),
         ("my_frame", "my_frame is not a command: pass `pointshade render my_frame -o out.png` or `pointshade view"),
         ("vase", "vase is not a command: pass `pointshade render vase -o out.png` or `pointshade view vase`"),

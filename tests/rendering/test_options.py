@@ -26,7 +26,7 @@ from ..support import frames
 PACKAGE = Path(ps.__file__).parent
 MOST = 6  # files of the package in which an option may stand
 FIELDS = {one.name: one for group in (ps.Look, ps.Material, ps.View, ps.Finish) for one in fields(group)}
-WORDS = {  # of the field: they also name arrays, steps, stages, files and fields of meshes and clouds
+WORDS = {  # of the field: they also name arrays, steps, stages, files and fields of meshes and clouds, a command
     "material", "normals", "shading", "splat", "noise", "temporal", "ambient", "shininess", "lights", "pose", "yaw",
     "pitch", "look", "finish", "point_size", "samples", "background", "ground", "diffuse", "specular", "exposure",
     "missing", "environment", "align",

@@ -50,14 +50,16 @@ def ball_before_plane(paint=plain) -> list[Surface]:
 
 def views(scene: list[Surface], count: int = 3, noise: float = 0.0) -> list[ps.Frame]:
     """Frames of a scene at their true poses. noise: of the depth at 1 m, m; it grows with the square."""
-    frames, rng = [], np.random.default_rng(4)
-    for yaw in YAWS[:count]:
-        pose = ps.orbit_pose(None, MIDDLE, yaw, yaw / 4)
-        frame = as_frame(trace(scene, CAMERA, pose), CAMERA, pose)
-        depth = frame.depth + noise * frame.depth**2 * rng.normal(0, 1, frame.depth.shape)
-        color = np.clip(frame.color + rng.normal(0, 2 * bool(noise), frame.color.shape), 0, 255).astype(np.uint8)
-        frames.append(ps.Frame(color, np.maximum(depth, 0), CAMERA, pose))
-    return frames
+    rng = np.random.default_rng(4)
+    return [view_from(scene, ps.orbit_pose(None, MIDDLE, yaw, yaw / 4), noise, rng) for yaw in YAWS[:count]]
+
+
+def view_from(scene: list[Surface], pose: np.ndarray, noise: float, rng: np.random.Generator) -> ps.Frame:
+    """What a camera at a pose sees. noise: of the depth at 1 m, m."""
+    frame = as_frame(trace(scene, CAMERA, pose), CAMERA, pose)
+    depth = frame.depth + noise * frame.depth**2 * rng.normal(0, 1, frame.depth.shape)
+    color = np.clip(frame.color + rng.normal(0, 2 * bool(noise), frame.color.shape), 0, 255).astype(np.uint8)
+    return ps.Frame(color, np.maximum(depth, 0), CAMERA, pose)
 
 
 def turned(degrees: float, axis: np.ndarray) -> np.ndarray:

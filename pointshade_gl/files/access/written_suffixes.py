@@ -13,6 +13,7 @@ PAGES = (".html", ".htm")
 POINTS = (".ply",)
 POSES = (".txt",)
 CLOUD_NORMALS = (*POINTS, ".npy")
+FOUND_POSES = (".json", ".txt")
 SCENES = (".gltf", ".glb")
 RENDERED = (*IMAGES, *FILMS, *PAGES, *POINTS)  # by `pointshade render`
 NUMBERED = (*IMAGES, *POINTS)  # by it, to many files

@@ -1,0 +1,98 @@
+"""`pointshade align`: finds the poses of two to four views of one thing, of which nothing is known."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Annotated
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from ...estimation.pose_search import Found
+from ...files.writing.found_poses import check_poses_path, save_found_poses
+from ...messages.formatting import counted, option
+from ...messages.notes import print_note
+from ...scene.frame import Frame
+from ..completion import complete_input
+from ..inputs import load
+from ..options import Device, FrameOptions, PosesOutput, Quiet, spread
+from ..output import open_renderer, report, spinner
+from ..parse import frames_from
+from ..usage_errors import check_folders
+
+MOST_VIEWS = 4
+
+
+@spread
+def align(
+    output: PosesOutput,
+    frame: FrameOptions,
+    more: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="MORE", help="One to three more views of the same.", autocompletion=complete_input),
+    ] = None,
+    device: Device = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Find the poses of two to four views of one thing, of which nothing is known, and say how sure they are.
+
+    INPUT and MORE are folders or depth files; of a sequence the first frame counts, or that of --frame. They should
+    show the same from up to about 60 degrees apart. The first keeps its pose. The exit code is 1 if one is not found.
+    """
+    check_poses_path(output)
+    names, frames = _views(frame, more or [])
+    with open_renderer(device) as renderer:
+        start = time.perf_counter()
+        with spinner("finding the poses"):
+            found = renderer.search_poses(frames)
+        spent = time.perf_counter() - start
+        first, *others = found
+        print(f"{names[0]}: keeps its pose")
+        for name, one in zip(names[1:], others, strict=True):
+            print(f"{name}: {_said(first.fit.pose, one, names[0])}")
+        poses = {
+            name: one.fit.pose if one.fit.placed or one is first else None
+            for name, one in zip(names, found, strict=True)
+        }
+        lost = [name for name, pose in poses.items() if pose is None]
+        if len(lost) < len(others):
+            save_found_poses(output, poses)
+            report(output, counted(len(names) - len(lost), "pose"), renderer, spent)
+    if lost:
+        print_note(f"not found: {', '.join(lost)}" + ("" if len(lost) < len(others) else "; nothing is written"))
+        raise typer.Exit(1)
+
+
+def _views(frame: FrameOptions, more: Sequence[str]) -> tuple[list[str], list[Frame]]:
+    """Read one frame of each input; return their names as typed, with the number where one was typed twice."""
+    if frame.depth or frame.color:
+        raise ValueError(f"pass {option('depth')} or {option('color')} with one INPUT")
+    if frame.input is None or not 1 <= len(more) < MOST_VIEWS:
+        got = len(more) + (frame.input is not None)
+        raise ValueError(f"poses are found of 2 to {MOST_VIEWS} INPUTs that show the same, got {got}")
+    check_folders(more)
+    inputs = [frame.input, *more]
+    numbers = [0] * len(inputs) if frame.frame is None else frames_from(frame.frame, len(inputs))
+    names = [
+        name if inputs.count(name) == 1 else f"{name} {number}" for name, number in zip(inputs, numbers, strict=True)
+    ]
+    if len(set(names)) < len(names):
+        raise ValueError(f"the same view was passed twice: pass others, or {option('frame')} with a number for each")
+    return names, [load(replace(frame, input=name, frame=str(k))) for name, k in zip(inputs, numbers, strict=True)]
+
+
+def _said(first: NDArray[np.float64], found: Found, name: str) -> str:
+    """Return how far a view is from the first one, what agrees, and how sure that is."""
+    fit, doubt = found
+    if not fit.placed:
+        return f"not found: {doubt}"
+    apart = np.linalg.inv(first) @ fit.pose
+    degrees = np.degrees(np.arccos(np.clip((np.trace(apart[:3, :3]) - 1) / 2, -1, 1)))
+    return (
+        f"{100 * np.linalg.norm(apart[:3, 3]):.1f} cm and {degrees:.1f} degrees from {name}, "
+        f"overlap {100 * fit.overlap:.0f} %, agreement {100 * fit.agrees:.0f} %, "
+        + (f"doubtful: {doubt}" if doubt else "sure")
+    )

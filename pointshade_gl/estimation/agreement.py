@@ -17,8 +17,9 @@ SPREADS = 3.0  # that the band holds
 LEAST_AGREEMENT = 0.75  # of what two frames share must lie within the band
 PLAIN_AGREEMENT = 0.96  # the same of frames that were moved far and have no texture
 NEAR = 0.05  # of the scene's distance: motions that need no further proof
-USUAL_AGREEMENT = 0.93  # of the set's median: with less a frame is placed again
+USUAL_AGREEMENT = 0.93  # of what is usual in the set: with less a frame is placed again
 LEAST_CORRELATION = 0.4  # of two textures, a share of what their noise allows
+USUAL_CORRELATION = 0.6  # of the better half of the set's pairs
 TEXTURED = 0.5  # correlation that noise allows from which on there is a texture to speak of
 Matrix = NDArray[np.float64]
 
@@ -28,16 +29,23 @@ class Judgement(NamedTuple):
 
     agreement: Matrix  # share of what is shared with others that lies within the band
     grouped: NDArray[np.bool_]  # whether it hangs together with an anchor by pairs that fit
+    is_far: NDArray[np.bool_]  # whether it was moved so far that its pose needs more proof
     overlap: Matrix  # share of its points that the other frame with most of them should show
     each: Matrix  # spread of the depths' differences; NaN without overlap
     spread: float  # of depths where frames agree
-    correlation: float  # of the textures of frames that agree in depth, a share of what noise allows; NaN without any
+    correlation: float  # of the textures of all frames, a share of what noise allows; NaN without any
 
-    def doubtful(self) -> NDArray[np.bool_]:
+    def is_weak(self) -> NDArray[np.bool_]:
         """Return which frames agree too little, by themselves or beside the others."""
-        usual = float(np.median(self.agreement))
-        weak = self.agreement < max(LEAST_AGREEMENT, USUAL_AGREEMENT * usual)
-        return (weak | ~self.grouped) & (self.overlap > 0)
+        return self.agreement < max(LEAST_AGREEMENT, USUAL_AGREEMENT * float(np.median(self.agreement)))
+
+    def is_doubtful(self) -> NDArray[np.bool_]:
+        """Return which frames another pose may fit better."""
+        return (self.is_weak() | ~self.grouped) & (self.overlap > 0)
+
+    def is_wrong(self) -> NDArray[np.bool_]:
+        """Return which frames do not belong where they are."""
+        return ((self.is_weak() & self.is_far) | ~self.grouped) & (self.overlap > 0)
 
 
 def judge(
@@ -79,7 +87,8 @@ def judge(
     agreement = agree.sum(0) / np.maximum(seen.sum(0), 1)
     each = [[one for pair, values in apart.items() if k in pair for one in values] for k in range(count)]
     each = np.array([spread_of(values, 0.0) if values else np.nan for values in each])
-    return Judgement(agreement, _group(fits, anchors), overlap, each, spread, correlation)
+    is_far = moved[:, list(anchors)].min(1) >= NEAR
+    return Judgement(agreement, _group(fits, anchors), is_far, overlap, each, spread, correlation)
 
 
 def _texture_sums(frame: ReducedFrame, other: ReducedFrame, one: Matches) -> Matrix:
@@ -100,12 +109,19 @@ def _fit(shares: Matrix, textures: Matrix, moved: Matrix) -> tuple[NDArray[np.bo
     product, own, theirs, own_noise, their_noise = textures
     squares = np.maximum(own * theirs, 1e-30)
     signal = np.maximum(own - own_noise, 0) * np.maximum(theirs - their_noise, 0)
-    correlation, possible = product / np.sqrt(squares), np.sqrt(signal / squares)
-    textured, is_near, agree = possible >= TEXTURED, moved < NEAR, shares >= LEAST_AGREEMENT
-    alike = np.where(textured, correlation >= LEAST_CORRELATION * possible, shares >= PLAIN_AGREEMENT)
-    some = textured & agree
-    usual = float(product[some].sum() / np.sqrt(signal[some]).sum()) if some.any() else np.nan
-    return agree & (is_near | alike), usual
+    possible = np.sqrt(signal / squares)
+    correlation = product / np.sqrt(squares) / np.maximum(possible, 1e-9)
+    textured, is_near = possible >= TEXTURED, moved < NEAR
+    agree = shares >= max(LEAST_AGREEMENT, USUAL_AGREEMENT * _better_half(shares[shares > 0]))
+    alike = correlation >= max(LEAST_CORRELATION, USUAL_CORRELATION * _better_half(correlation[textured]))
+    proven = np.where(textured, agree & alike, shares >= PLAIN_AGREEMENT)
+    usual = float(product[textured].sum() / np.sqrt(signal[textured]).sum()) if textured.any() else np.nan
+    return np.where(is_near, shares >= LEAST_AGREEMENT, proven), usual
+
+
+def _better_half(values: Matrix) -> float:
+    """Return the median of the better half of values, 0 without any."""
+    return float(np.quantile(values, 0.75)) if len(values) else 0.0
 
 
 def _group(fits: NDArray[np.bool_], anchors: Collection[int]) -> NDArray[np.bool_]:

@@ -78,7 +78,7 @@ def find_matches(
     pixels, at, numbers = pixels[kept], at[kept], points.numbers[some[kept]]
     brighter, slopes = np.full(len(kept), np.nan, np.float32), np.zeros((len(kept), 3), np.float32)
     if own is not None and target.brightness is not None:
-        brighter, slopes = _brighter(own.maps[numbers, 0], target, level, pixels, at)
+        brighter, slopes = _brighter(own.value[numbers], target, level, pixels, at)
         slopes = slopes @ turn.T
     surface = target.points[pixels] @ turn.T + place
     result = numbers, pixels, surface, at[:, 2], apart[kept], normals[kept], cosines[kept], brighter, slopes

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .alignment import FEWEST, LEVELS, Frames
 from .pose_trials import ROUGH, Trial, some_points, try_poses
+from .posed_frames import FEWEST, LEVELS, PosedFrames
 from .reduced_frame import ReducedFrame
 from .surface_patches import Pairs, Patches, pair_alike
 
@@ -88,7 +88,7 @@ def _apart(poses: Matrix, pose: Matrix, frame: ReducedFrame) -> Matrix:
 def _refined(first: ReducedFrame, second: ReducedFrame, pose: Matrix) -> tuple[Matrix, int]:
     """Return a better pose of the second frame beside the first, and how many motions nothing fixes."""
     start = [np.eye(4), pose]
-    (_, refined), loose = Frames([first, second], start).refine(start, {1}, levels=LEVELS[:2])
+    (_, refined), loose = PosedFrames([first, second], start).refine(start, {1}, levels=LEVELS[:2])
     return refined, len(loose)
 
 

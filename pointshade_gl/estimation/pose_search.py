@@ -38,7 +38,6 @@ def search_poses(
 
     told  called after each pair of frames, and after each level of the alignment
     """
-    frames = [frame if frame.is_textured else frame.without_brightness() for frame in frames]
     radius = RADIUS * max(frame.middle[2] * frame.camera.width / abs(frame.camera.fx) for frame in frames)
     patches = [find_patches(frame, float(radius)) for frame in frames]
     links: dict[tuple[int, int], Link] = {}

@@ -27,6 +27,11 @@ class Brightness(NamedTuple):
     maps: Floats  # (h * w, 3): the brightness, its change to the next column, and to the next row
     slope_noise: float  # standard deviation of either slope on a surface of one colour
 
+    @property
+    def value(self) -> Floats:
+        """Return the brightness alone, (h * w,)."""
+        return self.maps[:, 0]
+
 
 class ReducedFrame:
     """What a frame's pose is found from.
@@ -74,8 +79,7 @@ class ReducedFrame:
         """Return whether there is more in the brightness than noise."""
         if self.brightness is None:
             return False
-        detail = np.abs(self.blurred(0).value - self.blurred(BLURS - 1).value)
-        return float(np.quantile(detail, 0.9)) > picture_noise(self.brightness) + FLAT
+        return float(np.quantile(np.abs(self.texture), 0.9)) > self._noise + FLAT
 
     def without_brightness(self) -> ReducedFrame:
         """Return the same frame without its brightness."""
@@ -116,7 +120,7 @@ class ReducedFrame:
     @cached_property
     def texture(self) -> Floats:
         """Return the brightness without what is finer or coarser than some pixels, (h * w,). It must be known."""
-        return self._blurred[0].maps[:, 0] - self._blurred[-1].maps[:, 0]
+        return self._blurred[0].value - self._blurred[-1].value
 
     @cached_property
     def texture_noise(self) -> float:

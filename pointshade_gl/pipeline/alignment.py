@@ -10,7 +10,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimation.alignment import LEVELS, Fit, align
+from ..estimation.alignment import Fit, align
+from ..estimation.posed_frames import LEVELS
 from ..gpu.drawables import Drawables
 from ..gpu.points.point_objects import ShownSet
 from ..messages.formatting import counted

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import comb
 
-from ..estimation.alignment import LEVELS
 from ..estimation.pose_search import Found, search_poses
+from ..estimation.posed_frames import LEVELS
 from ..messages.progress import Count
 from ..scene.appearance import Look
 from ..scene.frame import Frame

@@ -80,20 +80,22 @@ def explain_alignment(given: Sequence[Frame], fits: Sequence[Fit], names: Sequen
     for k, (frame, fit) in enumerate(zip(given, fits, strict=True)):
         if not k:
             continue
-        shift, turn = motion_between(frame.pose, fit.pose)
-        how = f"by {1e3 * shift:.3g} mm and {turn:.2g} degrees" if fit.placed else "not at all"
+        how = (
+            f"by {1e3 * fit.moved:.3g} mm and {turn_between(frame.pose, fit.pose):.2g} degrees"
+            if fit.placed
+            else "not at all"
+        )
         spread = f"depths differ by {100 * fit.before:.2g} % before, {100 * fit.after:.2g} % after"
         spread = spread if np.isfinite(fit.before) and np.isfinite(fit.after) else "nothing to compare"
         lines.append(f"aligned: frame {names[k]} {how}; overlap {fit.overlap:.0%}, {spread}, {fit.agrees:.0%} agree")
     return lines
 
 
-def motion_between(pose: NDArray[np.float64], other: NDArray[np.float64]) -> tuple[float, float]:
-    """Return how far two poses are apart: of the cameras' places, world units, and the angle in degrees."""
+def turn_between(pose: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """Return the angle between two poses, degrees."""
     turn = pose[:3, :3].T @ other[:3, :3]
     sine = np.linalg.norm([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
-    angle = np.degrees(np.arctan2(sine, (np.trace(turn) - 1) / 2))
-    return float(np.linalg.norm(pose[:3, 3] - other[:3, 3])), float(angle)
+    return float(np.degrees(np.arctan2(sine, (np.trace(turn) - 1) / 2)))
 
 
 def _explain_normals(choices: Sequence[Choice]) -> list[str]:

@@ -27,7 +27,8 @@ class FrameReductionPass(FullscreenPasses):
         reduce = self.fullscreen("points/frame_reduction.frag")
         reduce.draw(image.target, maps, source=frame.camera.intrinsics, cell=cell)
         brightness = None if frame.color is None else read_texture(self._context, image.textures[1])[..., 0]
-        return ReducedFrame(camera, image.read(), brightness)
+        reduced = ReducedFrame(camera, image.read(), brightness)
+        return reduced if reduced.is_textured else reduced.without_brightness()
 
 
 def reduced_camera(camera: Camera) -> tuple[Camera, int]:

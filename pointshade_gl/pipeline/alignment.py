@@ -28,6 +28,7 @@ from .gpu_scene import GpuScene
 REFINED = 4, 16, 64  # sets of a stream after which its cameras are aligned again, and the poses averaged
 MOVED, LEAST_MOVED = 2.0, 5e-4  # times the spread of depths, and more by so much of them: a camera was moved
 MOST_RIGS = 8  # of streams that are remembered
+MOST_SETS = 4  # of frames that are
 Content = Any  # of a node
 
 
@@ -53,7 +54,7 @@ class Entry(NamedTuple):
 
     content: PointObject
     aligned: Aligned
-    key: Hashable  # of the rig; None without streams
+    cameras: Hashable  # None without streams
 
 
 class Rig:
@@ -91,6 +92,7 @@ class Aligner:
     def __init__(self, gpu_scene: GpuScene):
         self._gpu_scene = gpu_scene
         self._objects: WeakKeyDictionary[PointObject, Entry] = WeakKeyDictionary()
+        self._sets: dict[Hashable, Aligned] = {}  # by the frames and how their surface is found, the last ones last
         self._scene: tuple[Scene, Scene] | None = None  # the last one, and with its frames aligned
         self._rigs: dict[Hashable, Rig] = {}  # by what identifies the cameras, the last ones last
 
@@ -104,7 +106,7 @@ class Aligner:
     def _fits(self, frames: Sequence[Frame], poses: Sequence[Matrix], look: Look, count: Count) -> tuple[Fit, ...]:
         first, reduced = count.done, []
         for frame in frames:
-            reduced.append(self._gpu_scene.read_reduced(frame, look))
+            reduced.append(self._gpu_scene.read_reduced(frame, surface_of(look)))
             count.step()
         fits = align(reduced, poses, count.step)
         count.step(alignment_steps(len(frames)) - (count.done - first))  # if there was less to do
@@ -123,7 +125,8 @@ class Aligner:
         if self._scene is not None and self._scene[0] is scene:
             return 0
         objects = {p.content for p in scene.things if _asks(p.content) and p.content not in self._objects}
-        return sum(alignment_steps(len(one.frames)) for one in objects if _cameras_of(one.frames) not in self._rigs)
+        new = {(one.frames, surface_of(one.look)) for one in objects} - self._sets.keys()
+        return sum(alignment_steps(len(frames)) for frames, _ in new if _cameras_of(frames) not in self._rigs)
 
     def found(self, drawables: Drawables) -> dict[Placed, Aligned]:
         """Return what was found about the poses of objects that were drawn."""
@@ -134,15 +137,15 @@ class Aligner:
         """Forget the alignment of streams of which a camera was moved since, and tell it."""
         if not self._rigs:
             return
-        keys = {one.content: one.key for one in self._objects.values() if one.key is not None}
+        known = {one.content: one.cameras for one in self._objects.values() if one.cameras is not None}
         for p, drawn in drawables.items():
-            key = keys.get(p.content)
-            if key not in self._rigs or not isinstance(drawn, ShownSet):
+            cameras = known.get(p.content)
+            if cameras not in self._rigs or not isinstance(drawn, ShownSet):
                 continue
-            if moved := self._rigs[key].moved_cameras(drawn.consensus.spreads):
+            if moved := self._rigs[cameras].moved_cameras(drawn.consensus.spreads):
                 who = f"the camera of frame {moved[0]}" if len(moved) == 1 else f"one of the cameras of frames {moved}"
                 print_note(f"{who} was moved: the frames are aligned again")
-                del self._rigs[key]
+                del self._rigs[cameras]
 
     def _changes(self, node: Node, count: Count) -> dict[str, object]:
         parts = node.content if isinstance(node.content, tuple) else (node.content,)
@@ -152,24 +155,38 @@ class Aligner:
         if not isinstance(part, PointObject) or not _asks(part):
             return part
         if part not in self._objects:
-            key = _cameras_of(part.frames)
-            found = self._of_rig(key, part, count) if key else self.align(part.frames, part.look, count)
+            found = self._of_set(part, count)
             drawn = PointObject(found.frames, look=replace(part.look, align=False))
-            self._objects[part] = Entry(drawn, found, key)
+            self._objects[part] = Entry(drawn, found, _cameras_of(part.frames))
         return self._objects[part].content
 
-    def _of_rig(self, key: Hashable, part: PointObject, count: Count) -> Aligned:
+    def _of_set(self, part: PointObject, count: Count) -> Aligned:
+        """Align frames, once for all looks of them."""
+        key, cameras = (part.frames, surface_of(part.look)), _cameras_of(part.frames)
+        if key not in self._sets:
+            aligned = self._of_rig(cameras, part, count) if cameras else self.align(part.frames, part.look, count)
+            self._sets[key] = aligned
+            while len(self._sets) > MOST_SETS:
+                del self._sets[next(iter(self._sets))]
+        return self._sets[key]
+
+    def _of_rig(self, cameras: Hashable, part: PointObject, count: Count) -> Aligned:
         """Align frames of streams: those of cameras that are known already take over their poses."""
-        rig = self._rigs.get(key)
+        rig = self._rigs.get(cameras)
         if rig is None:
-            self._rigs[key] = Rig(self.align(part.frames, part.look, count))
+            self._rigs[cameras] = Rig(self.align(part.frames, part.look, count))
             while len(self._rigs) > MOST_RIGS:
                 del self._rigs[next(iter(self._rigs))]
-            return self._rigs[key].frames_at(part.frames)
+            return self._rigs[cameras].frames_at(part.frames)
         rig.sets += 1
         if rig.sets in REFINED:
             rig.refine(self._fits(part.frames, [fit.pose for fit in rig.fits], part.look, Count()))
         return rig.frames_at(part.frames)
+
+
+def surface_of(look: Look) -> Look:
+    """Return what of a look decides where the points of single frames lie that poses are found by."""
+    return Look(normals=look.normals, noise=look.noise, max_depth_step=look.max_depth_step)
 
 
 def alignment_steps(frames: int) -> int:

@@ -200,9 +200,13 @@ def _write_film(job: Job, device: int) -> str:
     is_one = job.turntable is not None or is_scene(job.source) or is_cloud(job.source)
     source = read(job) if is_one else _all_frames(job)
     with Renderer(device=device) as renderer:
-        pictures, _ = jobs_of(source, job.view, job.turntable, job.frames, lambda text: print_note(f"skipped {text}"))
+        pictures, _ = jobs_of(source, job.view, job.turntable, job.frames, _skip, renderer)
         write_series(renderer, pictures, job.path, job.fps)
         return renderer.context.renderer
+
+
+def _skip(text: str) -> None:
+    print_note(f"skipped {text}")
 
 
 def _all_frames(job: Job) -> Frame | FrameSequence:

@@ -99,7 +99,7 @@ def _write_files(
     with open_renderer(device) as renderer:
         start = time.perf_counter()
         if many:
-            jobs, count = jobs_of(source, view, turntable, film.frames, warn_skipped)
+            jobs, count = jobs_of(source, view, turntable, film.frames, warn_skipped, renderer)
             with progress(count) as advance:
                 count, first = write_numbered(jobs, partial(draw, renderer), save, output, Count(advance, count))
             spent = time.perf_counter() - start

@@ -129,7 +129,7 @@ def _group(fits: NDArray[np.bool_], anchors: Collection[int]) -> NDArray[np.bool
     groups = np.eye(len(fits), dtype=bool) | fits
     for _ in range(len(fits).bit_length()):
         groups = groups @ groups
-    return groups[list(anchors)].any(0)
+    return np.any(groups[list(anchors)], axis=0)
 
 
 def spread_of(values: Sequence[NDArray[np.floating]], least: float) -> float:

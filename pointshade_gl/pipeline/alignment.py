@@ -14,7 +14,6 @@ from ..estimation.alignment import Fit, align
 from ..estimation.posed_frames import LEVELS
 from ..gpu.drawables import Drawables
 from ..gpu.points.point_objects import ShownSet
-from ..messages.formatting import counted
 from ..messages.notes import print_note
 from ..messages.progress import Count
 from ..scene.appearance import Look
@@ -23,6 +22,7 @@ from ..scene.graph import Scene
 from ..scene.node import Node
 from ..scene.placed import Matrix, Placed
 from ..scene.point_object import PointObject
+from .alignment_notes import notes_on
 from .gpu_scene import GpuScene
 
 REFINED = 4, 16, 64  # sets of a stream after which its cameras are aligned again, and the poses averaged
@@ -211,51 +211,3 @@ def _between(one: Matrix, other: Matrix, share: float) -> Matrix:
 
 def _asks(part: object) -> bool:
     return isinstance(part, PointObject) and part.look.align and not part.is_single
-
-
-def notes_on(frames: Sequence[Frame], fits: Sequence[Fit]) -> list[str]:
-    """Return a sentence for each frame whose pose stays as given, in whole or in part, and why."""
-    kept = [k for k, fit in enumerate(fits) if not fit.placed and len(fits) > 1]
-    lonely = [k for k in kept if not fits[k].overlap]
-    unsure = [k for k in kept if fits[k].overlap]
-    notes = []
-    if lonely:
-        notes.append(
-            f"{_named(lonely, len(fits), 'shows', 'show')} nothing that the others show, too: {_stays(lonely)}"
-        )
-    if unsure:
-        near = "its given pose" if len(unsure) == 1 else "their given poses"
-        notes.append(
-            f"{_named(unsure, len(fits))} could not be aligned, for near {near} too little agrees with the others: "
-            f"{_stays(unsure)}"
-        )
-    for k, fit in enumerate(fits):
-        if fit.placed and fit.loose:
-            few = counted(len(fit.loose), "motion")
-            notes.append(
-                f"frame {k} of {len(fits)}: neither depth nor colours fix {few} of 6 ({_motions(frames[k], fit)}): "
-                "there the given pose stays"
-            )
-    return notes
-
-
-def _named(numbers: Sequence[int], count: int, one: str = "", several: str = "") -> str:
-    """Return `frame 3 of 8 shows` or `frames 3, 5 of 8 show`."""
-    names, words = ", ".join(map(str, numbers)), ("frame", one) if len(numbers) == 1 else ("frames", several)
-    return f"{words[0]} {names} of {count} {words[1]}".rstrip()
-
-
-def _stays(numbers: Sequence[int]) -> str:
-    return "the given pose stays" if len(numbers) == 1 else "the given poses stay"
-
-
-def _motions(frame: Frame, fit: Fit) -> str:
-    """Return which motions of a frame nothing fixes, in its camera's axes."""
-    axes = frame.pose[:3, :3].T
-    texts = []
-    for motion in fit.loose:
-        turn, shift = axes @ motion[:3], axes @ motion[3:]
-        kind, axis = ("turns about", turn) if np.linalg.norm(turn) > np.linalg.norm(shift) else ("shifts along", shift)
-        axis = axis / np.linalg.norm(axis) * np.sign(axis[np.argmax(np.abs(axis))])
-        texts.append(kind + " ({:.1f}, {:.1f}, {:.1f})".format(*(axis + 0.0)))
-    return ", ".join(texts)

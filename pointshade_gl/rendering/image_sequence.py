@@ -21,8 +21,10 @@ from ..files.writing.film import Film
 from ..messages.formatting import option
 from ..messages.progress import Count, Progress
 from ..messages.validation import check_choice, check_type
+from ..scene.appearance import SurfaceOptions
 from ..scene.frame import Frame
 from ..scene.graph import Scene
+from ..scene.option_fields import keys_of
 from ..scene.turntable import TURN, TURNTABLES, views_of_turn
 from ..scene.view import View
 from .renderer import Renderer
@@ -40,11 +42,13 @@ def jobs_of(
     turntable: str | None,
     count: int | None,
     skipped: Callable[[str], None],
+    renderer: Renderer | None = None,
 ) -> tuple[Generator[Job, None, None], int]:
     """The jobs of a film of the source, and how many there are.
 
     turntable  "light" or "camera" moves once around the object in `count` pictures (default 75); None shows the
                sequence, or its first `count` frames
+    renderer   that corrects the poses of a sequence, if its look asks for it; None leaves them
 
     Raises ValueError if nothing moves: for a single frame or a scene without a turntable.
     """
@@ -56,10 +60,12 @@ def jobs_of(
         views = views_of_turn(source, view, turntable, count or TURN)
         return ((k, RenderRequest.seen(source, view)) for k, view in enumerate(views)), count or TURN
     source = source[:count]
-    return sequence_jobs(source, view, skipped), len(source)
+    return sequence_jobs(source, view, skipped, renderer), len(source)
 
 
-def sequence_jobs(source: Iterable[Frame], view: View, skipped: Callable[[str], None]) -> Generator[Job, None, None]:
+def sequence_jobs(
+    source: Iterable[Frame], view: View, skipped: Callable[[str], None], renderer: Renderer | None = None
+) -> Generator[Job, None, None]:
     """The frames of a source with their numbers. A frame that cannot be read leaves a gap.
 
     The camera turns around a point as far ahead as the first frame's pivot: from frame to frame the pivot jitters.
@@ -72,7 +78,8 @@ def sequence_jobs(source: Iterable[Frame], view: View, skipped: Callable[[str], 
         skipped(sentence)
 
     with closing(prefetched(source, skip, THREADS)) as frames:
-        for frame in frames:
+        surface = {name: getattr(view.look, name) for name in keys_of(SurfaceOptions)}
+        for frame in renderer.align_sequence(frames, **surface) if renderer and view.look.align else frames:
             check_type(frame, Frame, "what the source gives")
             if ahead is None:
                 ahead = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 import weakref
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -32,6 +32,7 @@ from ..pipeline.cloud_normals import read_cloud_normals
 from ..pipeline.findings import findings, lights, weights
 from ..pipeline.pipeline import Pipeline
 from ..pipeline.pose_search import notes_on_search
+from ..pipeline.pose_track import PoseTrack
 from ..pipeline.report import explain, explain_alignment, explain_lights
 from ..scene.appearance import Look, Material, Shading, SurfaceOptions
 from ..scene.camera import Camera, check_pose
@@ -574,6 +575,43 @@ class Renderer:
             for text in notes_on_search(found):
                 print_note(text)
             return Aligned.of(checked, [one.fit for one in found]).frames
+
+    def align_sequence(
+        self, frames: Iterable[Frame], *, notes: Note | None = None, **options: Unpack[SurfaceOptions]
+    ) -> Generator[Frame, None, None]:
+        """Yield the frames of a sequence with corrected poses, each as it comes, so that they do not drift.
+
+        Parameters
+        ----------
+        frames : iterable of Frame
+            In the order in which a camera took them. The first keeps its pose; the others' may be off by as much as
+            the one before and a little more, or be all the same if the camera moves slowly.
+        notes : callable, optional
+            Called with a sentence where a frame fits none before it: then it is moved as the last one was.
+        **options
+            Values of `Look` about the surface, such as noise.
+
+        Yields
+        ------
+        Frame
+            It shares its arrays with the given one.
+
+        Raises
+        ------
+        TypeError
+            For anything but frames, when it is reached.
+
+        Notes
+        -----
+        Each frame is aligned, as by `align_frames`, to the three nearest of the last 16 keyframes. A frame that shares
+        less than 70 % of its points with them becomes a keyframe.
+        """
+        track = PoseTrack(self._pipeline.gpu_scene, Look(**options))
+        for frame in frames:
+            check_type(frame, Frame, "what the source gives")
+            with taken_by(notes), self._in_use():
+                found = track.follow(frame)
+            yield found
 
     def search_poses(self, frames: Sequence[Frame], progress: Progress | None = None) -> list[Found]:
         """Find the poses of frames of one thing of which nothing is known, and say how sure they are.

@@ -199,9 +199,9 @@ def _write_series(asked: Asked, view: View) -> None:
     check_series(asked.output)
     asked.page.check_none(asked.output)
     source, tell = asked.read(view, is_many=True)
-    jobs, count = jobs_of(source, view, asked.film.turntable, asked.film.frames, warn_skipped)
     with open_renderer(asked.device) as renderer:
         start = time.perf_counter()
+        jobs, count = jobs_of(source, view, asked.film.turntable, asked.film.frames, warn_skipped, renderer)
         with progress(count) as advance:
 
             def tell_all(done: int, all: int) -> None:

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Mapping
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from ..files.access.written_suffixes import POSES
+from ..files.frames.frame_sequence import FrameSequence
 from ..messages.formatting import counted, option
+from ..rendering.image_sequence import Job
 from ..rendering.renderer import Renderer
+from ..scene.frame import Frame
 from ..scene.option_fields import VIEW
 from .inputs import Together
 
@@ -24,17 +30,12 @@ SavePoses = Annotated[
 ]
 
 
-def check_saved(path: Path, aligns: bool, is_set: bool) -> None:
-    """Raises ValueError or OSError unless poses can be written there, and some are corrected. is_set: of one object."""
+def check_saved(path: Path, aligns: bool) -> None:
+    """Raises ValueError or OSError unless poses can be written there, and some are corrected."""
     from ..files.writing.poses import check_poses_path
 
     if not aligns:
         raise ValueError(f"{option('save_poses')} writes the poses that {option('align', True)} finds: add it")
-    if not is_set:  # once the frames of a sequence are aligned one after the other, their poses are written, too
-        raise ValueError(
-            f"{option('save_poses')} writes the poses of frames that are drawn as one object: pass "
-            f"{option('views', 'N')} or several INPUTs"
-        )
     check_poses_path(path)
 
 
@@ -43,12 +44,36 @@ def poses_saver(path: Path | None, together: Together) -> Callable[[Renderer], N
     waiting = [path] if path is not None else []
 
     def save(renderer: Renderer) -> None:
-        if not waiting:
-            return
-        from ..files.writing.poses import save_poses
-
-        found, to = renderer.aligned, waiting.pop()
-        save_poses(to, [found.get(frame, frame) for frame in together.frames], together.numbers)
-        print(f"{to}: {counted(len(together.frames), 'pose')}")
+        if waiting:
+            found, numbers = renderer.aligned, together.numbers or range(len(together.frames))
+            poses = (found.get(frame, frame).pose for frame in together.frames)
+            _save(waiting.pop(), dict(zip(numbers, poses, strict=True)))
 
     return save
+
+
+@contextmanager
+def poses_saved(
+    path: Path | None, jobs: Generator[Job, None, None], source: object
+) -> Generator[Generator[Job, None, None], None, None]:
+    """The jobs of a film of a source; with a path, the poses of their frames are written when all are drawn."""
+    poses: dict[int, NDArray[np.float64]] = {}
+
+    def noted() -> Generator[Job, None, None]:
+        with closing(jobs):
+            for number, request in jobs:
+                if isinstance(request.source, Frame):
+                    own = source.parts[number].number if isinstance(source, FrameSequence) else number
+                    poses[own] = request.source.pose
+                yield number, request
+
+    yield noted()
+    if path is not None:
+        _save(path, poses)
+
+
+def _save(path: Path, poses: Mapping[int, NDArray[np.float64]]) -> None:
+    from ..files.writing.poses import save_numbered_poses
+
+    save_numbered_poses(path, poses)
+    print(f"{path}: {counted(len(poses), 'pose')}")

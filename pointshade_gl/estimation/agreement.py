@@ -33,7 +33,9 @@ class Judgement(NamedTuple):
     overlap: Matrix  # share of its points that the other frame with most of them should show
     each: Matrix  # spread of the depths' differences; NaN without overlap
     spread: float  # of depths where frames agree
-    correlation: float  # of the textures of all frames, a share of what noise allows; NaN without any
+    correlation: (
+        float  # of the textures of frames that agree near the given poses, a share of what noise allows, or NaN
+    )
 
     def is_weak(self) -> NDArray[np.bool_]:
         """Return which frames agree too little, by themselves or beside the others."""
@@ -115,7 +117,8 @@ def _fit(shares: Matrix, textures: Matrix, moved: Matrix) -> tuple[NDArray[np.bo
     agree = shares >= max(LEAST_AGREEMENT, USUAL_AGREEMENT * _better_half(shares[shares > 0]))
     alike = correlation >= max(LEAST_CORRELATION, USUAL_CORRELATION * _better_half(correlation[textured]))
     proven = np.where(textured, agree & alike, shares >= PLAIN_AGREEMENT)
-    usual = float(product[textured].sum() / np.sqrt(signal[textured]).sum()) if textured.any() else np.nan
+    some = textured & is_near & (shares >= LEAST_AGREEMENT)
+    usual = float(product[some].sum() / np.sqrt(signal[some]).sum()) if some.any() else np.nan
     return np.where(is_near, shares >= LEAST_AGREEMENT, proven), usual
 
 

@@ -16,10 +16,11 @@ from ..gpu.drawables import Drawables
 from ..gpu.points.point_objects import ShownSet
 from ..messages.notes import print_note
 from ..messages.progress import Count
-from ..scene.appearance import Look
+from ..scene.appearance import Look, SurfaceOptions
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.node import Node
+from ..scene.option_fields import keys_of
 from ..scene.placed import Matrix, Placed
 from ..scene.point_object import PointObject
 from .alignment_notes import notes_on
@@ -30,6 +31,7 @@ MOVED, LEAST_MOVED = 2.0, 5e-4  # times the spread of depths, and more by so muc
 MOST_RIGS = 8  # of streams that are remembered
 MOST_SETS = 4  # of frames that are
 Content = Any  # of a node
+_INVENTED = "missing", "temporal"  # options that add points, or those of other frames
 
 
 class Aligned(NamedTuple):
@@ -186,7 +188,8 @@ class Aligner:
 
 def surface_of(look: Look) -> Look:
     """Return what of a look decides where the points of single frames lie that poses are found by."""
-    return Look(normals=look.normals, noise=look.noise, max_depth_step=look.max_depth_step)
+    kept = {name: getattr(look, name) for name in keys_of(SurfaceOptions) if name not in _INVENTED}
+    return Look(normals=look.normals, **kept)
 
 
 def alignment_steps(frames: int) -> int:

@@ -52,7 +52,7 @@ def test_two_views_get_poses_that_are_read_again(typed, true, tmp_path):
 def test_a_text_has_the_form_of_tum(typed, true, tmp_path):
     code, *_ = typed("align left right -o poses.txt")
     found = read_poses(tmp_path / "poses.txt")
-    assert code == 0 and list(found.times) == [0, 1] and is_right(found.poses[1], true[2], true[0])
+    assert code == 0 and found.numbers == [0, 1] and is_right(found.poses[1], true[2], true[0])
 
 
 def test_frames_of_one_sequence_are_named_by_their_numbers(typed, true, tmp_path):

@@ -137,7 +137,6 @@ class TestSeveralInputs:
         ("batch walk -o out --poses rig.json", "there is no option --poses"),
         ("render A B -o out.png --save-poses out.txt", "--save-poses writes the poses that --align finds: add it"),
         ("render A -o out.png --save-poses out.txt", "--save-poses writes the poses that --align finds: add it"),
-        ("render walk -o out.gif --align --save-poses out.txt", "pass --views N or several INPUTs"),
         ("render A B -o out.png --align --save-poses out.json", "cannot write out.json: the suffix of poses must be"),
         ("render A B -o out.png --align --save-poses none/out.txt", "cannot write none/out.txt: there is no"),
         ("render A B -o out.png --poses none.json", "--poses: none.json does not exist"),

@@ -61,6 +61,26 @@ class TestPictures:
             renderer.render(ps.Scene((ps.Node(thing),), camera=given[0].camera), yaw=yaw)
         assert runs == [3]
 
+    def test_frames_are_aligned_once_for_all_looks(self, renderer, given, runs):
+        for look in ({}, {"shading": "flat"}, {"point_size": 2.0}, {"material": ps.Material(ambient=0.4)}, {}):
+            renderer.render(given, align=True, **{**VIEW, **look})
+        assert runs == [3]
+        renderer.render(given, align=True, normals="central", **VIEW)  # other normals fix other poses
+        assert runs == [3, 3]
+
+    def test_frames_of_a_renderer_that_ends_are_freed(self, given):
+        import weakref
+
+        one = ps.Frame(given[2].color, given[2].depth, given[2].camera, given[2].pose)
+        left = weakref.ref(one)
+        with ps.Renderer() as renderer:
+            renderer.render([given[0], one], align=True, **VIEW)
+        del renderer, one
+        import gc
+
+        gc.collect()
+        assert left() is None
+
     def test_progress_counts_each_frame_and_level_and_ends(self, renderer, given):
         told = []
         renderer.render(given, align=True, progress=lambda *done: told.append(done), **VIEW)
@@ -92,7 +112,7 @@ class TestWords:
         lines = [line for line in renderer.explain(["a", "b", "c"]) if line.startswith("aligned")]
         assert lines[0] == "aligned: 2 of 2 poses corrected; that of frame a stays"
         assert re.fullmatch(
-            r"aligned: frame b by 2\d.* mm and 0\.\d+ degrees; overlap \d\d%, depths differ by 0\.\d+ % before, "
+            r"aligned: frame b by \d+\.?\d* mm and 0\.\d+ degrees; overlap \d\d%, depths differ by 0\.\d+ % before, "
             r"0\.0\d+ % after, 100% agree",
             lines[1],
         )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 import pointshade_gl as ps
@@ -12,13 +14,23 @@ MIDDLE = np.array([0.0, 0.1, 2.0])
 YAWS = (0.0, -16.0, 17.0, 9.0, -7.0)
 
 
-WAVES = np.random.default_rng(5).normal(0, 1, (16, 3)) * np.geomspace(5, 35, 16)[:, None]  # radians a metre
+def patterned(points: np.ndarray) -> np.ndarray:
+    """Waves that repeat themselves."""
+    x, y, z = np.moveaxis(points, -1, 0)
+    tones = [np.sin(23 * x + 5 * y) * np.cos(19 * y - 9 * z), np.cos(31 * z + 7 * x), np.sin(11 * x - 13 * y + 5 * z)]
+    return 0.4 + 0.2 * np.stack(tones, -1)
 
 
-def painted(points: np.ndarray) -> np.ndarray:
-    """Blotches of many sizes that never repeat."""
-    tones = np.sin(points @ WAVES.T + np.arange(16)) @ np.random.default_rng(6).normal(0, 0.06, (16, 3))
-    return np.clip(0.4 + tones, 0.05, 0.95)
+def rippled(points: np.ndarray, count: int, widest: float) -> np.ndarray:
+    """A sum of so many waves, of up to about so many radians a metre."""
+    rng = np.random.default_rng(8)
+    ripples, phases = rng.normal(0, widest, (3, count)), rng.uniform(0, 6, count)
+    tone = 0.45 + 0.24 / np.sqrt(count) * np.sin(points @ ripples + phases).sum(-1)
+    return np.repeat(tone[..., None], 3, -1).clip(0.05, 0.95)
+
+
+painted = partial(rippled, count=48, widest=20)  # nowhere the same
+waves = partial(rippled, count=16, widest=12)  # nearly repeats itself, also upside down
 
 
 def plain(points: np.ndarray) -> np.ndarray:

@@ -144,6 +144,8 @@ with ps.Renderer(device=0, rasterizer="points", merge=0) as renderer:
     hit = renderer.find_surface(320, 240, camera, matrix, reach=2)
     lines, choice, shares = renderer.explain(["a", "b"]), renderer.choice, renderer.weights
     aligned, poses = renderer.aligned, renderer.align_frames([frame, plain], max_depth_step="3%")
+    doubts = [one.doubt for one in renderer.search_poses([frame, plain])]
+    steady = [one.pose for one in renderer.align_sequence([frame, plain], notes=print, noise="kinect")]
     stops, nearby, shared = renderer.exposure, renderer.surroundings, renderer.estimate_albedo([frame, plain])
     driver, steps = renderer.context.renderer, renderer.steps
     with renderer.prepared(scene, camera, matrix) as drawables:

@@ -12,7 +12,7 @@ import typer
 from numpy.typing import NDArray
 
 from ...estimation.pose_search import Found
-from ...files.writing.found_poses import check_poses_path, save_found_poses
+from ...files.writing.poses import check_found_path, save_found_poses
 from ...messages.formatting import counted, option
 from ...messages.notes import print_note
 from ...scene.frame import Frame
@@ -42,7 +42,7 @@ def align(
     INPUT and MORE are folders or depth files; of a sequence the first frame counts, or that of --frame. They should
     show the same from up to about 60 degrees apart. The first keeps its pose. The exit code is 1 if one is not found.
     """
-    check_poses_path(output)
+    check_found_path(output)
     names, frames = _views(frame, more or [])
     with open_renderer(device) as renderer:
         start = time.perf_counter()

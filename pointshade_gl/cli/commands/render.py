@@ -49,7 +49,7 @@ from ..output import explainer, in_turn, open_renderer, progress, report, spinne
 from ..page_options import PageOptions, is_page
 from ..photographs import as_one_frame, load_photographs
 from ..picture_options import PictureOptions, view_of
-from ..saved_poses import SavePoses, check_saved, poses_saver
+from ..saved_poses import SavePoses, check_saved, poses_saved, poses_saver
 from ..usage_errors import check_folders
 
 
@@ -107,7 +107,7 @@ class Asked:
         if not (self.are_clouds or self.is_scene):
             check_align(self.look.align, self.is_set or is_sequence)
         if self.save_poses is not None:
-            check_saved(self.save_poses, self.look.align, self.is_set)
+            check_saved(self.save_poses, self.look.align)
 
     def view(self) -> View:
         """From where, under which lights and how it is drawn. Raises ValueError or OSError."""
@@ -202,7 +202,8 @@ def _write_series(asked: Asked, view: View) -> None:
     with open_renderer(asked.device) as renderer:
         start = time.perf_counter()
         jobs, count = jobs_of(source, view, asked.film.turntable, asked.film.frames, warn_skipped, renderer)
-        with progress(count) as advance:
+        saved = asked.save_poses if asked.film.turntable is None else None
+        with poses_saved(saved, jobs, source) as jobs, progress(count) as advance:
 
             def tell_all(done: int, all: int) -> None:
                 advance(done, all)

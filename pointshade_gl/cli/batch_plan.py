@@ -110,6 +110,10 @@ def _check(asked: Asked) -> None:
         raise ValueError(f"pass {option('resume', True)} or {option('overwrite', True)}, not both")
     if kind in FILMS:
         check_fps(asked.film.fps, option("fps"), "pictures")
+        if asked.look.align and asked.film.turntable is not None:
+            raise ValueError(
+                f"{option('align', True)} is of several frames, {option('turntable')} shows one: leave one out"
+            )
     else:
         _check_still(asked)
     if kind == PAGE:

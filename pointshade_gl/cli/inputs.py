@@ -96,7 +96,8 @@ def load_together(frame: FrameOptions, look: Look, inputs: Sequence[str]) -> Tog
     """One frame of each of several inputs, the first or that with the number given, as one object."""
     every = [str(frame.input), *inputs]
     numbers = [0] * len(every) if frame.frame is None else frames_from(frame.frame, len(every))
-    sources = load_several(replace(frame, frame=None), inputs)
+    names = [f"{name} {number}" if every.count(name) > 1 else name for name, number in zip(every, numbers, strict=True)]
+    sources = load_several(replace(frame, frame=None), inputs, names)
     found = [_numbered(source, number) for source, number in zip(sources, numbers, strict=True)]
     return Together.of(found, look, every, list(range(len(every))))
 
@@ -121,9 +122,12 @@ def load_views(frame: FrameOptions, look: Look, views: str) -> Together:
     return Together.of(list(found.values()), look, list(map(str, found)), numbers)
 
 
-def load_several(frame: FrameOptions, inputs: Sequence[str]) -> list[Any]:
-    """Sources of frames of one thing, all read with the same options: of INPUT, and of more. Raises ValueError without
-    poses.
+def load_several(frame: FrameOptions, inputs: Sequence[str], names: Sequence[str] = ()) -> list[Any]:
+    """Sources of frames of one thing, all read with the same options: of INPUT, and of more.
+
+    names  by which their poses are found in a file; the inputs themselves by default
+
+    Raises ValueError without poses.
     """
     from ..files.index.given_poses import poses_of_inputs
     from ..files.sources import check_posed
@@ -132,7 +136,9 @@ def load_several(frame: FrameOptions, inputs: Sequence[str]) -> list[Any]:
         raise ValueError(f"pass {option('depth')} or {option('color')} with one INPUT")
     frame.check_exist()
     every = [str(frame.input), *inputs]
-    poses = [None] * len(every) if frame.poses is None else poses_of_inputs(frame.poses, every, frame.max_pixels)
+    poses = (
+        [None] * len(every) if frame.poses is None else poses_of_inputs(frame.poses, names or every, frame.max_pixels)
+    )
     one = replace(frame, poses=None)
     found = [load(replace(one, input=path), sequence=True, pose=pose) for path, pose in zip(every, poses, strict=True)]
     check_posed(found)

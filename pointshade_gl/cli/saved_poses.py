@@ -45,9 +45,9 @@ def poses_saver(path: Path | None, together: Together) -> Callable[[Renderer], N
 
     def save(renderer: Renderer) -> None:
         if waiting:
-            found, numbers = renderer.aligned, together.numbers or range(len(together.frames))
+            found = renderer.aligned
             poses = (found.get(frame, frame).pose for frame in together.frames)
-            _save(waiting.pop(), dict(zip(numbers, poses, strict=True)))
+            _save(waiting.pop(), dict(zip(together.numbers, poses, strict=True)))
 
     return save
 

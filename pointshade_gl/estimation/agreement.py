@@ -90,7 +90,7 @@ def judge(
     each = [[one for pair, values in apart.items() if k in pair for one in values] for k in range(count)]
     each = np.array([spread_of(values, 0.0) if values else np.nan for values in each])
     is_far = moved[:, list(anchors)].min(1) >= NEAR
-    return Judgement(agreement, _group(fits, anchors), is_far, overlap, each, spread, correlation)
+    return Judgement(agreement, connected(fits, anchors), is_far, overlap, each, spread, correlation)
 
 
 def _texture_sums(frame: ReducedFrame, other: ReducedFrame, one: Matches) -> Matrix:
@@ -127,10 +127,10 @@ def _better_half(values: Matrix) -> float:
     return float(np.quantile(values, 0.75)) if len(values) else 0.0
 
 
-def _group(fits: NDArray[np.bool_], anchors: Collection[int]) -> NDArray[np.bool_]:
-    """Return which of n things hang together with some of them. fits: (n, n) which two belong together."""
-    groups = np.eye(len(fits), dtype=bool) | fits
-    for _ in range(len(fits).bit_length()):
+def connected(linked: NDArray[np.bool_], anchors: Collection[int]) -> NDArray[np.bool_]:
+    """Return which of n things hang together with some of them. linked: (n, n)."""
+    groups = np.eye(len(linked), dtype=bool) | linked
+    for _ in range(len(linked).bit_length()):
         groups = groups @ groups
     return np.any(groups[list(anchors)], axis=0)
 

@@ -14,6 +14,7 @@ from .reduced_frame import ReducedFrame
 WELL_REGISTERED = 0.7  # correlation of textures from which on colours surely lie on the depth
 REGISTERED = 0.33  # and which they have at least where depth alone says that poses are right
 ROUNDS = 4  # of placing frames again and solving all
+STEPS = len(LEVELS) + ROUNDS
 WORSE = 0.005  # by so much less agreement than with the given pose a frame gets that back
 OWN_SHARE = 0.1  # of a motion that nothing fixes, from which on a frame takes part in it
 Matrix = NDArray[np.float64]
@@ -24,6 +25,7 @@ class Fit(NamedTuple):
 
     pose: Matrix  # (4, 4) camera-to-world
     placed: bool  # whether it is known; otherwise it is the given one
+    leads: bool  # whether it kept its pose, which others follow
     moved: float  # how far its points were moved, root of the mean square, m
     overlap: float  # share of its points that other frames should show, too
     before: float  # spread of the depths' differences with the given poses, a share of the depth; NaN without overlap
@@ -47,7 +49,7 @@ def align(
     2017). One Gauss-Newton step moves all frames at once. A motion that neither depth nor colours fix is left as given,
     and so is a frame that afterwards agrees too little with the others, or less than before.
 
-    told   called after each level
+    told   called after each level, and before each round of checks: at most STEPS times
     known  how many of the first frames have right poses
     """
     work = PosedFrames(frames, poses, known)
@@ -58,6 +60,7 @@ def align(
         found, loose = work.refine(poses, free)
     kept: set[int] = set()
     for _ in range(ROUNDS):
+        told()
         again, kept = _guarded(work, found, kept)
         if all(one is other for one, other in zip(again, found, strict=True)):
             break
@@ -70,6 +73,7 @@ def align(
         Fit(
             found[k],
             k not in kept and after.overlap[k] > 0,
+            k in work.anchors,
             work.moved(found, k),
             after.overlap[k],
             before.each[k],

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .agreement import LEAST_SPREAD, WIDEST, Judgement, judge, spread_of
+from .agreement import LEAST_SPREAD, WIDEST, Judgement, connected, judge, spread_of
 from .frame_matches import Matches, count_seen, find_matches, placed
 from .pose_graph import Joint, motion_matrix, motion_of, pair_equations
 from .reduced_frame import ReducedFrame
@@ -45,7 +45,7 @@ class PosedFrames:
     scale   distance of the scene from the cameras
     middle  of it, (3,) world; turns are about it
     radius  of it
-    anchors numbers of the frames that keep their poses: the first ones, or the first that shares something with another
+    anchors numbers of the frames that keep their poses: the first ones, or the first of each group that overlaps
     """
 
     def __init__(self, frames: Sequence[ReducedFrame], poses: Sequence[Matrix], known: int = 1):
@@ -55,8 +55,15 @@ class PosedFrames:
         self.scale = float(np.median([np.linalg.norm(frame.middle) for frame in frames])) or 1.0
         self.given = [pose.copy() for pose in poses]
         self.by_colors = True  # whether brightness leads, too
-        first = min((k for pair in self.pairs(poses) for k in pair), default=0)
-        self.anchors = {first} if known == 1 else set(range(known))
+        self.anchors = self._first_of_groups(poses) if known == 1 else set(range(known))
+
+    def _first_of_groups(self, poses: Sequence[Matrix]) -> set[int]:
+        """Return the first of each group of frames that overlap; frames alone are in none."""
+        linked = np.zeros((len(poses), len(poses)), bool)
+        for i, j in self.pairs(poses):
+            linked[i, j] = linked[j, i] = True
+        groups = [connected(linked, [k]) for k in range(len(poses)) if linked[k].any()]
+        return {int(np.argmax(group)) for group in groups} or {0}
 
     def pairs(self, poses: Sequence[Matrix], without: Set[int] = frozenset()) -> list[Pair]:
         """Return the pairs (i, j) of frames of which i shows enough that j should show, too."""
@@ -185,8 +192,9 @@ class PosedFrames:
         without  frames that are not compared with any
         spread   of the depths' differences where frames agree; None measures it
         """
-        level = LEVELS[1]._replace(gate=WIDEST)
-        found = list(self.matches(poses, level, self.pairs(poses, without)))
+        pairs = self.pairs(poses, without)
+        level = self._affordable(LEVELS[1]._replace(gate=WIDEST), pairs)
+        found = list(self.matches(poses, level, pairs))
         points = [len(frame.samples(level.step)) for frame in self.frames]
         return judge(found, self.frames, points, self.anchors, self._moved_pairs(poses), spread)
 

@@ -10,28 +10,25 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimation.alignment import Fit, align
-from ..estimation.posed_frames import LEVELS
+from ..estimation.alignment import STEPS, Fit, align
 from ..gpu.drawables import Drawables
 from ..gpu.points.point_objects import ShownSet
 from ..messages.notes import print_note
 from ..messages.progress import Count
-from ..scene.appearance import Look, SurfaceOptions
+from ..scene.appearance import Look
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.node import Node
-from ..scene.option_fields import keys_of
 from ..scene.placed import Matrix, Placed
 from ..scene.point_object import PointObject
 from .alignment_notes import notes_on
-from .gpu_scene import GpuScene
+from .gpu_scene import GpuScene, surface_of
 
 REFINED = 4, 16, 64  # sets of a stream after which its cameras are aligned again, and the poses averaged
 MOVED, LEAST_MOVED = 2.0, 5e-4  # times the spread of depths, and more by so much of them: a camera was moved
 MOST_RIGS = 8  # of streams that are remembered
-MOST_SETS = 4  # of frames that are
+MOST_SETS = 2  # of frames that are
 Content = Any  # of a node
-_INVENTED = "missing", "temporal"  # options that add points, or those of other frames
 
 
 class Aligned(NamedTuple):
@@ -63,19 +60,29 @@ class Rig:
     """Cameras of streams that stand still: their frames share one alignment."""
 
     def __init__(self, aligned: Aligned):
-        self.fits, self.sets, self.spreads = aligned.fits, 1, np.zeros(0)
+        self.fits, self.sets, self.refined, self.spreads = aligned.fits, 1, 0, np.zeros(0)
 
     def frames_at(self, frames: Sequence[Frame]) -> Aligned:
         """Return newer frames of the same cameras at their corrected poses."""
         return Aligned.of(frames, self.fits)
 
+    @property
+    def is_due(self) -> bool:
+        """Return whether it should be refined; earlier where a camera that gave no depth at first is not placed yet."""
+        is_power = self.sets & (self.sets - 1) == 0
+        return self.sets in REFINED or (is_power and not all(fit.placed for fit in self.fits))
+
     def refine(self, fits: Sequence[Fit]) -> None:
         """Average the poses with those that newer frames gave."""
-        share = 1 / (2 + REFINED.index(self.sets))
+        self.refined += 1
+        share = 1 / (1 + self.refined)
         self.fits = tuple(
-            new._replace(pose=_between(old.pose, new.pose, share)) if old.placed and new.placed else old
+            old if not new.placed
+            else old._replace(pose=_between(old.pose, new.pose, share), after=new.after, agrees=new.agrees)
+            if old.placed
+            else new
             for old, new in zip(self.fits, fits, strict=True)
-        )
+        )  # fmt: skip
 
     def moved_cameras(self, spreads: NDArray[np.float64]) -> list[int]:
         """Return the numbers of frames that agree much less with all others than they did.
@@ -85,7 +92,8 @@ class Rig:
         if not len(self.spreads):
             self.spreads = spreads
         self.spreads = np.minimum(self.spreads, spreads)
-        return np.flatnonzero(spreads > MOVED * self.spreads + LEAST_MOVED).tolist()
+        is_moved = np.isfinite(spreads) & (spreads > MOVED * self.spreads + LEAST_MOVED)
+        return np.flatnonzero(is_moved).tolist()
 
 
 class Aligner:
@@ -108,7 +116,7 @@ class Aligner:
     def _fits(self, frames: Sequence[Frame], poses: Sequence[Matrix], look: Look, count: Count) -> tuple[Fit, ...]:
         first, reduced = count.done, []
         for frame in frames:
-            reduced.append(self._gpu_scene.read_reduced(frame, surface_of(look)))
+            reduced.append(self._gpu_scene.read_reduced(frame, look))
             count.step()
         fits = align(reduced, poses, count.step)
         count.step(alignment_steps(len(frames)) - (count.done - first))  # if there was less to do
@@ -165,7 +173,9 @@ class Aligner:
     def _of_set(self, part: PointObject, count: Count) -> Aligned:
         """Align frames, once for all looks of them."""
         key, cameras = (part.frames, surface_of(part.look)), _cameras_of(part.frames)
-        if key not in self._sets:
+        if key in self._sets:
+            self._sets[key] = self._sets.pop(key)  # the last one now
+        else:
             aligned = self._of_rig(cameras, part, count) if cameras else self.align(part.frames, part.look, count)
             self._sets[key] = aligned
             while len(self._sets) > MOST_SETS:
@@ -181,20 +191,14 @@ class Aligner:
                 del self._rigs[next(iter(self._rigs))]
             return self._rigs[cameras].frames_at(part.frames)
         rig.sets += 1
-        if rig.sets in REFINED:
+        if rig.is_due:
             rig.refine(self._fits(part.frames, [fit.pose for fit in rig.fits], part.look, Count()))
         return rig.frames_at(part.frames)
 
 
-def surface_of(look: Look) -> Look:
-    """Return what of a look decides where the points of single frames lie that poses are found by."""
-    kept = {name: getattr(look, name) for name in keys_of(SurfaceOptions) if name not in _INVENTED}
-    return Look(normals=look.normals, **kept)
-
-
 def alignment_steps(frames: int) -> int:
-    """Return how many steps aligning so many frames counts: each is read, then there are levels."""
-    return frames + len(LEVELS)
+    """Return how many steps aligning so many frames counts: each is read, then there are levels and checks."""
+    return frames + STEPS
 
 
 def _cameras_of(frames: Sequence[Frame]) -> Hashable:

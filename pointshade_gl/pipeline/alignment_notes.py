@@ -24,7 +24,7 @@ def notes_on(frames: Sequence[Frame], fits: Sequence[Fit]) -> list[str]:
             "pictures registered?"
         )
     if lonely:
-        notes.append(f"{_named(lonely, count, 'shows', 'show')} nothing that the others show, too: {_stays(lonely)}")
+        notes.append(f"{_named(lonely, count, 'shares', 'share')} too little with the others: {_stays(lonely)}")
     if unsure:
         near = "its given pose" if len(unsure) == 1 else "their given poses"
         notes.append(
@@ -43,7 +43,7 @@ def notes_on(frames: Sequence[Frame], fits: Sequence[Fit]) -> list[str]:
 
 
 def _named(numbers: Sequence[int], count: int, one: str = "", several: str = "") -> str:
-    """Return `frame 3 of 8 shows` or `frames 3, 5 of 8 show`."""
+    """Return `frame 3 of 8 shares` or `frames 3, 5 of 8 share`."""
     names, words = ", ".join(map(str, numbers)), ("frame", one) if len(numbers) == 1 else ("frames", several)
     return f"{words[0]} {names} of {count} {words[1]}".rstrip()
 

@@ -32,16 +32,18 @@ from ..gpu.points.tiling import needs_tiles
 from ..gpu.points.view_consensus import ConsensusPass
 from ..gpu.surface.frame_store import DrawnPoints, FrameStore
 from ..messages.progress import Count
-from ..scene.appearance import LIT_EARLY, NOT_LIT, Look
+from ..scene.appearance import LIT_EARLY, NOT_LIT, Look, SurfaceOptions
 from ..scene.cloud_levels import level_of
 from ..scene.frame import Frame
 from ..scene.level_of_detail import coarser, coarser_size, coarser_step, finer_camera
 from ..scene.mesh import Mesh
+from ..scene.option_fields import keys_of
 from ..scene.placed import Placed
 from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject
 from ..scene.visible_scene import VisibleScene, is_alone
 
+_INVENTED = "missing", "temporal"  # options that add points, or those of other frames
 COARSER = 8  # every so many pixels of a frame in tiles are enough to find its pose
 
 
@@ -135,7 +137,7 @@ class GpuScene(Owner):
         if needs_tiles(frame, look, self.tiles.largest_side):
             frame = coarser(frame, COARSER)
         (textures,) = self.frames.upload([frame])
-        self.frames.find_normals(textures, frame, look)
+        self.frames.find_normals(textures, frame, surface_of(look))
         return self._reduction.read(textures)
 
     def _surfaced(self, frame: Frame) -> FrameTextures:
@@ -263,3 +265,9 @@ def _as_splats(
     points = Points(surface, source, *p.rigid_axes, sizes, look.splat, bridged)
     light = lit if look.shading in LIT_EARLY else None
     return ShownPoints(points, textures, colors, light, look.shading)
+
+
+def surface_of(look: Look) -> Look:
+    """Return what of a look decides where the points of single frames lie that poses are found by."""
+    kept = {name: getattr(look, name) for name in keys_of(SurfaceOptions) if name not in _INVENTED}
+    return Look(normals=look.normals, **kept)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import comb
 
+from ..estimation.alignment import STEPS
 from ..estimation.pose_search import Found, search_poses
-from ..estimation.posed_frames import LEVELS
 from ..messages.progress import Count
 from ..scene.appearance import Look
 from ..scene.frame import Frame
@@ -30,7 +30,7 @@ def search(gpu_scene: GpuScene, frames: Sequence[Frame], look: Look, count: Coun
 
 def search_steps(frames: int) -> int:
     """Return how many steps a search counts: each frame is read, each pair is compared, then all are aligned."""
-    return frames + comb(frames, 2) + len(LEVELS)
+    return frames + comb(frames, 2) + STEPS
 
 
 def notes_on_search(found: Sequence[Found]) -> list[str]:

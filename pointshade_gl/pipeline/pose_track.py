@@ -13,12 +13,12 @@ from ..messages.notes import print_note
 from ..scene.appearance import Look
 from ..scene.frame import Frame
 from ..scene.placed import Matrix
-from .alignment import surface_of
 from .gpu_scene import GpuScene
 
 NEAREST = 3  # keyframes that a frame is aligned to
 MOST_KEYFRAMES = 16  # that are remembered, of about 6 MB each
 NEW_KEYFRAME = 0.7  # overlap with the others below which a frame becomes one
+LOST = 5  # frames one after the other that fit none, of which the last becomes one: the camera is elsewhere
 ROUND = 1.0  # turn, radians, that counts as much as a shift by the scene's distance
 
 
@@ -31,10 +31,10 @@ class PoseTrack:
     """The corrected poses of one sequence: that of its first frame stays."""
 
     def __init__(self, gpu_scene: GpuScene, look: Look):
-        self._gpu_scene, self._look = gpu_scene, surface_of(look)
+        self._gpu_scene, self._look = gpu_scene, look
         self._keyframes: deque[_Keyframe] = deque(maxlen=MOST_KEYFRAMES)
         self._correction = np.eye(4)  # of the last frame: from its given pose to the one that was found
-        self._is_lost = False
+        self._lost = 0  # frames up to now, one after the other, that fit no keyframe
 
     def follow(self, frame: Frame) -> Frame:
         """Return the next frame at its corrected pose; where it fits no keyframe, it is moved as the one before.
@@ -43,17 +43,18 @@ class PoseTrack:
         """
         reduced, start = self._gpu_scene.read_reduced(frame, self._look), self._correction @ frame.pose
         if not self._keyframes:
-            self._keyframes.append(_Keyframe(reduced, start))
+            if reduced.points_known:
+                self._keyframes.append(_Keyframe(reduced, start))
             return frame
         near = sorted(self._keyframes, key=lambda one: _apart(one.pose, start, reduced))[:NEAREST]
         poses = [*(one.pose for one in near), start]
         *_, fit = align([*(one.reduced for one in near), reduced], poses, known=len(near))
-        if not fit.placed and not self._is_lost:
+        self._lost = 0 if fit.placed else self._lost + 1
+        if self._lost == 1:
             print_note(
-                "a frame of the sequence fits none before it: from there on, poses are corrected as the last one"
+                "a frame of the sequence fits none before it: until one fits, poses are corrected as the last one"
             )
-        self._is_lost = not fit.placed
-        if not fit.placed or fit.overlap < NEW_KEYFRAME:
+        if reduced.points_known and (fit.overlap < NEW_KEYFRAME if fit.placed else self._lost % LOST == 0):
             self._keyframes.append(_Keyframe(reduced, fit.pose))
         self._correction = fit.pose @ np.linalg.inv(frame.pose)
         return frame.at(fit.pose)

@@ -75,10 +75,12 @@ def explain_set(report: SetReport, names: Sequence[str] = ()) -> list[str]:
 def explain_alignment(given: Sequence[Frame], fits: Sequence[Fit], names: Sequence[str] = ()) -> list[str]:
     """Describe in lines how the poses of frames were corrected."""
     names = names or [str(k) for k in range(len(fits))]
-    placed = sum(fit.placed for fit in fits[1:])
-    lines = [f"aligned: {placed} of {counted(len(fits) - 1, 'pose')} corrected; that of frame {names[0]} stays"]
+    leading = [name for name, fit in zip(names, fits, strict=True) if fit.leads]
+    placed = sum(fit.placed and not fit.leads for fit in fits)
+    stays = f"that of frame {leading[0]} stays" if len(leading) == 1 else f"those of frames {', '.join(leading)} stay"
+    lines = [f"aligned: {placed} of {counted(len(fits) - len(leading), 'pose')} corrected; {stays}"]
     for k, (frame, fit) in enumerate(zip(given, fits, strict=True)):
-        if not k:
+        if fit.leads:
             continue
         how = (
             f"by {1e3 * fit.moved:.3g} mm and {turn_between(frame.pose, fit.pose):.2g} degrees"

@@ -46,7 +46,7 @@ from ..scene.option_fields import takes
 from ..scene.photographs import check_photographs
 from ..scene.placed import Placed
 from ..scene.point_cloud import PointCloud, cloud_of
-from ..scene.point_object import check_frames
+from ..scene.point_object import check_frames, uniform
 from ..scene.surroundings import Surroundings
 from .notebook import Picture
 from .request import (
@@ -519,6 +519,7 @@ class Renderer:
         with self._in_use():
             return self._pipeline.gpu_scene.read_albedo(photos)
 
+    @takes(SurfaceOptions, Look, like=render)
     def align_frames(
         self,
         frames: Sequence[Frame],
@@ -547,8 +548,6 @@ class Renderer:
             wrong, and why.
         progress : callable, optional
             As for `render`: told of each frame that is read, each pair that is searched, and each of three levels.
-        **options
-            Values of `Look` about the surface, such as noise.
 
         Returns
         -------
@@ -567,7 +566,7 @@ class Renderer:
         Pairs of frames are compared by how far the points of one lie off the planes of the other (Chen, Medioni 1991),
         and by their brightness (Park, Zhou, Koltun 2017); robust Gauss-Newton steps move all frames at once.
         """
-        checked, look = check_frames(frames), Look(**options)
+        checked, look = check_frames(frames), uniform(Look(**options))
         with taken_by(notes), self._in_use():
             if not check_type(search, bool, "search"):
                 return self._pipeline.align(checked, look, progress).frames
@@ -576,6 +575,7 @@ class Renderer:
                 print_note(text)
             return Aligned.of(checked, [one.fit for one in found]).frames
 
+    @takes(SurfaceOptions, Look, like=render)
     def align_sequence(
         self, frames: Iterable[Frame], *, notes: Note | None = None, **options: Unpack[SurfaceOptions]
     ) -> Generator[Frame, None, None]:
@@ -588,8 +588,6 @@ class Renderer:
             the one before and a little more, or be all the same if the camera moves slowly.
         notes : callable, optional
             Called with a sentence where a frame fits none before it: then it is moved as the last one was.
-        **options
-            Values of `Look` about the surface, such as noise.
 
         Yields
         ------
@@ -606,12 +604,16 @@ class Renderer:
         Each frame is aligned, as by `align_frames`, to the three nearest of the last 16 keyframes. A frame that shares
         less than 70 % of its points with them becomes a keyframe.
         """
-        track = PoseTrack(self._pipeline.gpu_scene, Look(**options))
-        for frame in frames:
-            check_type(frame, Frame, "what the source gives")
-            with taken_by(notes), self._in_use():
-                found = track.follow(frame)
-            yield found
+        track = PoseTrack(self._pipeline.gpu_scene, uniform(Look(**options)))
+
+        def follow() -> Generator[Frame, None, None]:
+            for frame in frames:
+                check_type(frame, Frame, "what the source gives")
+                with taken_by(notes), self._in_use():
+                    found = track.follow(frame)
+                yield found
+
+        return follow()
 
     def search_poses(self, frames: Sequence[Frame], progress: Progress | None = None) -> list[Found]:
         """Find the poses of frames of one thing of which nothing is known, and say how sure they are.

@@ -71,8 +71,8 @@ class PointObject(Value):
         if more is None:
             raise TypeError(f"others must be a sequence of frames, got {shown(others)}")
         frame, *rest = check_frames((*check_frames(frame), *more))
-        if rest and not look.is_uniform:
-            raise ValueError("options of several frames hold for all of them: arrays belong to one frame")
+        if rest:
+            uniform(look)
         if rest and look.splat == "mesh":
             forms = option("splat", *FRAME_SPLATS[:-1])
             raise ValueError(f"a mesh is that of one frame, got {1 + len(rest)}: merge them with {forms}")
@@ -111,6 +111,13 @@ class PointObject(Value):
     def scale(self) -> float:
         """Return the frame's scale; of several frames the median."""
         return median([frame.scale for frame in self.frames])
+
+
+def uniform(look: Look) -> Look:
+    """Return the look of several frames. Raises ValueError for arrays."""
+    if not look.is_uniform:
+        raise ValueError("options of several frames hold for all of them: arrays belong to one frame")
+    return look
 
 
 def check_frames(frames: Frame | Sequence[Frame]) -> tuple[Frame, ...]:

@@ -87,3 +87,9 @@ def test_nothing_is_written_if_nothing_is_found(typed, true, tmp_path):
 def test_what_is_typed_wrongly(typed, true, words, sentence):
     code, _, errors = typed(f"align {words}")
     assert code == 2 and sentence in errors
+
+
+def test_frames_of_one_sequence_are_drawn_with_the_poses_by_their_numbers(typed):
+    assert typed("align both both --frame 0,1 -o poses.json")[0] == 0
+    code, out, errors = typed("render both both --frame 0,1 --poses poses.json -o out.png --samples 1 --explain")
+    assert code == 0, errors

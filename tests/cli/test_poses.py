@@ -135,6 +135,8 @@ class TestSeveralInputs:
         ("view demo --align", "the objects of a scene have a look of their own: leave out --align"),
         ("batch walk -o out --align", "each picture is drawn alone: add --to mp4 or --to gif, or leave it out"),
         ("batch walk -o out --poses rig.json", "there is no option --poses"),
+        ("render walk -o %d.ply --align --save-poses out.txt", "holds points: leave it out"),
+        ("batch walk -o out --to mp4 --turntable light --align", "--turntable shows one: leave one out"),
         ("render A B -o out.png --save-poses out.txt", "--save-poses writes the poses that --align finds: add it"),
         ("render A -o out.png --save-poses out.txt", "--save-poses writes the poses that --align finds: add it"),
         ("render A B -o out.png --align --save-poses out.json", "cannot write out.json: the suffix of poses must be"),

@@ -160,7 +160,7 @@ class TestWhatCannotBePlaced:
         return notes[0]
 
     def test_a_frame_that_shows_nothing_of_the_others(self):
-        assert "nothing that the others show" in self.spoilt(
+        assert "shares too little with the others" in self.spoilt(
             lambda pose: np.block([[turned(170, np.array([0, 1, 0])) @ pose[:3, :3], pose[:3, 3:]], [pose[3:]]])
         )
 
@@ -197,7 +197,7 @@ class TestWhatCannotBePlaced:
         pose = other.pose.copy()
         pose[:3, :3] = turned(180, np.array([0, 1, 0])) @ pose[:3, :3]
         found, notes = aligned([first, other.at(pose)])
-        assert notes == ["frames 0, 1 of 2 show nothing that the others show, too: the given poses stay"]
+        assert notes == ["frames 0, 1 of 2 share too little with the others: the given poses stay"]
         assert same_pose(found[1], other.at(pose))
 
     def test_a_first_frame_that_shows_nothing_of_the_others(self):
@@ -206,8 +206,29 @@ class TestWhatCannotBePlaced:
         pose[:3, :3] = turned(180, np.array([0, 1, 0])) @ pose[:3, :3]
         given = [true[0].at(pose), true[1], *disturbed(true[1:], 0.02, 0.5)[1:]]
         found, notes = aligned(given)
-        assert len(notes) == 1 and "frame 0 of 3 shows nothing" in notes[0]
+        assert len(notes) == 1 and "frame 0 of 3 shares too little" in notes[0]
         assert max(errors(found[1:], true[1:])) < 1.0
+
+    def test_frames_that_share_nothing_with_the_first_are_aligned_to_each_other(self):
+        true = views(corner(), 4, noise=0.001)
+        given = disturbed(true, 0.02, 0.5)
+        away = np.eye(4)
+        away[0, 3] = 20
+        given[2:] = [one.at(away @ one.pose) for one in given[2:]]
+        found, notes = aligned(given)
+        assert not notes and off(found[1], true[1]) < 0.001 and same_pose(found[2], given[2])
+        beside = np.linalg.inv(found[2].pose) @ found[3].pose
+        assert off(true[3].at(true[2].pose @ beside), true[3]) < 0.001
+
+    @pytest.mark.parametrize("size", [(1, 1), (1, 2), (3, 2), (1, 40), (9, 1), (20, 15)])
+    @pytest.mark.parametrize("search", [False, True])
+    def test_tiny_frames(self, size, search):
+        camera = replace(CAMERA, width=size[1], height=size[0])
+        small = [
+            ps.Frame(np.full((*size, 3), 9 * k, np.uint8), np.full(size, 2.0), camera, frame.pose)
+            for k, frame in enumerate(views(corner(), 2))
+        ]
+        assert len(ps.align_frames([*small, views(corner(), 1)[0]], search=search, notes=lambda _: None)) == 3
 
     def test_frames_without_any_point(self):
         first, other = views(corner(), 2)

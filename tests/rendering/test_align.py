@@ -88,10 +88,10 @@ class TestPictures:
         assert len({every for _, every in told}) == 1 and told[-1][0] == told[-1][1] > 2 * 3 + 3
         told.clear()
         renderer.align_frames(given, progress=lambda *done: told.append(done))
-        assert told[-1] == (6, 6)
+        assert told[-1] == (10, 10) and told[0] == (1, 10)
 
     def test_it_can_be_cancelled_and_done_again(self, renderer, given, true):
-        for end in range(1, 7):
+        for end in range(1, 8):
             with pytest.raises(ps.Cancelled):
                 renderer.align_frames(given, progress=lambda done, all, end=end: done < end)
         assert off(renderer.align_frames(given)[1], true[1]) < 0.001
@@ -152,6 +152,29 @@ class TestLiveSets:
         for k in range(20):
             self.draw(renderer, streamed(given, k))
         assert runs == [3, 3, 3]  # sets 1, 4 and 16
+
+    def test_a_frame_without_depth_is_no_camera_that_was_moved(self, renderer, given, true, runs):
+        notes, dark = [], ps.Frame(None, np.zeros_like(given[2].depth), given[2].camera, given[2].pose)
+        for k in range(7):
+            frames = streamed([*given[:2], dark if k in (2, 3, 5) else given[2]], k)
+            self.draw(renderer, frames, notes=notes.append)
+        assert not [note for note in notes if "moved" in note] and runs == [3, 3]
+        assert off(renderer.aligned[frames[2]], true[2]) < 0.001
+
+    def test_a_camera_that_gives_no_depth_at_first_is_aligned_soon(self, renderer, given, true):
+        dark = ps.Frame(None, np.zeros_like(given[2].depth), given[2].camera, given[2].pose)
+        for k in range(5):
+            frames = streamed([*given[:2], dark if k < 2 else given[2]], k)
+            self.draw(renderer, frames)
+        assert off(renderer.aligned[frames[2]], true[2]) < 0.001
+
+    def test_corrections_are_explained_against_the_given_poses_after_refining(self, renderer, given):
+        first = None
+        for k in range(5):
+            self.draw(renderer, streamed(given, k))
+            lines = [line for line in renderer.explain() if line.startswith("aligned: frame 1")]
+            first = first or lines
+        assert first[0].split(" after")[0].rpartition(",")[0] == lines[0].split(" after")[0].rpartition(",")[0]
 
     def test_nothing_is_aligned_while_nothing_is_new(self, renderer, given, runs):
         thing = ps.PointObject(streamed(given), align=True)

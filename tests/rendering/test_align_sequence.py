@@ -8,7 +8,7 @@ from pointshade_gl.files.poses.pose_files import read_poses
 from pointshade_gl.pipeline import pose_track
 from pointshade_gl.rendering.image_sequence import sequence_jobs
 
-from ..support.posed_views import MIDDLE, corner, off, turned, view_from
+from ..support.posed_views import MIDDLE, ball_before_plane, corner, off, turned, view_from
 from ..support.view_sets import write_views
 
 COUNT = 10
@@ -70,6 +70,31 @@ def test_a_frame_that_fits_none_is_noted_once_and_moved_as_the_last(renderer, tr
     last = found[3].pose @ np.linalg.inv(drifting[3].pose)
     assert all(np.allclose(one.pose, last @ given.pose) for one, given in zip(found[4:6], empty, strict=True))
     assert worst([*found[:4], *found[6:]], [*true[:4], *true[6:]]) < 0.0015
+
+
+def test_many_frames_without_depth_are_not_what_others_are_aligned_to(renderer, true, drifting):
+    empty = [ps.Frame(None, np.zeros_like(one.depth), one.camera, one.pose) for one in drifting[4:5]] * 20
+    found, _ = followed(renderer, [*drifting[:4], *empty, *drifting[6:]])
+    assert worst([*found[:4], *found[-4:]], [*true[:4], *true[6:]]) < 0.0015
+
+
+def test_a_camera_that_is_elsewhere_goes_on_from_there(renderer, true, drifting):
+    away = np.eye(4)
+    away[0, 3] = 30
+    rng = np.random.default_rng(2)
+    others = [view_from(ball_before_plane(), one.pose, 0.001, rng).at(away @ one.pose) for one in true]
+    found, notes = followed(renderer, [*drifting[:3], *others])
+    assert len(notes) == 1 and len(found) == 3 + len(others)
+
+
+def test_what_is_asked_wrongly_is_said_at_once(renderer, true):
+    with pytest.raises(TypeError, match=r"align_sequence.*did you mean noise"):
+        renderer.align_sequence(true, noize=0.01)
+    with pytest.raises(TypeError, match=r"unexpected keyword argument 'shading'"):
+        renderer.align_frames(true, shading="flat")
+    for method in (renderer.align_sequence, renderer.align_frames):
+        with pytest.raises(ValueError, match="arrays belong to one frame"):
+            method(true, noise=np.full((120, 160), 0.01))
 
 
 def test_frames_come_one_by_one(renderer, drifting):

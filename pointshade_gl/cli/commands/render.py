@@ -229,6 +229,8 @@ def _write_points(asked: Asked, view: View) -> None:
     output, film = asked.output, asked.film
     if asked.views is not None:
         raise ValueError(f"{output} holds the points of frames: leave out {option('views')}")
+    if asked.save_poses is not None:
+        raise ValueError(f"{option('save_poses')} is for pictures and films, {output} holds points: leave it out")
     asked.picture.check_none(output)
     asked.page.check_none(output)
     check_points_path(first_of(output))

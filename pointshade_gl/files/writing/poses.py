@@ -58,6 +58,8 @@ def save_poses(path: FilePath, frames: Iterable[Frame], numbers: Sequence[int] |
         raise TypeError(f"frames must be an iterable of frames, got {shown(frames)}")
     poses = [check_type(frame, Frame, f"frame {k}").pose for k, frame in enumerate(found)]
     stamps = range(len(poses)) if numbers is None else [check_count(one, "each number") for one in numbers]
+    if len(set(stamps)) < len(stamps):
+        raise ValueError(f"each frame needs a number of its own, got {shown(list(stamps))}")
     if not poses or len(stamps) != len(poses):
         raise ValueError(f"poses need one frame or more, and a number for each, got {len(poses)} and {len(stamps)}")
     save_numbered_poses(path, dict(zip(stamps, poses, strict=True)))

@@ -26,7 +26,8 @@ class FrameReductionPass(FullscreenPasses):
         maps = {"surface_map": textures.surface.texture, "color_map": textures.color}
         reduce = self.fullscreen("points/frame_reduction.frag")
         reduce.draw(image.target, maps, source=frame.camera.intrinsics, cell=cell)
-        brightness = None if frame.color is None else read_texture(self._context, image.textures[1])[..., 0]
+        has_slopes = frame.color is not None and min(camera.width, camera.height) > 1
+        brightness = read_texture(self._context, image.textures[1])[..., 0] if has_slopes else None
         reduced = ReducedFrame(camera, image.read(), brightness)
         return reduced if reduced.is_textured else reduced.without_brightness()
 
@@ -34,7 +35,7 @@ class FrameReductionPass(FullscreenPasses):
 def reduced_camera(camera: Camera) -> tuple[Camera, int]:
     """Return the camera of a frame's reduced copy, and how many pixels along a side are one of its pixels."""
     cell = max(round(max(camera.width, camera.height) / LONGER_SIDE), 1)
-    width, height = max(camera.width // cell, 1), max(camera.height // cell, 1)
     cell = min(cell, camera.width, camera.height)
+    width, height = camera.width // cell, camera.height // cell
     cx, cy = ((place - cell // 2) / cell for place in (camera.cx, camera.cy))
     return Camera(camera.fx / cell, camera.fy / cell, cx, cy, width, height), cell

@@ -89,7 +89,7 @@ def test_what_is_typed_wrongly(typed, true, words, sentence):
     assert code == 2 and sentence in errors
 
 
-def test_frames_of_one_sequence_are_drawn_with_the_poses_by_their_numbers(typed):
+def test_frames_of_one_sequence_are_drawn_with_the_poses_by_their_numbers(typed, true):
     assert typed("align both both --frame 0,1 -o poses.json")[0] == 0
     code, out, errors = typed("render both both --frame 0,1 --poses poses.json -o out.png --samples 1 --explain")
     assert code == 0, errors

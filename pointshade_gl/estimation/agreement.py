@@ -33,9 +33,7 @@ class Judgement(NamedTuple):
     overlap: Matrix  # share of its points that the other frame with most of them should show
     each: Matrix  # spread of the depths' differences; NaN without overlap
     spread: float  # of depths where frames agree
-    correlation: (
-        float  # of the textures of frames that agree near the given poses, a share of what noise allows, or NaN
-    )
+    correlation: float  # of textures near the given poses, a share of what noise allows; NaN without any
 
     def is_weak(self) -> NDArray[np.bool_]:
         """Return which frames agree too little, by themselves or beside the others."""

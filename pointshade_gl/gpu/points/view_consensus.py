@@ -34,9 +34,7 @@ class Consensus(NamedTuple):
     band: float  # share of 1/z within which two frames see the same surface
     gains: NDArray[np.float64]  # (n, 3) what each frame's linear colours are multiplied by
     wrong: frozenset[int]  # the numbers of frames that contradict the others
-    spreads: NDArray[
-        np.float64
-    ]  # (n,) of depths between each frame and the one that agrees best with it, shares of them
+    spreads: NDArray[np.float64]  # (n,) of depths beside the frame that agrees best, shares of them
 
 
 class ConsensusPass(FullscreenPasses):

@@ -20,6 +20,9 @@ from ..scene.srgb import linear_to_bytes, srgb_to_linear
 AROUND = 2  # pixels beside the known ones that are kept: rims look so far
 
 
+MOST_BEHIND = 0.03  # of the depth: by so much the last frame of a set gives way to the first
+
+
 class Surface(NamedTuple):
     """The points of a frame, cut out of its picture."""
 
@@ -33,13 +36,16 @@ class Surface(NamedTuple):
     scale: float
     is_round: bool
     stride: int  # pixels for each of the smaller surface of what they hide, which casts shadows, too; 0 for none
+    behind: float = 0.0  # share of the depth by which others of its set are seen before it where they agree
 
 
 def surfaces_of(thing: Drawable) -> Iterator[Surface]:
     """The surfaces of a thing that shows points: one of a frame, several of a set."""
     if isinstance(thing, ShownSet):
-        for view, trust, gain in zip(thing.views, thing.points.trusts, thing.consensus.gains, strict=True):
-            yield _read(view, trust.read()[..., 0] > 0, gain)
+        consensus, count = thing.consensus, len(thing.views)
+        step = min(consensus.band / 2, MOST_BEHIND / count)
+        for k, (view, trust, gain) in enumerate(zip(thing.views, thing.points.trusts, consensus.gains, strict=True)):
+            yield _read(view, trust.read()[..., 0] > 0, gain)._replace(behind=k * step)
     else:
         assert isinstance(thing, ShownPoints | ShownGrid), "tiles are reduced before"
         yield _read(thing)

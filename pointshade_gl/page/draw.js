@@ -159,7 +159,7 @@ class Drawing {
     const model = SHADINGS.indexOf(shading === "edl" ? "none" : shading);
     const constants = { SHADING: model, CERTAINTY: thing.certainty && shading === "phong" ? 1 : 0, VISIBILITY: visibility_map ? 1 : 0 };
     this.painter.fill(this.surfaces, [0, 0, ...this.size], "points/resolve_surfaces.frag", constants, {
-      ...warp, near: warp.near * thing.scale, scale: thing.scale, depth_scale: warp.near, source_ids: this.ids,
+      ...warp, near: warp.near * thing.scale * (1 - thing.behind), scale: thing.scale, depth_scale: warp.near, source_ids: this.ids,
       window_depths: this.depth, color_map: thing.colors, light_map: thing.lit, certainty_map: thing.certainty,
       visibility_map,
     });

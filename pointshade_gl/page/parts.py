@@ -66,6 +66,7 @@ def surface_part(surface: Surface, quality: Quality) -> Part:
         "source": list(surface.intrinsics),
         "axes": surface.axes,
         "scale": surface.scale,
+        "behind": surface.behind,
     }
     body = [kinds.tobytes(), *(data for data, _ in planes), color_bytes]
     body += [certainty.tobytes()] if certainty is not None else []

@@ -261,4 +261,4 @@ def test_several_frames_are_drawn_over_one_another_and_the_help_says_so(browser,
         opened.wait_until_drawn()
         check(opened, points, both, [({}, None), ({"yaw": 10}, None)], least=40)
         opened.page.keyboard.press("h")
-        assert "nearest is seen" in opened.page.locator("#left-out").inner_text()
+        assert "first of them is seen" in opened.page.locator("#left-out").inner_text()

@@ -39,7 +39,7 @@ def align(
 ) -> None:
     """Find the poses of two to four views of one thing, of which nothing is known, and say how sure they are.
 
-    INPUT and MORE are folders or depth files; of a sequence the first frame counts, or that of --frame. They should
+    INPUT and MORE are folders; of a sequence the first frame counts, or that of --frame. They should
     show the same from up to about 60 degrees apart. The first keeps its pose. The exit code is 1 if one is not found.
     """
     check_found_path(output)

@@ -87,7 +87,11 @@ Axes = Annotated[
 ]
 Bits = Annotated[int, typer.Option(metavar="8|16", help="Bits of a colour in a .png.")]
 Explain = Annotated[
-    bool, typer.Option("--explain", help="Print which estimator ran, and why; of --views also what they agree on.")
+    bool,
+    typer.Option(
+        "--explain",
+        help="Print which estimator ran, and why; of --views also what they agree on, of --align the corrections.",
+    ),
 ]
 
 

@@ -91,5 +91,5 @@ def test_what_is_typed_wrongly(typed, true, words, sentence):
 
 def test_frames_of_one_sequence_are_drawn_with_the_poses_by_their_numbers(typed, true):
     assert typed("align both both --frame 0,1 -o poses.json")[0] == 0
-    code, out, errors = typed("render both both --frame 0,1 --poses poses.json -o out.png --samples 1 --explain")
+    code, _, errors = typed("render both both --frame 0,1 --poses poses.json -o out.png --samples 1 --explain")
     assert code == 0, errors

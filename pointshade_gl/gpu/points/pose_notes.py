@@ -41,7 +41,8 @@ def _notes_on(frames: Sequence[Frame], found: Contradictions) -> dict[int, str]:
     """Return the notes by the frame that each is about; a note on all frames is under the first."""
     first, count = frames[0], len(frames)
     if any(frame is not first for frame in frames) and all(np.array_equal(frame.pose, first.pose) for frame in frames):
-        return {0: f"the {count} frames all have the same pose: if their camera moved, give each Frame its own"}
+        ways = "give each Frame its own, or find them with `pointshade align`"
+        return {0: f"the {count} frames all have the same pose: if their camera moved, {ways}"}
     wrong = "contradicts the others where they see the same, and only fills gaps: is its pose right?"
     named = {k: f"frame {k} of {count} {wrong}" for k in found.frames}
     if not found.undecided:

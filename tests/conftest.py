@@ -149,6 +149,7 @@ def open_viewer(display):
     def open_it(source=None, kind=Viewer, **options):
         viewer = kind(source or frames.sphere(), **({"window_size": (320, 240)} | options))
         viewer.samples = 1  # it rests at once
+        viewer.background.grace = 60.0  # a turn waits for what runs in the background
         made.append(viewer)
         viewer.step(wait=False)
         return viewer

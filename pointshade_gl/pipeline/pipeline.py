@@ -121,7 +121,7 @@ class Pipeline:
         told = check_function(progress, "progress")
 
         def finished(done: int, all: int) -> object:
-            self._gl.finish()
+            self.steps.finish()
             return told(done, all)
 
         steps = self._aligner.steps_of(scene) + 2 * merged_frames(compose(scene, (), camera, pose))

@@ -38,12 +38,14 @@ class Dropped(NamedTuple):
     others  more sources of frames of the same thing
     inputs  paths of the folders or of the file
     files   of a single frame, by the names of `load_frame`'s options, where they were dropped one by one
+    paths   as they were dropped
     """
 
     source: Any
     others: Sequence[Any]
     inputs: tuple[str, ...]
     files: dict[str, Path]
+    paths: tuple[str, ...] = ()
 
 
 class Document:
@@ -53,6 +55,7 @@ class Document:
     dropped  what of it came by a drop onto the window; None: the program opened it
     merge    frames of a sequence are read to be merged
 
+    title    what was dropped, in words
     first    what was shown first: the user may have hidden something since
     light_names  of the lights of a scene
     start    the moment that R brings back
@@ -69,6 +72,7 @@ class Document:
         dropped: Dropped | None = None,
     ):
         self.playing, self.dropped = playing, dropped
+        self.title = " and ".join(dropped.paths) if dropped else ""
         self.exposure: float | Metering = "sensor"
         with ExitStack() as undo:
             undo.callback(playing.close)
@@ -81,7 +85,7 @@ class Document:
 
     def instead(self, paths: Sequence[str], state: State) -> Document:
         """Open what was dropped onto the window, with this look. Raises ValueError, TypeError or OSError."""
-        found = read_dropped(paths)
+        found = read_dropped(paths)._replace(paths=tuple(paths))
         playing = self.playing.instead(found.source, found.others)
         return Document(playing, state.reset_view(State()), dropped=found)
 

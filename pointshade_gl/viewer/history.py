@@ -83,6 +83,13 @@ class History:
         self._kind = None
         self.follow(now)
 
+    def withdraw(self, now: Moment) -> None:
+        """The last step did not come to be: this is what was before it."""
+        if self._past and now.shows(self._past[-1]):
+            self._past.pop()
+        self._kind = None
+        self._settle(now)
+
     def _go(self, now: Moment, there: deque[Moment], back: deque[Moment]) -> Moment | None:
         if not there:
             return None

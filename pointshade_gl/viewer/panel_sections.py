@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 from ..estimation.multi_view import is_primary
-from ..rendering.renderer import Renderer
+from ..gpu.context.software_driver import is_software
+from ..gpu.core.steps import Lap
 from ..scene.appearance import CLOUD_SPLATS, FLYING, FRAME_SPLATS, NOT_LIT, SHADINGS, Look, Material
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
-from ..scene.noise import SENSORS
+from ..scene.noise import SENSORS, Choice
 from ..scene.normal_methods import METHODS
 from ..scene.orbit_state import State
 from ..scene.point_cloud import CloudLook
@@ -35,16 +36,24 @@ BRIGHTEST = 10.0
 class Facts(NamedTuple):
     """What the panel tells, and does not change.
 
-    renderer  of the window, which knows what ran
+    driver    its name for what draws
+    choice    what estimated the last normals; None: nothing yet
+    weights   how much each frame of the last picture counts
+    explain   what the views that have these names agree on, in lines; None: this is not the time to ask
+    laps      of the steps of the last picture
     rate      pictures per second; None at rest
     samples   how many the window shows, and how many it will show if nothing moves
     titles    of the lights
     """
 
-    renderer: Renderer
+    driver: str
+    choice: Choice | None
+    weights: Mapping[Frame, float]
+    explain: Callable[[Sequence[str]], list[str]] | None
     rate: float | None
     samples: tuple[int, int]
     titles: Sequence[str]
+    laps: Mapping[str, Lap] = {}
 
 
 def show_facts(ui: Widgets, shown: Shown, facts: Facts, opened: bool) -> None:
@@ -55,13 +64,12 @@ def show_facts(ui: Widgets, shown: Shown, facts: Facts, opened: bool) -> None:
     imgui.text(f"{in_it} of {most} sample{'s' if most > 1 else ''}")
     if not ui.section("this picture", opened):
         return
-    laps, choice, context = facts.renderer.steps.laps, facts.renderer.choice, facts.renderer.context
     names = SET_STEPS if isinstance(shown, Views) else FRAME_STEPS
     for name in (*names, "present"):
-        lap = laps.get(name)
+        lap = facts.laps.get(name)
         imgui.text(f"{name:9s}" + ("" if lap is None else f"{lap.gpu_ms or lap.wall_ms:7.1f} ms"))
-    imgui.text_wrapped(f"{shown.points_known} points" + (f", {choice.method}" if choice else ""))
-    imgui.text_wrapped(context.renderer + (", a software renderer: slow" if context.is_software else ""))
+    imgui.text_wrapped(f"{shown.points_known} points" + (f", {facts.choice.method}" if facts.choice else ""))
+    imgui.text_wrapped(facts.driver + (", a software renderer: slow" if is_software(facts.driver) else ""))
 
 
 class ViewsList:
@@ -76,17 +84,17 @@ class ViewsList:
             return []
         effects: list[Effect] = []
         if ui.section(f"{len(views.shown)} of {len(views.frames)} views as one###views"):
-            effects = _show_views(ui.imgui, views, facts.renderer.weights)
+            effects = _show_views(ui.imgui, views, facts.weights)
         if ui.section("why", opened=False):
-            ui.imgui.text_wrapped("\n".join(self._explained(now.state.look, views, facts.renderer)))
+            ui.imgui.text_wrapped("\n".join(self._explained(now.state.look, views, facts)))
         return effects
 
-    def _explained(self, look: Look, views: Views, renderer: Renderer) -> list[str]:
+    def _explained(self, look: Look, views: Views, facts: Facts) -> list[str]:
         """Asked for once, not for each picture: it is read from the GPU."""
         key = views.shown, look
-        if self._why is None or self._why[0] != key:
-            self._why = key, renderer.explain(views.shown_names)
-        return self._why[1]
+        if facts.explain and (self._why is None or self._why[0] != key):
+            self._why = key, facts.explain(views.shown_names)
+        return self._why[1] if self._why else []
 
 
 def _show_views(imgui: Any, views: Views, weights: Mapping[Frame, float]) -> list[Effect]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..rendering.request import RenderRequest
+from ..scene.appearance import Material
 from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.graph import Scene
@@ -69,6 +70,21 @@ class Picture:
         source = shown.shown if isinstance(shown, Views) else shown
         return RenderRequest(source, lights, look, self.camera, self.pose, finish=finish)
 
+    @property
+    def preparation(self) -> Preparation | None:
+        """Return what must be found before this can be drawn, and takes long; None if nothing does."""
+        state, shown = self.now.state, self.shown
+        look = state.look if state.lit else state.look.as_taken
+        if isinstance(shown, Scene):
+            contents = tuple(placed.content for placed in shown.things)
+            return Preparation((contents,), "preparing the scene")
+        if isinstance(shown, Frame):
+            return Preparation((shown, look.unlight), "dividing the light out") if look.unlight else None
+        needs = replace(look.of_points, shading="none", material=Material())
+        what = f"{len(shown.shown)} views"
+        titles = (look.remove_highlights, f"taking the highlights out of {what}"), (look.align, f"aligning {what}")
+        return Preparation((shown.shown, needs), next((title for on, title in titles if on), f"merging {what}"))
+
     def most_samples(self, samples: int) -> int:
         """Return as many, or 1 for a photograph seen as it was taken: it has no more, and stays sharp."""
         state, stage = self.now.state, self.now.stage
@@ -76,6 +92,17 @@ class Picture:
         is_there = np.allclose(state.pose(stage), np.eye(4), rtol=0, atol=1e-9 * stage.radius)
         is_plain = not state.lit or state.look.shading == "none"
         return 1 if is_own and is_there and is_plain else samples
+
+
+class Preparation(NamedTuple):
+    """What is found before a picture is drawn.
+
+    key    compares as what it depends on
+    title  what the user is told meanwhile
+    """
+
+    key: tuple[Any, ...]
+    title: str
 
 
 class SavedPicture(NamedTuple):

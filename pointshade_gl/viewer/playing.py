@@ -131,7 +131,9 @@ class Playing:
         return new and _as_switched(new, shown), text
 
     def strip(self, shown: Shown) -> Strip | None:
-        """What the timeline shows; None where frames do not play."""
+        """What the timeline shows, or how many views are read; None where frames do not play."""
+        if self.merger and self.merger.is_reading:
+            return Strip(f"{self.merger.progress}     Esc ends it", self.merger.share)
         playback, arriving = self.playback, self._arriving.per_second
         if playback is None or not self._plays(shown):
             return None
@@ -144,6 +146,10 @@ class Playing:
         asked = "as fast as they come" if playback.rate is None else f"{playback.rate:g} frames/s"
         state = "paused" if playback.is_paused else "loops" if playback.loops else "plays once"
         return Strip(f"frame {playback.index} (0 to {total - 1}), {asked}, {state}", (playback.index + 1) / total)
+
+    def is_moving(self, shown: Shown) -> bool:
+        """Whether other frames will come by themselves."""
+        return self.playback is not None and not self.playback.is_paused and self._plays(shown)
 
     def total(self, shown: Shown) -> int | None:
         """How many frames the timeline is for; None: it has no bar."""
@@ -161,8 +167,7 @@ class Playing:
             return None, "these sources are always merged" if is_live else "only frames of a sequence can be merged"
         if isinstance(shown, Views):
             return shown.home, _pace(playback)
-        if self.merger.is_reading:
-            self.merger.close()
+        if self.end_merging():
             return None, "not merged"
         try:
             self.merger.start(playback.index)
@@ -170,16 +175,21 @@ class Playing:
             return None, str(error)
         return None, ""
 
-    def merged(self, message: str) -> Answer:
-        """Says how many views are read; shows them when that was all and is the message: merging takes a moment."""
+    def merged(self) -> Answer:
+        """Shows the views once all of them are read."""
         assert self.merger is not None
-        if message != self.merger.progress:
-            return None, self.merger.progress
         try:
             views = self.merger.finish()
         except ValueError as error:
             return None, str(error)
         return views, f"{len(views.frames)} views as one object; M plays the frames" if views else ""
+
+    def end_merging(self) -> bool:
+        """Read no more views to merge. Return whether some were being read."""
+        was_merging = self.is_merging
+        if self.merger:
+            self.merger.close()
+        return was_merging
 
     def close(self) -> None:
         """Ends the threads that read."""

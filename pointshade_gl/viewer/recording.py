@@ -25,6 +25,7 @@ class Recorder:
         self._film, self._fps = Film(path, fps), fps
         self._began: float | None = None  # when the first picture came
         self._written = 0
+        self._last: NDArray[np.uint8] | None = None
 
     def patience(self, now: float) -> float:
         """Seconds until the next picture is due."""
@@ -35,10 +36,15 @@ class Recorder:
         self._began = now if self._began is None else self._began
         due = int((now - self._began) * self._fps) + 1 - self._written
         if due > 0:
-            image = take()
+            self._last = take()
             for _ in range(due):
-                self._film.add(image)
+                self._film.add(self._last)
             self._written += due
+
+    def hold(self, now: float) -> None:
+        """Adds the last picture as often as pictures are due. Before the first one nothing is."""
+        if (last := self._last) is not None:
+            self.add(now, lambda: last)
 
     def close(self) -> None:
         self._film.close()

@@ -6,7 +6,8 @@ from collections import deque
 from typing import Any
 
 REST = 0.2  # seconds that nothing moves before the picture is refined: moving must not wait for it
-MORE = 3  # samples a turn: between two turns the window answers
+MORE = 3  # samples a turn at most: between two turns the window answers
+TURN = 0.1  # seconds that they may take, if that is not less than one
 KEPT = 20  # times between two pictures
 PAUSE = 0.5  # seconds after which the next picture's rate begins anew
 
@@ -44,7 +45,8 @@ class Redrawing:
         self.samples, self.rate, self.drawn = 1, Rate(), 0
         self._shown: Any = None
         self._picture: Any = None
-        self._since = 0.0
+        self._since = self._began = 0.0
+        self._added, self._more = 1, MORE  # samples of this turn, and of the next one
 
     def forget(self) -> None:
         """Draw anew in any case: the window lost its content."""
@@ -56,17 +58,21 @@ class Redrawing:
 
     def begin(self, picture: Any, now: float, most: int) -> int:
         """Return how many samples the next picture has. It is drawn anew if it has changed."""
+        before, self._began = self.samples, now
         if picture != self._picture:
             self.rate.tick(now)
-            self._picture, self._since, self.samples = picture, now, 1
+            self._picture, self._since, self.samples, before = picture, now, 1, 0
         elif self._rest(picture, now, most) == 0:
-            self.samples = min(self.samples + MORE, most)
+            self.samples = min(self.samples + self._more, most)
+        self._added = self.samples - before
         return self.samples
 
-    def end(self, picture: Any, over: Any) -> None:
-        """Remember that this was drawn."""
+    def end(self, picture: Any, over: Any, now: float) -> None:
+        """Remember that this was drawn, until now; None is the picture before, drawn again."""
         self._shown = picture, over
         self.drawn += 1
+        if picture is not None and self._added:
+            self._more = max(1, min(MORE, int(TURN * self._added / max(now - self._began, 1e-6))))
 
     def _rest(self, picture: Any, now: float, most: int) -> float | None:
         """Seconds until more samples are due; None: they are not."""

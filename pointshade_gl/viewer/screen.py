@@ -9,6 +9,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ..gpu.core.steps import Steps
 from ..gpu.output.present import Marker, PresentPass
 from ..rendering.renderer import Renderer
 from ..scene.orbit_state import marker_place
@@ -49,15 +50,25 @@ class Overlay(NamedTuple):
 
 
 class Screen:
-    """Owns all OpenGL objects of a window."""
+    """Owns all OpenGL objects of a window.
+
+    The renderer has a context of its own, so that a thread can have it for a while: `lend`. Meanwhile the window shows
+    the last picture.
+    """
 
     def __init__(self, window: Window):
-        self.window = window
+        self.window, beside = window, window.beside()
+        with beside:
+            self._beside = moderngl.create_context(require=330, context=beside)  # type: ignore[reportArgumentType]
+            self.renderer = Renderer(self._beside)
         with window:
             self.gl = moderngl.create_context(require=330, context=window)  # type: ignore[reportArgumentType]
-            self.renderer = Renderer(self.gl)
             self._present = PresentPass(self.gl)
+            self._steps = Steps(self.gl, self.renderer.context.is_software)
         self._drawings: dict[str, tuple[Any, moderngl.Texture]] = {}
+        self._drawn: moderngl.Texture | None = None  # by the renderer
+        self._last: tuple[Picture, int] | None = None  # what that shows, of how many samples
+        self._kept: moderngl.Texture | None = None  # a copy of that, while the renderer is lent
         self._panel: Panel | None = None
 
     @property
@@ -71,41 +82,62 @@ class Screen:
         return self._panel
 
     def draw(self, picture: Picture, over: Overlay, facts: Facts) -> tuple[Moment, list[Effect]]:
-        """Redraw the whole window, and return what the user chose in the panel."""
-        camera, chosen = picture.camera, (picture.now, [])
-        self.renderer.steps.timed = over.panel
+        """Redraw the whole window, and return what the user chose in the panel. While the renderer is lent, the picture
+        is the last one, with marker, text and panel as they are now."""
+        self._steps.timed = over.panel
+        if self._kept is None:
+            samples, most = facts.samples
+            self.renderer.steps.timed = over.panel
+            with self.renderer.context.in_use():
+                self._drawn = self.renderer.draw(picture.request(samples, samples > 1 or most == 1))
+                self.renderer.steps.finish()  # before the window's context reads it
+            self._last = picture, samples
         with self.window:
-            drawn = self.renderer.draw(picture.request(facts.samples[0], facts.samples[0] > 1 or facts.samples[1] == 1))
-            self.renderer.steps.always("present", self._show, drawn, picture, over)
+            self._steps.always("present", self._show, self._kept or self._drawn, picture, over)
+            chosen = picture.now, []
             if over.panel:
-                self.gl.screen.viewport = (0, 0, camera.width, camera.height)
-                chosen = self.panel.draw(picture, facts)
+                self.gl.screen.viewport = (0, 0, picture.camera.width, picture.camera.height)
+                chosen = self.panel.draw(picture, facts._replace(laps=self.renderer.steps.laps | self._steps.laps))
             self.window.swap()
         return chosen
 
+    def lend(self) -> Renderer:
+        """Return the renderer for another thread, whose `renderer.context.move_here()` takes it. See `take_back`."""
+        pixels = np.zeros((1, 1, 4), np.uint8) if self._last is None else self.read(*self._last)
+        with self.window:
+            self._kept = self._present.upload(pixels)
+        return self.renderer
+
+    def take_back(self) -> None:
+        """Have the renderer again: the other thread has left it."""
+        self.renderer.context.move_here()
+        if self._kept is not None:
+            with self.window:
+                self._kept.release()
+        self._kept = None
+
     def read(self, picture: Picture, samples: int) -> NDArray[np.uint8]:
         """Return the picture without marker and text: (h, w, 4) uint8."""
-        with self.window:
-            return self.renderer.render(picture.request(samples))
+        return self.renderer.render(picture.request(samples))
 
     def find_surface(self, picture: Picture, x: float, y: float) -> tuple[float, float, float] | None:
         """Return the point that the window shows at a pixel, or next to it: view axes; None if there is none."""
         camera = picture.camera
-        with self.window:
-            found = self.renderer.find_surface(x, y, camera, picture.pose, round(BESIDE * self.window.scale))
+        found = self.renderer.find_surface(x, y, camera, picture.pose, round(BESIDE * self.window.scale))
         if found is None:
             return None
         u, v, z = found
         return (u - camera.cx) / camera.fx * z, (v - camera.cy) / abs(camera.fy) * z, z
 
     def release(self) -> None:
+        self.renderer.release()
+        self._beside.release()
         with self.window:
             if self._panel is not None:
                 self._panel.release()
             for _, texture in self._drawings.values():
                 texture.release()
             self._present.release()
-            self.renderer.release()
         self.gl.release()  # closes the window, too
 
     def _marker(self, picture: Picture) -> Marker | None:

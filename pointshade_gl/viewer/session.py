@@ -140,7 +140,7 @@ class Session:
         """Show the frame that is due, or the views once they are merged."""
         playing = self.document.playing
         if playing.is_merging:
-            self._follow(*playing.merged(self.messages.text))
+            self._follow(*playing.merged())
         elif not self._control.is_scrubbing and (frame := playing.advance(self.frame, now)):
             self.frame = frame
 

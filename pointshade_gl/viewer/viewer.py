@@ -8,11 +8,13 @@ from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal, NamedTuple
 
 from ..messages.bugs import error_text
+from ..messages.errors import Cancelled
 from ..messages.formatting import shown
 from ..messages.notes import Note, taken_by
+from ..messages.progress import Progress
 from ..messages.validation import check_flag, check_function, check_path, check_size, check_type, is_a
 from ..rendering.renderer import Renderer
 from ..scene.camera import Camera
@@ -23,20 +25,22 @@ from ..scene.light import Light, check_lights
 from ..scene.option_fields import renamed
 from ..scene.orbit_state import State
 from ..scene.point_cloud import PointCloud
+from .background import Background, Work
 from .clouds import clouds_of
 from .controller import Surroundings, controller, hides_pointer, is_for_timeline, turned_around
 from .document import Document, check_rates, check_sources
 from .events import Command, Effect, Event, Open, Remember, TurnAround
+from .history import Moment
 from .messages import Messages
 from .panel import MISSING
 from .panel_sections import Facts
 from .picture import CommandLine, Picture, SavedPicture
-from .playing import Playing
+from .playing import Playing, Strip
 from .recording import RATE, Recorder, save_new
 from .redrawing import Redrawing
 from .screen import Overlay, Screen
 from .session import Session
-from .views import VIEWS, check_views
+from .views import VIEWS, Shown, check_views
 from .window import Window
 from .window import window_size as size_for
 
@@ -45,6 +49,14 @@ SOFTWARE = "\nA software renderer draws: pictures are right, but slow"
 GREETING_SECONDS = 12.0
 SAMPLES = 64  # of a picture in which nothing moves
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
+
+
+class Stands(NamedTuple):
+    """What the last picture showed, which could be drawn."""
+
+    document: Document
+    frame: Shown
+    moment: Moment
 
 
 class Viewer(Session):
@@ -131,6 +143,10 @@ class Viewer(Session):
         self.document.playing.wake_by(self.window.wake)
         self.screen = Screen(self.window)
         undo.callback(self.screen.release)
+        self.background = Background(self.window.wake)
+        undo.callback(self._leave_work)
+        self._prepared: tuple[Any, ...] | None = None  # the key of the last Preparation
+        self._stands: Stands | None = None
         slow = SOFTWARE if self.renderer.context.is_software else ""
         self.messages.say(GREETING + slow, GREETING_SECONDS)
 
@@ -165,6 +181,7 @@ class Viewer(Session):
         events, self.events[:] = list(self.events), []
         for event in events:
             self.handle(event)
+        self.background.poll()
         now = time.perf_counter()
         self.seek()
         self.play(now)
@@ -173,8 +190,13 @@ class Viewer(Session):
             self._next_frame = now + 1 / DISPLAY_RATE
         self.messages.update(now)
         if self._draws_in(now) == 0:
-            self._draw()
-        if self.recorder:  # the film has the samples of the window, if both show the same
+            try:
+                self._draw()
+            except Exception as error:  # also a bug: the window stays open if something else was
+                self._go_back_after(error)
+        if self.recorder and self.background.lends:
+            self.recorder.hold(time.perf_counter())
+        elif self.recorder:  # the film has the samples of the window, if both show the same
             film = self._seen_by(self._film_camera)
             samples = self.redrawing.samples if self.camera == film.camera else 1
             self.recorder.add(time.perf_counter(), lambda: self.screen.read(film, samples))
@@ -198,6 +220,8 @@ class Viewer(Session):
             return
         if self.on_event(event):
             return
+        if (event.kind, event.key) == ("key", "ESCAPE") and self.end_work():
+            return
         self.document.history.follow(self.moment)
         if event.kind != "move":  # of many moves only the last counts
             self.seek()
@@ -209,13 +233,15 @@ class Viewer(Session):
     def perform(self, effect: Effect) -> None:
         """Do what a key, the mouse or the panel asks for, such as `Seek(0)` (see events.py)."""
         match effect:
+            case TurnAround() | Command.SAVE_PICTURE | Open() if self.background.work:
+                self.say(f"not yet: {self.background.title}")
             case TurnAround(x, y):
                 if picture := self.picture:
                     self.take(turned_around(self.control, self.screen.find_surface(picture, x, y)))
             case Open(paths):
                 self.open(paths)
             case Command.SAVE_PICTURE:
-                self.save_picture()
+                self._start_saving()
             case Command.TOGGLE_PANEL:
                 self.toggle_panel()
             case Command.REDRAW:
@@ -236,7 +262,8 @@ class Viewer(Session):
 
     @property
     def renderer(self) -> Renderer:
-        """The renderer of the window; its `steps` and `choice` tell what ran."""
+        """The renderer of the window; its `steps` and `choice` tell what ran. Waits while the background has it."""
+        self.finish_work()
         return self.screen.renderer
 
     @property
@@ -250,8 +277,7 @@ class Viewer(Session):
         return self._seen_by(camera) if (camera := self.camera) else None
 
     def _seen_by(self, camera: Camera) -> Picture:
-        playback = self.document.playing.playback
-        plays = playback is not None and not playback.is_paused
+        plays = self.document.playing.is_moving(self.frame)
         return Picture(self.moment, self.frame, camera, self.document.exposure, plays)
 
     @property
@@ -263,7 +289,9 @@ class Viewer(Session):
     def _overlay(self) -> Overlay:
         state, turns = self.state, self.control.mouse.turns
         places = state.help, state.panel, self.panel_width, self.window.scale
-        return Overlay(self.messages.text, not turns, self.strip, *places)
+        title, share = self.background.title, self.background.share
+        strip = Strip(title, share) if title else self.strip
+        return Overlay(self.messages.text, not turns, strip, *places)
 
     @property
     def drawn(self) -> int:
@@ -277,23 +305,103 @@ class Viewer(Session):
             return None
         if self.state.panel and self.screen.panel.settling:
             return 0.0
+        if self.background.lends:
+            return self.redrawing.patience(None, self._overlay, now, 1)
         return self.redrawing.patience(picture.content, self._overlay, now, picture.most_samples(self.samples))
 
     def _draw(self) -> None:
-        """Draws the window now, unless it is minimised, and does what the user chose in the panel."""
+        """Draws the window now, unless it is minimised, and does what the user chose in the panel. What takes long to
+        find is found in the background first."""
+        if self.picture and not self.background.lends:
+            self._prepare(self.picture)
         picture, over = self.picture, self._overlay
         if picture is None:
             return
-        most = picture.most_samples(self.samples)
-        samples = self.redrawing.begin(picture.content, time.perf_counter(), most)
+        is_old, most = self.background.lends, picture.most_samples(self.samples)
+        samples = self.redrawing.samples if is_old else self.redrawing.begin(picture.content, time.perf_counter(), most)
         self.document.history.follow(self.moment)
-        facts = Facts(self.renderer, self.redrawing.rate.per_second, (samples, most), self.light_titles)
-        self.moment, chosen = self.screen.draw(picture, over, facts)
-        if picture.now.state.is_lit:
-            self.document.exposure = self.renderer.exposure
+        self.moment, chosen = self.screen.draw(picture, over, self._facts(samples, most))
+        if not is_old:
+            self._stand()
+            if picture.now.state.is_lit:
+                self.document.exposure = self.screen.renderer.exposure
         for effect in (*chosen, Remember("panel", time.perf_counter())):
             self.perform(effect)
-        self.redrawing.end(picture.content, over)
+        self.redrawing.end(None if is_old else picture.content, over, time.perf_counter())
+
+    def _stand(self) -> None:
+        """What is shown can be drawn: what was opened takes the place of what was there before."""
+        before, self._stands = self._stands, Stands(self.document, self.frame, self.moment)
+        if before and before.document is not self.document:
+            before.document.playing.close()
+            self.document.playing.wake_by(self.window.wake)
+            self.window.name(f"pointshade: {self.document.title}")
+            self.messages.clear()
+
+    def _facts(self, samples: int, most: int) -> Facts:
+        renderer = self.screen.renderer
+        known = renderer.context.renderer, renderer.choice, renderer.weights
+        explain = None if self.background.lends else renderer.explain
+        return Facts(*known, explain, self.redrawing.rate.per_second, (samples, most), self.light_titles)
+
+    def _prepare(self, picture: Picture) -> None:
+        """Finds in the background what the picture needs and takes long."""
+        needed = picture.preparation
+        if needed is None or needed.key == self._prepared:
+            return
+
+        def do(progress: Progress) -> None:
+            renderer.context.move_here()
+            renderer.draw(picture.request(rests=False), progress=progress)
+
+        def done(_: object) -> None:
+            self.screen.take_back()
+            self._prepared = needed.key
+
+        def failed(error: BaseException) -> None:
+            self.screen.take_back()
+            self._go_back_after(error)
+
+        renderer = self.screen.lend()
+        title = "" if picture.plays else needed.title  # each set of frames needs it anew
+        self.background.start(Work(title, do, done, failed))
+
+    def _go_back_after(self, error: BaseException) -> None:
+        """Show what was shown before: the user has ended what takes long, or what was opened cannot be drawn."""
+        is_ended = isinstance(error, Cancelled)
+        if self._stands is None and is_ended:
+            self.quit()
+            return
+        if self._stands is None or (self._stands.document is self.document and not is_ended):
+            raise error
+        before, (unused, now) = self._stands, (self.document, self.moment)
+        self.show(*before)
+        if unused is self.document:
+            was = before.moment.state
+            self.moment = now._replace(state=replace(now.state, look=was.look, lit=was.lit, finish=was.finish))
+            self.document.history.withdraw(self.moment)
+            self.say("ended: nothing has changed")
+        else:
+            unused.playing.close()
+            self.say("not opened" if is_ended else f"not opened: {error_text(error)}")
+
+    def end_work(self) -> bool:
+        """End what runs in the background, if the user is told of it. Return whether something did."""
+        if self.background.title:
+            self.background.end()
+            return True
+        return self.document.playing.end_merging()
+
+    def finish_work(self) -> None:
+        """Wait until nothing runs in the background."""
+        while self.background.work:
+            self.background.join()
+            self.background.poll()
+
+    def _leave_work(self) -> None:
+        """At the end nothing runs on."""
+        self.background.close()
+        self.screen.take_back()
 
     def toggle_panel(self) -> None:
         """Open or close the panel. Without its extra, say how to install it."""
@@ -303,45 +411,63 @@ class Viewer(Session):
             self.say(MISSING)
         else:
             self.state = replace(self.state, panel=not self.state.panel)
-            self.renderer.steps.forget("surface")  # run it again, so that the panel has a time to show
+            self.screen.renderer.steps.forget("surface")  # run it again, so that the panel has a time to show
 
     def open(self, paths: Sequence[str]) -> None:
         """Show what files or folders hold, as `pointshade view` would. If that fails, say why and show the same."""
-        title = " and ".join(paths)
-        self.say(f"opening {title}")
-        self._draw()
-        before = self.document, self.frame, self.moment
-        try:
-            opened = self.document.instead(paths, self.state)
+        state, title = self.state, " and ".join(paths)
+
+        def do(_: Progress) -> Document:
+            return self.document.instead(paths, state)
+
+        def done(opened: Document) -> None:
             self.show(opened, opened.first, opened.start)
-            self._draw()
-        except Exception as error:  # also a bug: the window stays open
-            unused = self.document
-            self.show(*before)
-            self.say(f"not opened: {error_text(error)}")
-        else:
-            unused = before[0]
-            opened.playing.wake_by(self.window.wake)
-            self.window.name(f"pointshade: {title}")
-            self.messages.clear()
-        if unused is not self.document:
-            unused.playing.close()
+
+        def failed(error: BaseException) -> None:  # also a bug: the window stays open
+            self.say("not opened" if isinstance(error, Cancelled) else f"not opened: {error_text(error)}")
+
+        def close(opened: Document) -> None:
+            opened.playing.close()
+
+        self.background.start(Work(f"opening {title}", do, done, failed, lends=False, unused=close))
 
     def save_picture(self) -> Path | None:
         """Write the picture, without marker, text and panel, to a new file in the working directory. Print its name
         and the command that makes the same, which also goes into the clipboard. None: it failed, which is said."""
+        self.finish_work()
+        self._start_saving()
+        self.finish_work()
+        return self._saved
+
+    def _start_saving(self) -> None:
+        self._saved: Path | None = None
         camera = self.window.fit(self.own_camera)
         if camera is None:
-            return None
+            return
         picture = self._seen_by(camera)
         samples = picture.most_samples(self.samples)
-        try:
-            path = save_new(self.screen.read(picture, samples))
-        except OSError as error:
-            self.say(f"not saved: {error}")
-            return None
-        if camera == self.camera:
-            self.redrawing.samples = samples
+
+        def do(progress: Progress) -> Path:
+            renderer.context.move_here()
+            return save_new(renderer.render(picture.request(samples), progress=progress))
+
+        def done(path: Path) -> None:
+            self.screen.take_back()
+            self._saved = path
+            if camera == self.camera:
+                self.redrawing.samples = samples
+            self._tell_saved(picture, samples, path)
+
+        def failed(error: BaseException) -> None:
+            self.screen.take_back()
+            if not isinstance(error, Cancelled | OSError):
+                raise error
+            self.say("not saved" if isinstance(error, Cancelled) else f"not saved: {error}")
+
+        renderer = self.screen.lend()
+        self.background.start(Work("saving a picture", do, done, failed))
+
+    def _tell_saved(self, picture: Picture, samples: int, path: Path) -> None:
         document, playing = self.document, self.document.playing
         saved = SavedPicture(picture, samples, path.name, document.first, playing.numbers, document.dropped)
         line, left_out = self._command_line(saved) if self._command_line else ("", "")
@@ -352,7 +478,6 @@ class Viewer(Session):
             self.window.copy(line)
             told = ["the command that makes it is in the clipboard", f"it leaves out: {left_out}" if left_out else ""]
         self.say(f"saved {path.absolute()}\n{'; '.join(filter(None, told))}".rstrip())
-        return path
 
     def quit(self) -> None:
         """End `run`."""

@@ -135,6 +135,11 @@ class Merger:
         """How far it is, in words."""
         return f"merging: {sum(job.done() for job in self._jobs.values())} of {len(self._jobs)} views are read"
 
+    @property
+    def share(self) -> float:
+        """How much is read, from 0 to 1."""
+        return sum(job.done() for job in self._jobs.values()) / max(len(self._jobs), 1)
+
     def finish(self) -> Views | None:
         """What was read; None while it is being read. Raises ValueError for fewer than two frames."""
         if not self.is_ready:
@@ -153,7 +158,7 @@ class Merger:
     def close(self) -> None:
         """Ends the reading."""
         if self._pool is not None:
-            self._pool.shutdown(cancel_futures=True)
+            self._pool.shutdown(wait=False, cancel_futures=True)
             self._pool, self._jobs = None, {}
 
 

@@ -29,7 +29,35 @@ def import_glfw() -> Any:
     return glfw
 
 
-class Window:
+class GLContext:
+    """An OpenGL context of GLFW's, current inside `with context:`; a context object for moderngl.create_context."""
+
+    def __init__(self, glfw: Any, handle: Any):
+        self.glfw, self.handle = glfw, handle
+        self._held: list[ExitStack] = []  # what was current before each `with`
+
+    def load_opengl_function(self, name: str) -> int:
+        return self.glfw.get_proc_address(name) or 0
+
+    def __enter__(self) -> GLContext:
+        with ExitStack() as undo:
+            undo.enter_context(kept(None))
+            undo.callback(self.glfw.make_context_current, self.glfw.get_current_context())
+            self.glfw.make_context_current(self.handle)
+            self._held.append(undo.pop_all())
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._held.pop().close()
+
+    def release(self) -> None:
+        """Closes what has the context, once. GLFW stays loaded for other windows of the process."""
+        if self.handle:
+            self.glfw.destroy_window(self.handle)
+            self.handle = None
+
+
+class Window(GLContext):
     """A window and its OpenGL context, which is current inside `with window:`.
 
     on_event   called with each Event while `wait` runs
@@ -39,11 +67,10 @@ class Window:
     """
 
     def __init__(self, title: str, size: tuple[int, int], on_event: Callable[[Event], None]):
-        self.glfw = glfw = import_glfw()
+        super().__init__(glfw := import_glfw(), None)
         if not glfw.init():
             raise ContextError(f"no display ({_complaint(glfw)}): use `pointshade render` to draw without a window")
         self._on_event = on_event
-        self._held: list[ExitStack] = []  # what was current before each `with`
         self._pointer_hidden = False
         self._pointer = (0.0, 0.0)  # by the last event that told it, screen coordinates
         self._unseen = 0.0  # seconds in which events may have come that were seen later
@@ -85,6 +112,19 @@ class Window:
             f"no window with OpenGL 3.3 ({_complaint(glfw)}): use `pointshade render` to draw without a window"
         )
 
+    def beside(self) -> GLContext:
+        """Another context, which shares the textures of this one and may be current in another thread.
+
+        Raises ContextError if there is none.
+        """
+        glfw = self.glfw
+        glfw.window_hint(glfw.VISIBLE, False)  # else as this window was made
+        with kept(None):
+            handle = glfw.create_window(16, 16, "", None, self.handle)
+        if not handle:
+            raise ContextError(f"no second OpenGL context ({_complaint(glfw)}): update the graphics driver")
+        return GLContext(glfw, handle)
+
     def _fit_monitor(self, size: tuple[int, int]) -> tuple[int, int]:
         monitor = self.glfw.get_primary_monitor()
         if not monitor:
@@ -92,27 +132,6 @@ class Window:
         _, _, width, height = self.glfw.get_monitor_workarea(monitor)
         share = min(1.0, 0.9 * width / size[0], 0.9 * height / size[1]) if width and height else 1.0
         return max(1, round(size[0] * share)), max(1, round(size[1] * share))
-
-    # The next two make it a context object for moderngl.create_context(context=...).
-    def load_opengl_function(self, name: str) -> int:
-        return self.glfw.get_proc_address(name) or 0
-
-    def __enter__(self) -> Window:
-        with ExitStack() as undo:
-            undo.enter_context(kept(None))
-            undo.callback(self.glfw.make_context_current, self.glfw.get_current_context())
-            self.glfw.make_context_current(self.handle)
-            self._held.append(undo.pop_all())
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._held.pop().close()
-
-    def release(self) -> None:
-        """Closes the window, once. GLFW stays loaded for other windows of the process."""
-        if self.handle:
-            self.glfw.destroy_window(self.handle)
-            self.handle = None
 
     @property
     def picture_size(self) -> tuple[int, int]:

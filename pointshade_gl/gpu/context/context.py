@@ -138,6 +138,10 @@ class Context:
         """Return whether this is the thread and the process that made it."""
         return (os.getpid(), threading.get_ident()) == (self._process, self._thread)
 
+    def move_here(self) -> None:
+        """Belong to this thread from now on. The other one must not be using it, and gets it back in the same way."""
+        self._thread = threading.get_ident()
+
     def check(self) -> None:
         """Raise ContextError where the context cannot be used: GL would draw garbage there, or nothing."""
         if os.getpid() != self._process:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
 from typing import Any
 
 import moderngl
@@ -30,12 +31,25 @@ FUNCTIONS = {  # what each returns, then what it takes
 }  # fmt: skip
 
 
+def _loader(context: moderngl.Context) -> Callable[[str], int]:
+    """Return what gives the addresses of a context's functions."""
+    loader: Any = context.mglo._context  # type: ignore[attr-defined]
+    return getattr(loader, "load_opengl_function", None) or loader.load
+
+
+def finisher(context: moderngl.Context) -> Callable[[], None]:
+    """Return glFinish. Other threads of Python run while it waits; moderngl's `finish` keeps them waiting, too."""
+    address = _loader(context)("glFinish")
+    if not address:
+        raise ContextError("this OpenGL context has no function glFinish: it must be current")
+    return ctypes.CFUNCTYPE(None)(address)
+
+
 class GL:
     """The functions of a context, by their names without the prefix gl."""
 
     def __init__(self, context: moderngl.Context):
-        loader: Any = context.mglo._context  # type: ignore[attr-defined]
-        load = getattr(loader, "load_opengl_function", None) or loader.load
+        load = _loader(context)
         for name, types in FUNCTIONS.items():
             if address := load(f"gl{name}"):
                 # PYFUNCTYPE keeps the GIL: these calls are shorter than letting it go.

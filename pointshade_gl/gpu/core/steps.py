@@ -11,6 +11,9 @@ from typing import Any, NamedTuple, TypeVar
 import moderngl
 import numpy as np
 
+from ...messages.progress import checkpoint, is_endable
+from ..context.raw_gl import finisher
+
 _Result = TypeVar("_Result")
 
 
@@ -42,7 +45,7 @@ class Steps:
     """
 
     def __init__(self, context: moderngl.Context, is_software: bool):
-        self._context = context
+        self._context, self._finish = context, finisher(context)
         self._is_software = is_software  # there the timer stops before the work is done
         self._query: moderngl.Query | None = None
         self._is_timing = False
@@ -73,7 +76,14 @@ class Steps:
         """Return work(*arguments), counted and timed, for a step that has nothing to compare."""
         result = self._time(name, work, arguments) if self.timed else work(*arguments)
         self.counts[name] += 1
+        if is_endable():  # so that what reads the result keeps no other thread waiting
+            self.finish()
+            checkpoint()
         return result
+
+    def finish(self) -> None:
+        """Wait until the GPU has finished. Other threads go on."""
+        self._finish()
 
     def forget(self, name: str | None = None, of: Any = None) -> None:
         """Make the step of that name, or every one, run again.
@@ -88,7 +98,7 @@ class Steps:
     def _time(self, name: str, work: Callable[..., _Result], arguments: tuple[Any, ...]) -> _Result:
         """Run a step and time it; of a step inside another one only the wall time, as the GPU's timer is running."""
         query = None if self._is_timing else self._query or self._context.query(time=True)
-        self._context.finish()
+        self.finish()
         start = time.perf_counter()
         with query or nullcontext():
             before, self._is_timing = self._is_timing, True
@@ -96,7 +106,7 @@ class Steps:
                 result = work(*arguments)
             finally:
                 self._is_timing = before
-        self._context.finish()
+        self.finish()
         wall, gpu = (time.perf_counter() - start) * 1e3, query.elapsed / 1e6 if query else 0
         self.laps[name] = Lap(wall, None if self._is_software or not gpu else gpu)
         self._query = query or self._query

@@ -47,6 +47,7 @@ from .window import window_size as size_for
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
 SOFTWARE = "\nA software renderer draws: pictures are right, but slow"
 GREETING_SECONDS = 12.0
+SAVING = "saving a picture"
 SAMPLES = 64  # of a picture in which nothing moves
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
 
@@ -147,6 +148,7 @@ class Viewer(Session):
         undo.callback(self._leave_work)
         self._prepared: tuple[Any, ...] | None = None  # the key of the last Preparation
         self._stands: Stands | None = None
+        self._known: Any = self.screen.renderer.context.renderer, None, {}
         slow = SOFTWARE if self.renderer.context.is_software else ""
         self.messages.say(GREETING + slow, GREETING_SECONDS)
 
@@ -168,6 +170,8 @@ class Viewer(Session):
             self.document.start_at(self.moment, self.frame)
             while not self.window.is_closing:
                 self.step()
+            if self._is_saving:  # a picture that was asked for is not lost
+                self.finish_work()
         finally:
             self.release()
 
@@ -339,10 +343,11 @@ class Viewer(Session):
             self.messages.clear()
 
     def _facts(self, samples: int, most: int) -> Facts:
-        renderer = self.screen.renderer
-        known = renderer.context.renderer, renderer.choice, renderer.weights
-        explain = None if self.background.lends else renderer.explain
-        return Facts(*known, explain, self.redrawing.rate.per_second, (samples, most), self.light_titles)
+        """What the panel tells. While the renderer is lent, that is what the last picture told of it."""
+        renderer, now = self.screen.renderer, (self.redrawing.rate.per_second, (samples, most), self.light_titles)
+        if not self.background.lends:
+            self._known = renderer.context.renderer, renderer.choice, renderer.weights
+        return Facts(*self._known, None if self.background.lends else renderer.explain, *now)
 
     def _prepare(self, picture: Picture) -> None:
         """Finds in the background what the picture needs and takes long."""
@@ -465,7 +470,11 @@ class Viewer(Session):
             self.say("not saved" if isinstance(error, Cancelled) else f"not saved: {error}")
 
         renderer = self.screen.lend()
-        self.background.start(Work("saving a picture", do, done, failed))
+        self.background.start(Work(SAVING, do, done, failed))
+
+    @property
+    def _is_saving(self) -> bool:
+        return self.background.work is not None and self.background.work.title == SAVING
 
     def _tell_saved(self, picture: Picture, samples: int, path: Path) -> None:
         document, playing = self.document, self.document.playing

@@ -202,6 +202,17 @@ class TestSaving:
         until(lambda: not viewer.background.work, lambda: viewer.step(wait=False))
         assert viewer.messages.text.startswith("saved") and len(list(tmp_path.iterdir())) == 1
 
+    def test_a_window_that_is_closed_saves_it_first(self, display, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        viewer = ps.viewer.Viewer(PLANE, window_size=(64, 48))
+        slow = Slow(viewer.screen.renderer.render)
+        monkeypatch.setattr(viewer.screen.renderer, "render", slow)
+        viewer.background.grace = 0
+        press(viewer, "P", "Q")
+        threading.Timer(0.1, slow.gate.set).start()
+        viewer.run()
+        assert len(list(tmp_path.iterdir())) == 1
+
 
 class TestOpening:
     def test_escape_leaves_what_was_open_and_closes_what_comes_too_late(self, open_viewer, monkeypatch):

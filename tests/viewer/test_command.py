@@ -176,6 +176,20 @@ def test_a_session_with_mouse_and_keys(user, folder, tmp_path):
         assert np.count_nonzero(np.asarray(image)[..., 3] != unmoved) > 1000
 
 
+@pytest.mark.parametrize("ending", ["SIGTERM", "SIGINT", "SIGHUP"])
+def test_a_film_of_a_window_that_a_signal_ends_can_be_played(user, folder, tmp_path, ending):
+    someone = user(folder, "--record", "film.gif")
+    someone.wait_for(lambda: someone.see().max() > 100 or None)
+    someone.press("u")  # something may run in the background
+    someone.move((0.2, 0.5), (0.8, 0.5))
+    time.sleep(0.5)
+    someone.process.send_signal(getattr(signal, ending))
+    code, _, _ = someone.leave()
+    with Image.open(tmp_path / "film.gif") as film:
+        film.load()
+        assert code == 130 and film.n_frames > 1
+
+
 def test_a_sequence_is_put_to_a_frame_by_its_bar(user, tmp_path):
     walk = write_views(tmp_path / "walk", [seen_from(pose_at(yaw)) for yaw in (-8, -4, 0, 4, 8)])
     someone = user(walk, "--depth-scale", "1000", "--fps", "1", "--window-size", "640x480")

@@ -219,9 +219,11 @@ class Viewer(Session):
         if event.kind in ("key", "text") and self.state.panel and self.screen.panel.is_deciding:
             self.events.append(event)  # the next turn knows whose it is
             return
-        if self.on_event(event) or self._has_read(event):
+        if self.on_event(event):
             return
         if (event.kind, event.key) == ("key", "ESCAPE") and self.end_work():
+            return
+        if self._has_read(event):
             return
         self.document.history.follow(self.moment)
         if event.kind != "move":  # of many moves only the last counts

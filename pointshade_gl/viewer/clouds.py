@@ -17,14 +17,14 @@ UNITS = {"x": "times the spacing of the points", "px": "pixels", "": "(world uni
 def clouds_of(shown: Shown) -> list[PointCloud]:
     """Return the clouds of a scene, also those that are hidden; none of anything else."""
     nodes = (node for _, node in shown.every_node()) if isinstance(shown, Scene) else ()
-    return [part for node in nodes for part in _parts(node) if isinstance(part, PointCloud)]
+    return [part for node in nodes for part in parts_of(node) if isinstance(part, PointCloud)]
 
 
 def restyled(scene: Scene, look: Callable[[PointCloud], CloudLook]) -> Scene:
     """Return a scene whose clouds are drawn as a function of each says."""
 
     def changes(node: Node) -> NodeOptions:
-        return {"content": tuple(p.styled(**look(p)) if isinstance(p, PointCloud) else p for p in _parts(node))}
+        return {"content": tuple(p.styled(**look(p)) if isinstance(p, PointCloud) else p for p in parts_of(node))}
 
     return scene.with_every_node(changes)  # type: ignore[arg-type]
 
@@ -56,5 +56,6 @@ def _limited(number: float, unit: str) -> float:
     return min(max(number, SMALLEST), LARGEST) if unit else number
 
 
-def _parts(node: Node) -> tuple:
+def parts_of(node: Node) -> tuple:
+    """Return what a node holds."""
     return node.content if isinstance(node.content, tuple) else () if node.content is None else (node.content,)

@@ -26,7 +26,8 @@ from ..scene.orbit_target import Stage
 from ..scene.render_settings import Metering
 from .history import History, Moment
 from .playing import Playing
-from .views import Shown, home_of, pose_of
+from .switches import switches_of
+from .views import Shown, Views, home_of, pose_of
 
 PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
 
@@ -57,7 +58,6 @@ class Document:
 
     title    what was dropped, in words
     first    what was shown first: the user may have hidden something since
-    light_names  of the lights of a scene
     start    the moment that R brings back
     history  the steps since then
     exposure  of its first lit picture, as soon as that is drawn
@@ -77,10 +77,10 @@ class Document:
         with ExitStack() as undo:
             undo.callback(playing.close)
             self.first = first = playing.first(merge)
-            self.light_names: Sequence[str] = ()
+            names: Sequence[str] = ()
             if isinstance(first, Scene) and not lights:
-                self.light_names, lights = first.light_names, first.lights
-            self.start_at(_moment(first, state, lights), first)
+                names, lights = first.light_names, first.lights
+            self.start_at(_moment(first, state, lights, names), first)
             undo.pop_all()
 
     def instead(self, paths: Sequence[str], state: State) -> Document:
@@ -95,9 +95,10 @@ class Document:
         self.history = History(moment)
 
     def restart(self, shown: Shown) -> Moment:
-        """View and lights as at the start, around the middle of what is shown now. Lights of the world stay there."""
+        """All as at the start, around the middle of what is shown now. Lights of the world stay there."""
         stage, pose = Stage.of(home_of(shown)), pose_of(shown)
-        state, before, held, *_ = start = self.start
+        start = self.start._replace(switches=shown.all_on().on) if isinstance(shown, Views) else self.start
+        state, before, held, *_ = start
         if stage.is_as(before) and np.array_equal(pose, self._pose):
             return start
         if held is not OWN_LIGHT:  # it stands in the world, not beside the viewer
@@ -105,7 +106,7 @@ class Document:
         return start._replace(state=state, stage=stage)
 
 
-def _moment(shown: Shown, state: State, lights: Sequence[Light]) -> Moment:
+def _moment(shown: Shown, state: State, lights: Sequence[Light], names: Sequence[str]) -> Moment:
     """The mouse holds the first of the lights. There are shadows if one of them casts any, and in scenes, whose
     environment counts unless there is another."""
     stage = Stage.of(home_of(shown))
@@ -115,7 +116,8 @@ def _moment(shown: Shown, state: State, lights: Sequence[Light]) -> Moment:
         state = state.with_finish(environment=shown.environment)
     if isinstance(shown, Scene) or any(light.shadow for light in lights):
         state = replace(state, shadows=True)
-    return Moment(state, stage, lights[0] if lights else OWN_LIGHT, tuple(lights[1:]))
+    held, *others = lights or [OWN_LIGHT]
+    return Moment(state, stage, held, tuple(others), 0, tuple(names), switches_of(shown))
 
 
 def read_dropped(paths: Sequence[str]) -> Dropped:

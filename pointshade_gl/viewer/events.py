@@ -49,9 +49,10 @@ class Command(Enum):
     """What needs no number, and what it does."""
 
     DROP_STEP = "make the last step a part of the one that follows"
-    UNDO = "take back the last change of view or lights"
+    UNDO = "take back the last change of view, lights, look or switches"
     REDO = "make the change again that was undone last"
-    RESET = "bring back view and lights as at the start"
+    RESET = "bring back view, lights, look and switches as at the start"
+    ADD_LIGHT = "add a light, which the mouse holds"
     SAVE_PICTURE = "write the picture to a new file"
     TOGGLE_PANEL = "open or close the panel"
     REDRAW = "draw the window, which lost its content"
@@ -125,6 +126,13 @@ class TakeLight:
 
 
 @dataclass(frozen=True)
+class RemoveLight:
+    """Take the light with this number away."""
+
+    number: int
+
+
+@dataclass(frozen=True)
 class TurnAround:
     """Let drags turn around the point that is seen at a pixel."""
 
@@ -155,5 +163,15 @@ class Open:
 
 PlayEffect = Seek | StepFrames | ChangeRate | PlayCommand
 Effect = (
-    Command | PlayEffect | Scrub | ShowMessage | Remember | TakeLight | TurnAround | ShowFrame | ResizePoints | Open
+    Command
+    | PlayEffect
+    | Scrub
+    | ShowMessage
+    | Remember
+    | TakeLight
+    | RemoveLight
+    | TurnAround
+    | ShowFrame
+    | ResizePoints
+    | Open
 )

@@ -1,4 +1,4 @@
-"""Undo and redo: what view and lights were before each step of the user."""
+"""Undo and redo: what view, lights, look and switches were before each step of the user."""
 
 from __future__ import annotations
 
@@ -10,17 +10,20 @@ from typing import NamedTuple
 from ..scene.light import Light
 from ..scene.orbit_state import Pair, State
 from ..scene.orbit_target import Stage
+from .switches import Switches
 
 STEPS = 200  # that can be undone
 PAUSE = 0.7  # seconds between two changes of one kind that are one step: of the wheel, of a slider
 
 
 class Moment(NamedTuple):
-    """View and lights. What else the state holds is not undone.
+    """All that is undone: view, lights, look and switches. Whether help and panel are open is not.
 
     held    the kind of light that the mouse holds
     lights  the others
     number  of the light that the mouse holds
+    names   of the lights, by their numbers; those without one may be missing at the end
+    switches  of what is shown: views or nodes that are off, how clouds look
     """
 
     state: State
@@ -28,14 +31,16 @@ class Moment(NamedTuple):
     held: Light
     lights: tuple[Light, ...]
     number: int = 0
+    names: tuple[str, ...] = ()
+    switches: Switches = ()
 
     def shows(self, other: Moment) -> bool:
-        """Whether view and lights are the same."""
-        return (
-            self.state.reset_view(other.state) == self.state
-            and self.stage is other.stage
-            and (self.held, self.lights, self.number) == (other.held, other.lights, other.number)
-        )
+        """Whether all that is undone is the same."""
+        return self.stage is other.stage and self.beside(other)._replace(stage=None) == other._replace(stage=None)
+
+    def beside(self, now: Moment) -> Moment:
+        """The same, with help and panel as they are at another moment."""
+        return self._replace(state=replace(self.state, help=now.state.help, panel=now.state.panel))
 
 
 class History:
@@ -65,6 +70,9 @@ class History:
             if kind == "place":
                 before = before._replace(state=replace(before.state, light_at=self._rest))
             self._past.append(before)
+        elif now.shows(self._past[-1]):  # there and back
+            self.drop_step(now)
+            return
         self._future.clear()
         self._kind, self._until = kind, time + pause
         self._settle(now)

@@ -14,6 +14,7 @@ from PIL import Image, ImageDraw, ImageFont
 from ..messages.notes import print_warning
 
 SECONDS = 4.0
+CLOSES = "(a key or a click closes this)"
 BACKDROP, BRIGHT, DIM = (16, 17, 20, 200), (238, 238, 238, 255), (170, 176, 186, 255)
 Sections = Sequence[tuple[str, Sequence[tuple[str, str]]]]  # a title, and rows of two columns
 POINTS = 14  # height of a letter's box, pixels at scale 1
@@ -22,16 +23,27 @@ POINTS = 14  # height of a letter's box, pixels at scale 1
 class Messages:
     """Keeps the text that is shown. What threads skip waits until the window's own thread tells it.
 
-    text  "" if there is none
+    kept  what stays until the user has read it; "" if nothing does
     """
 
     def __init__(self) -> None:
-        self.text, self._until = "", float("inf")
+        self.kept = ""
+        self._said, self._until = "", float("inf")
         self._skipped: deque[str] = deque()  # from the threads that read streams
         self._told: set[str] = set()
 
+    @property
+    def text(self) -> str:
+        """All that is shown; "" if nothing is."""
+        return "\n".join(filter(None, (self.kept and f"{self.kept}\n{CLOSES}", self._said)))
+
+    def keep(self, text: str) -> None:
+        """Shows why something failed until `clear`, in place of what was said before, and prints it."""
+        self.kept, self._said, self._until = text, "", float("inf")
+        print_warning(text)
+
     def say(self, text: str, seconds: float | None = None) -> None:
-        self.text, self._until = text, time.perf_counter() + (SECONDS if seconds is None else seconds)
+        self._said, self._until = text, time.perf_counter() + (SECONDS if seconds is None else seconds)
 
     def skip(self, text: str) -> None:
         """Says later, and once, why a frame was skipped. For any thread."""
@@ -45,10 +57,10 @@ class Messages:
                 self.say(f"skipped: {text}")
                 print_warning(f"skipped: {text}")
         if self._until < now:
-            self.clear()
+            self._said, self._until = "", float("inf")
 
     def clear(self) -> None:
-        self.text, self._until = "", float("inf")
+        self.kept, self._said, self._until = "", "", float("inf")
 
     def patience(self, now: float) -> float | None:
         """Seconds until `update` has something to do; None: not before something is said."""

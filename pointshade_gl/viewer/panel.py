@@ -2,20 +2,39 @@
 
 from __future__ import annotations
 
+import tempfile
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
+
+from PIL import ImageFont
 
 from .events import Effect, Event
 from .history import Moment
+from .messages import POINTS
+from .mouse import DOUBLE, HAND
 from .panel_environment import show_environment
 from .panel_sections import Facts, ViewsList, show_clouds, show_facts, show_light, show_nodes, show_points, show_surface
 from .panel_widgets import Widgets
 from .picture import Picture
+from .views import pose_of
 from .window import Window
 
 MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
-WIDTH, NARROWEST = 210.0, 150.0  # pixels at scale 1
+WIDTH, NARROWEST = 240.0, 196.0  # pixels at scale 1, of a panel that is not shrunk
 SHARE = 1 / 3  # of the window's width, at most, unless that is too narrow
-TALL = 900  # a window that is higher, in pixels at scale 1, has room for all sections
+ROOM = 800.0, 600.0  # a smaller window, in pixels at scale 1, has a shrunk panel
+SMALLEST = 0.75  # to this share at most
+ROOMY = 1.6  # a window narrower than so many panels begins with a collapsed one
+TALL = 1100  # a window that is higher, in pixels at scale 1, has room for all sections
+NOTE = (
+    "Double click on a name: the usual value. On a number, or Ctrl and a click: type it. Point at a name: what it is."
+)
+SIZES = {  # of the style, pixels at scale 1
+    "frame_rounding": 2, "scrollbar_size": 10, "grab_min_size": 8, "indent_spacing": 12,
+    "window_padding": (6, 6), "frame_padding": (4, 1), "item_spacing": (4, 2), "item_inner_spacing": (4, 4),
+    "cell_padding": (2, 1),
+}  # fmt: skip
 SETTLE = 3  # pictures after an event, or after another height, until the panel stops changing
 MOST = 60  # that it waits for: it takes one key, or one click, a picture
 BUTTONS = {"left": 0, "right": 1, "middle": 2}  # as imgui counts them
@@ -29,7 +48,8 @@ LETTERS = "ACVXYZ"  # that mean something with Ctrl, where text is typed
 class Panel:
     """Draws beside the picture with Dear ImGui, in the current context. Raises ImportError without the extra.
 
-    scale        of its text
+    scale        of the window's text; in small windows the panel's own is smaller
+    presses      how often a button was pressed on it; two clicks that are one double click count as one
     settling     how many more pictures it needs until it has answered all events and stops changing
     is_deciding  keys must wait: it was clicked on, and what the click opens, which may take them, is not drawn yet
     """
@@ -43,7 +63,9 @@ class Panel:
         imgui.set_current_context(self._context)  # another window may have its own
         self._io = imgui.get_io()
         self._io.set_ini_filename("")  # otherwise it writes a file into the working directory
-        _set_style(imgui, self.scale)
+        self._io.mouse_double_click_time = 0.0  # its clock is not that of the events
+        _set_style(imgui)
+        self._size = 0.0
         imgui.backends.opengl3_init("#version 330")
         self._io.config_mac_osx_behaviors = False  # an Event's ctrl is Command already
         self._io.config_input_text_cursor_blink = False  # the window sleeps while nothing changes
@@ -52,15 +74,22 @@ class Panel:
         clipboard.platform_get_clipboard_text_fn = lambda _: window.pasted()
         self._widgets, self._views = Widgets(imgui), ViewsList()
         self._left, self._height, self._is_open = 0.0, 0.0, True
+        self.presses, self._last_press = 0, Event("leave", time=float("-inf"))
         self.settling, self.is_deciding, self._has_popup = SETTLE, False, False
 
-    def width(self, width: int) -> int:
-        """Pixels that it takes from a window of that width; 0 while it is collapsed, or if nothing would be left."""
-        taken = round(self._width(width))
+    def width(self, width: int, height: int) -> int:
+        """Pixels that it takes from a window of that size; 0 while it is collapsed, or if nothing would be left."""
+        taken = round(self._width(width, height))
         return taken if self._is_open and taken < width else 0
 
-    def _width(self, width: int) -> float:
-        return min(WIDTH * self.scale, max(SHARE * width, NARROWEST * self.scale), width)
+    def _width(self, width: int, height: int) -> float:
+        size = self._fit(width, height)
+        return min(WIDTH * size, max(SHARE * width, NARROWEST * size), width)
+
+    def _fit(self, width: int, height: int) -> float:
+        """The scale of its own text, in a window of that size."""
+        share = min(width / ROOM[0], height / ROOM[1]) / self.scale
+        return self.scale * min(max(share, SMALLEST), 1.0)
 
     @property
     def takes_keys(self) -> bool:
@@ -80,7 +109,9 @@ class Panel:
         if event.kind in ("move", "press", "release", "wheel"):
             io.add_mouse_pos_event(event.x, event.y)
         if event.kind in ("press", "release"):
-            self._press_ctrl(event.ctrl, lambda: io.add_mouse_button_event(BUTTONS[event.key], event.kind == "press"))
+            is_double = event.kind == "press" and self._is_double(event)
+            held = event.ctrl or is_double, False, is_double
+            self._press_with(held, lambda: io.add_mouse_button_event(BUTTONS[event.key], event.kind == "press"))
         if event.kind == "wheel":
             io.add_mouse_wheel_event(0.0, event.steps)
         is_meant = is_over or io.want_capture_mouse
@@ -94,12 +125,16 @@ class Panel:
         imgui.set_current_context(self._context)
         self._io.display_size = imgui.ImVec2(width, height)
         imgui.backends.opengl3_new_frame()
+        self._resize(self._fit(width, height))
         imgui.new_frame()
-        wide = self._width(width)
+        imgui.begin_disabled()  # or what a list or a colour opens is invisible: imgui 1.93 takes its opacity from here
+        imgui.end_disabled()
+        wide = self._width(width, height)
         self._left = width - wide
         imgui.set_next_window_pos(imgui.ImVec2(width, 0), imgui.Cond_.always, imgui.ImVec2(1, 0))
         imgui.set_next_window_size_constraints(imgui.ImVec2(wide, 0), imgui.ImVec2(wide, height))
         imgui.set_next_window_bg_alpha(0.8)
+        imgui.set_next_window_collapsed(width < ROOMY * wide, imgui.Cond_.once)
         flags = imgui.WindowFlags_
         fixed = flags.no_move | flags.no_resize | flags.always_auto_resize
         was_open, self._is_open = self._is_open, imgui.begin("pointshade", None, fixed)[0]
@@ -113,16 +148,27 @@ class Panel:
         self._settle((before, was_open) != (self._height, self._is_open))
         return chosen
 
+    def _resize(self, size: float) -> None:
+        """Text and everything else in this scale."""
+        if size == self._size:
+            return
+        self._size, self._widgets.em = size, POINTS * size
+        style = self._imgui.get_style()
+        style.font_scale_main = size
+        for name, pixels in SIZES.items():
+            given = tuple(one * size for one in pixels) if isinstance(pixels, tuple) else pixels * size
+            setattr(style, name, self._imgui.ImVec2(*given) if isinstance(given, tuple) else given)
+
     def _show(self, picture: Picture, facts: Facts, has_room: bool) -> tuple[Moment, list[Effect]]:
         ui, now, shown = self._widgets, picture.now, picture.shown
         show_facts(ui, shown, facts, has_room)
         effects = self._views.show(ui, now, shown, facts)
-        now, taken = show_light(ui, now, facts)
+        now, taken = show_light(ui, now, pose_of(shown), facts)
         state = show_environment(ui, now.state, has_room)
         state = show_surface(ui, state, shown)
         state = show_points(ui, state, shown, has_room)
         effects += [*taken, *show_clouds(ui, shown, has_room), *show_nodes(ui, shown)]
-        ui.note("Ctrl and a click on a number: type it")
+        ui.note(NOTE)
         return now._replace(state=state), effects
 
     def release(self) -> None:
@@ -136,7 +182,7 @@ class Panel:
         if event.kind == "text":
             self._io.add_input_characters_utf8(event.key)
         elif (key := self._key(event)) is not None:
-            self._press_ctrl(event.ctrl, lambda: self._press(key), event.shift)
+            self._press_with((event.ctrl, event.shift, False), lambda: self._press(key))
         self._wait_for(2)
         return True
 
@@ -149,24 +195,37 @@ class Panel:
         self._io.add_key_event(key, True)
         self._io.add_key_event(key, False)
 
-    def _press_ctrl(self, ctrl: bool, do: Any, shift: bool = False) -> None:
-        """Holds modifiers while something else happens."""
-        held = [(self._imgui.Key.mod_ctrl, ctrl), (self._imgui.Key.mod_shift, shift)]
+    def _is_double(self, event: Event) -> bool:
+        """Whether a press is the second one of a double click: it counts as Ctrl and Alt and a click."""
+        before, self._last_press = self._last_press, event
+        near = max(abs(event.x - before.x), abs(event.y - before.y)) < HAND * self.scale
+        is_double = event.key == before.key == "left" and near and 0 <= event.time - before.time < DOUBLE
+        if is_double:
+            self._last_press = replace(event, time=float("-inf"))  # a third one begins anew
+        else:
+            self.presses += 1
+        return is_double
+
+    def _press_with(self, modifiers: tuple[bool, bool, bool], do: Any) -> None:
+        """Holds Ctrl, Shift and Alt while something else happens."""
+        keys = self._imgui.Key
+        held = list(zip((keys.mod_ctrl, keys.mod_shift, keys.mod_alt), modifiers, strict=True))
         for key, is_held in held:
             self._io.add_key_event(key, is_held)
         do()
         for key, is_held in held:
             if is_held:
                 self._io.add_key_event(key, False)
-        self._wait_for(2 if ctrl or shift else 0)
+        self._wait_for(2 if any(modifiers) else 0)
 
     def _wait_for(self, pictures: int) -> None:
         self.settling = min(max(self.settling, SETTLE) + pictures, MOST)
 
     def _settle(self, has_changed: bool) -> None:
         """After each picture. While something is open, keys move through it, and Esc closes it."""
-        imgui = self._imgui
+        imgui, before = self._imgui, self._has_popup
         self._has_popup = imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+        has_changed = has_changed or self._has_popup != before
         flag = imgui.ConfigFlags_.nav_enable_keyboard
         flags = self._io.config_flags & ~flag
         self._io.config_flags = flags | flag if self._has_popup else flags
@@ -174,14 +233,16 @@ class Panel:
         self.is_deciding = self.is_deciding and self.settling > 0
 
 
-def _set_style(imgui: Any, scale: float) -> None:
+def _set_style(imgui: Any) -> None:
     imgui.style_colors_dark()
     style = imgui.get_style()
-    style.item_spacing.y = style.frame_padding.y = 2  # so that most of it fits into a window of 480 pixels
-    style.window_padding = imgui.ImVec2(6, 6)
-    style.item_spacing.x = 4
-    style.scale_all_sizes(scale)
-    style.font_scale_main = scale
     style.window_border_size = 0
-    style.hover_flags_for_tooltip_mouse = 0  # at once: no pictures come to wait for
+    style.hover_flags_for_tooltip_mouse = (
+        imgui.HoveredFlags_.allow_when_disabled
+    )  # at once: no pictures come to wait for
     style.set_color_(imgui.Col_.slider_grab, imgui.ImVec4(0.26, 0.59, 0.98, 0.5))  # numbers are read through it
+    font: Any = ImageFont.load_default(POINTS)  # that of the messages
+    with tempfile.TemporaryDirectory() as folder:  # imgui reads it at once
+        path = Path(folder, "font.ttf")
+        path.write_bytes(font.font_bytes)
+        imgui.get_io().fonts.add_font_from_file_ttf(str(path), float(sum(font.getmetrics())))

@@ -6,22 +6,25 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..estimation.multi_view import is_primary
 from ..gpu.context.software_driver import is_software
 from ..gpu.core.steps import Lap
 from ..scene.appearance import CLOUD_SPLATS, FLYING, FRAME_SPLATS, NOT_LIT, SHADINGS, Look, Material
 from ..scene.frame import Frame
 from ..scene.graph import Scene
-from ..scene.light import Light
+from ..scene.light import Light, Vector
 from ..scene.noise import SENSORS, Choice
 from ..scene.normal_methods import METHODS
 from ..scene.orbit_state import State
 from ..scene.point_cloud import CloudLook
 from ..scene.render_settings import TONES
 from .clouds import UNITS, clouds_of, restyled, size_of, with_unit
-from .events import Effect, ShowFrame, TakeLight
+from .events import Command, Effect, RemoveLight, ShowFrame, TakeLight
 from .history import Moment
-from .lights import KINDS, as_kind, kind_of
+from .lights import KINDS, as_kind, kind_of, placed
 from .panel_widgets import Widgets
 from .views import Shown, Views
 
@@ -31,6 +34,9 @@ ROWS = 6  # of the list of views that are seen without scrolling
 GOLD = 1.0, 0.85, 0.4, 1.0  # colour of the primary ones
 STEPS = ("1%", "2%", "3%", "5%", "10%")
 BRIGHTEST = 10.0
+FARTHEST = 1e4  # metres
+DEEPEST = 6  # levels of a scene that are seen
+USUAL, MATT, WIDE = State(), Material(), 45.0  # what a double click on a name brings back
 
 
 class Facts(NamedTuple):
@@ -67,7 +73,7 @@ def show_facts(ui: Widgets, shown: Shown, facts: Facts, opened: bool) -> None:
     names = SET_STEPS if isinstance(shown, Views) else FRAME_STEPS
     for name in (*names, "present"):
         lap = facts.laps.get(name)
-        imgui.text(f"{name:9s}" + ("" if lap is None else f"{lap.gpu_ms or lap.wall_ms:7.1f} ms"))
+        ui.row(name, "" if lap is None else f"{lap.gpu_ms or lap.wall_ms:.1f} ms")
     imgui.text_wrapped(f"{shown.points_known} points" + (f", {facts.choice.method}" if facts.choice else ""))
     imgui.text_wrapped(facts.driver + (", a software renderer: slow" if is_software(facts.driver) else ""))
 
@@ -84,7 +90,7 @@ class ViewsList:
             return []
         effects: list[Effect] = []
         if ui.section(f"{len(views.shown)} of {len(views.frames)} views as one###views"):
-            effects = _show_views(ui.imgui, views, facts.weights)
+            effects = _show_views(ui, views, facts.weights)
         if ui.section("why", opened=False):
             ui.imgui.text_wrapped("\n".join(self._explained(now.state.look, views, facts)))
         return effects
@@ -97,7 +103,8 @@ class ViewsList:
         return self._why[1] if self._why else []
 
 
-def _show_views(imgui: Any, views: Views, weights: Mapping[Frame, float]) -> list[Effect]:
+def _show_views(ui: Widgets, views: Views, weights: Mapping[Frame, float]) -> list[Effect]:
+    imgui = ui.imgui
     row = imgui.get_frame_height() + 2 * imgui.get_style().cell_padding.y
     size = imgui.ImVec2(0, min(len(views.frames), ROWS) * row)
     if not imgui.begin_table("rows", 2, imgui.TableFlags_.scroll_y, size):
@@ -107,7 +114,8 @@ def _show_views(imgui: Any, views: Views, weights: Mapping[Frame, float]) -> lis
     effects: list[Effect] = []
     for k, (frame, name, before) in enumerate(zip(views.frames, views.names, views.on, strict=True)):
         imgui.table_next_column()
-        on = imgui.checkbox(f"{views.kind} {name}##{k}".lstrip(), before)[1]
+        title = ui.fitted(f"{views.kind} {name}".lstrip())
+        on = imgui.checkbox(f"{title}##{k}", before)[1]
         imgui.table_next_column()
         _show_weight(imgui, weights.get(frame, 0.0) if before else None)
         if on != before:
@@ -126,26 +134,25 @@ def _show_weight(imgui: Any, weight: float | None) -> None:
         imgui.text_disabled("off" if weight is None else f"{100 * weight:.0f} %")
 
 
-def show_light(ui: Widgets, now: Moment, facts: Facts) -> tuple[Moment, list[Effect]]:
-    """Show the lights, and the one that the mouse holds."""
+def show_light(ui: Widgets, now: Moment, pose: NDArray[np.float64], facts: Facts) -> tuple[Moment, list[Effect]]:
+    """Show the lights, and the one that the mouse holds. pose: of the own camera."""
     if not ui.section("light"):
         return now, []
     imgui, state = ui.imgui, now.state
-    titles = facts.titles if len(facts.titles) > 1 else ()
-    rows = [imgui.radio_button(f"{title}##{k}", k == now.number) for k, title in enumerate(titles)]
+    effects = _list(ui, now.number, facts.titles)
     lit = ui.tick("lit (B)", state.lit)
     imgui.begin_disabled(not lit)
     follows = ui.tick("follows the mouse (L)", state.light_mode)
     shadows = ui.tick("shadows (S)", state.shadows, "Off, no light casts any. On, each light has its own switch.")
     held = _held(ui, now.held, now.stage.radius, shadows)
-    changed, picked = imgui.color_edit3("colour", list(state.light_color), imgui.ColorEditFlags_.no_inputs)
-    _fill(imgui, picked)
-    color = tuple(picked) if changed else state.light_color  # untouched it stays exactly what it was
-    intensity = ui.slide("intensity", state.light_intensity, 0.0, BRIGHTEST, logarithmic=True)
+    color = ui.color("colour", state.light_color, USUAL.light_color)
+    intensity = ui.slide("intensity", state.light_intensity, 1.0, 0.0, BRIGHTEST, logarithmic=True)
     reach = ui.slide(
-        "distance", state.light_reach, 0.1, 20.0, "From the middle of the object. 1: as far as at the start.", True
+        "distance", state.light_reach, 1.0, 0.1, 20.0, "From the middle of the object. 1: as far as at the start.", True
     )
-    tone = ui.choose("tone", state.finish.tone, TONES, "How light stronger than white is shown. none: cut off. "
+    place = _place(ui, now, pose)
+    tone = ui.choose("tone", state.finish.tone, USUAL.finish.tone, TONES,
+                     "How light stronger than white is shown. none: cut off. "
                      "neutral: rolled off, with its hue.")  # fmt: skip
     imgui.end_disabled()
     state = state if tone == state.finish.tone else state.with_finish(tone=tone)
@@ -153,25 +160,51 @@ def show_light(ui: Widgets, now: Moment, facts: Facts) -> tuple[Moment, list[Eff
         state, lit=lit, light_mode=follows, shadows=shadows, light_color=color, light_intensity=intensity,
         light_reach=reach,
     )  # fmt: skip
-    return now._replace(state=state, held=held), [TakeLight(k) for k, is_chosen in enumerate(rows) if is_chosen]
+    now = now._replace(state=state, held=held)
+    return placed(now, place, pose) if place else now, effects
 
 
-def _fill(imgui: Any, color: list[float]) -> None:
-    """The last row's square in its colour: imgui leaves it empty in a window that scrolls."""
-    (x, y), side = imgui.get_item_rect_min(), imgui.get_frame_height()
-    shade = imgui.get_color_u32(imgui.ImVec4(*color, 1.0))
-    corners = imgui.ImVec2(x + 1, y + 1), imgui.ImVec2(x + side - 1, y + side - 1)
-    imgui.get_window_draw_list().add_rect_filled(*corners, shade)
+def _list(ui: Widgets, number: int, titles: Sequence[str]) -> list[Effect]:
+    """Several lights have a row each: a click on it lets the mouse hold the light, its x takes it away."""
+    imgui, effects = ui.imgui, []
+    side = imgui.get_frame_height()
+    for k, title in enumerate(titles if len(titles) > 1 else ()):
+        label = ui.fitted(title, side + imgui.get_style().item_spacing.x)
+        if imgui.radio_button(f"{label}##{k}", k == number):
+            effects.append(TakeLight(k))
+        imgui.same_line(imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x - side)
+        if imgui.button(f"x##{k}", imgui.ImVec2(side, 0)):
+            effects.append(RemoveLight(k))
+        ui.explain(f"Takes {title} away.")
+    if imgui.button("add a light"):
+        effects.append(Command.ADD_LIGHT)
+    ui.explain("A point light, elsewhere around the object. The mouse holds it; the one before stays where it is.")
+    return effects
+
+
+def _place(ui: Widgets, now: Moment, pose: NDArray[np.float64]) -> Vector | None:
+    """Where the light that the mouse holds is, or which way it shines; None: nothing was changed."""
+    light = now.state.light(now.stage, pose, now.held)
+    if light.position is not None:
+        before, word, step, most = light.position, "at", 0.01 * now.stage.radius, FARTHEST
+        why = "Where the light is in the world, in metres; it stays there."
+    else:
+        assert light.direction is not None, "a light has a place or a direction"
+        before, word, step, most = light.direction, "towards", 0.01, 1.0
+        why = "Which way the light shines in the world; it stays there."
+    x, y, z = (ui.drag(f"{word} {axis}", number, step, most, why) for axis, number in zip("xyz", before, strict=True))
+    return None if (x, y, z) == before else (x, y, z)
 
 
 def _held(ui: Widgets, held: Light, reach: float, shadows: bool) -> Light:
     """Kind, shadow and size of the light that the mouse holds."""
-    kind = ui.choose("kind", kind_of(held), KINDS, "A point shines to all sides, a spot into a cone, the sun one way, "
+    kind = ui.choose("kind", kind_of(held), KINDS[0], KINDS,
+                     "A point shines to all sides, a spot into a cone, the sun one way, "
                      "an area as a rectangle does that glows.")  # fmt: skip
     changed = held if kind == kind_of(held) else as_kind(held, kind, 0.5 * reach)
     if changed.is_spot:
         inner, outer = changed.cone
-        cone = ui.slide("cone", outer, 1.0, 90.0, "Half the angle of the spot's cone, in degrees.")
+        cone = ui.slide("cone", outer, WIDE, 1.0, 90.0, "Half the angle of the spot's cone, in degrees.")
         changed = changed if cone == outer else replace(changed, cone=(min(inner, cone), cone))
     ui.imgui.begin_disabled(not shadows)
     shadow = ui.tick("casts a shadow", changed.shadow)
@@ -186,11 +219,11 @@ def _extent(ui: Widgets, light: Light, reach: float) -> dict[str, Any]:
     if light.size is not None:
         sides = zip(("width", "height"), light.size, strict=True)
         why = why.format("in metres", "")
-        return {"size": tuple(ui.slide(name, side, 0.01 * reach, 2 * reach, why, True) for name, side in sides)}
+        return {"size": tuple(ui.slide(n, side, 0.5 * reach, 0.01 * reach, 2 * reach, why, True) for n, side in sides)}
     name, most, of = (
         ("radius", 0.5 * reach, "in metres") if light.position else ("angle", 45.0, "in degrees; the sun has 0.53")
     )
-    return {name: ui.slide(name, getattr(light, name), 0.0, most, why.format(of, " 0 casts sharp ones."))}
+    return {name: ui.slide(name, getattr(light, name), 0.0, 0.0, most, why.format(of, " 0 casts sharp ones."))}
 
 
 def show_surface(ui: Widgets, state: State, shown: Shown) -> State:
@@ -199,14 +232,15 @@ def show_surface(ui: Widgets, state: State, shown: Shown) -> State:
         return state
     ui.imgui.begin_disabled(not state.lit)
     look, material = state.look, state.look.material
-    shading = ui.choose("shading", look.shading, SHADINGS, "none: the picture's own colours. flat: one colour a point. "
+    shading = ui.choose("shading", look.shading, USUAL.look.shading, SHADINGS,
+                        "none: the picture's own colours. flat: one colour a point. "
                         "gouraud: light mixed between points. phong: light at each pixel. "
                         "edl: no light, dark beside what is nearer. Keys 1 to 5.")  # fmt: skip
     ui.imgui.begin_disabled(look.shading in NOT_LIT)
     if not isinstance(shown, Scene):
         names = "ambient", "diffuse", "specular"
-        shares = {name: ui.slide(name, getattr(material, name), 0.0, 1.0) for name in names}
-        shininess = ui.slide("shininess", material.shininess, 1.0, 200.0, logarithmic=True)
+        shares = {name: ui.slide(name, getattr(material, name), getattr(MATT, name), 0.0, 1.0) for name in names}
+        shininess = ui.slide("shininess", material.shininess, MATT.shininess, 1.0, 200.0, logarithmic=True)
         material = Material(**shares, shininess=shininess)
     ui.imgui.end_disabled()
     ui.imgui.end_disabled()
@@ -219,15 +253,18 @@ def show_points(ui: Widgets, state: State, shown: Shown, opened: bool) -> State:
         return state
     look = state.look
     changes = {
-        "normals": ui.choose("normals", str(look.normals), METHODS, "Which estimator finds where surfaces point (N). "
+        "normals": ui.choose("normals", str(look.normals), str(USUAL.look.normals), METHODS,
+                             "Which estimator finds where surfaces point (N). "
                              "auto measures the noise and picks one."),
         "max_depth_step": _choose(ui, "depth step", look.max_depth_step, "off", STEPS, "Where the depth of neighbouring"
                                   " pixels differs by more, a surface ends. off: the estimator decides by itself."),
         "noise": _choose(ui, "noise", look.noise, "measured", SENSORS, "How noisy the depth is. measured: the picture "
                          "tells. Or as a sensor's data sheet says it."),
-        "flying": ui.choose("flying", look.flying, FLYING, "Pixels that hang between two surfaces, because the sensor "
+        "flying": ui.choose("flying", look.flying, USUAL.look.flying, FLYING,
+                            "Pixels that hang between two surfaces, because the sensor "
                             "mixed them. snap puts them onto the nearer one; clean depth does not change."),
-        "splat": ui.choose("splat", look.splat, FRAME_SPLATS, "What is drawn of a point: footprint, its pixel's square "
+        "splat": ui.choose("splat", look.splat, USUAL.look.splat, FRAME_SPLATS,
+                           "What is drawn of a point: footprint, its pixel's square "
                            "on the surface; round, a disc; mesh, triangles between neighbours."),
         "unlight": ui.tick("no own light (U)", look.unlight, "Estimates the light in the photograph, and divides "
                            "it out of the colours."),
@@ -239,7 +276,9 @@ def show_points(ui: Widgets, state: State, shown: Shown, opened: bool) -> State:
     }  # fmt: skip
     is_mesh = changes["splat"] == "mesh"
     ui.imgui.begin_disabled(is_mesh)
-    size = ui.slide("size", state.point_size, 0.25, 8.0, "Of the points, in pixels of the frame (+ and -).", True)
+    size = ui.slide(
+        "size", state.point_size, USUAL.point_size, 0.25, 8.0, "Of the points, in pixels of the frame (+ and -).", True
+    )
     ui.imgui.end_disabled()
     changes["point_size"] = None if is_mesh else look.point_size if size == state.point_size else size
     return state.with_look(**changes)
@@ -251,10 +290,14 @@ def show_clouds(ui: Widgets, shown: Shown, opened: bool) -> list[Effect]:
     if not clouds or not isinstance(shown, Scene) or not ui.section("points of clouds", opened):
         return []
     first, (number, unit) = clouds[0], size_of(clouds[0])
-    splat: Any = ui.choose("splat", first.splat, CLOUD_SPLATS, "What is drawn of a point: a disc, blended with those "
+    splat: Any = ui.choose("splat", first.splat, CLOUD_SPLATS[0], CLOUD_SPLATS,
+                           "What is drawn of a point: a disc, blended with those "
                            "beside it into a surface; or a ball.")  # fmt: skip
+    usual, rule = first.styled(point_size=None).radius_rule
     low, high = (0.25, 8.0) if unit == "x" else (0.5, 32.0) if unit else (0.1 * number, 10 * number)
-    size = ui.slide("size", number, low, high, f"Radius, {UNITS[unit]} (+ and -).", True)
+    size = ui.slide(
+        "size", number, usual if rule == unit else number, low, high, f"Radius, {UNITS[unit]} (+ and -).", True
+    )
     if splat != first.splat:
         return [ShowFrame(restyled(shown, lambda _: CloudLook(splat=splat)))]
     return [] if size == number else [ShowFrame(restyled(shown, lambda _: CloudLook(point_size=with_unit(size, unit))))]
@@ -263,7 +306,7 @@ def show_clouds(ui: Widgets, shown: Shown, opened: bool) -> list[Effect]:
 def _choose(ui: Widgets, name: str, value: Any, none: str, known: Iterable[str], why: str) -> Any:
     """One of several texts, or None, which has a name here. Untouched it stays, even if it is no text."""
     before = none if value is None else str(value)
-    chosen = ui.choose(name, before, (none, *known), why)
+    chosen = ui.choose(name, before, none, (none, *known), why)
     return value if chosen == before else None if chosen == none else chosen
 
 
@@ -273,10 +316,11 @@ def show_nodes(ui: Widgets, scene: Shown) -> list[Effect]:
     if not isinstance(scene, Scene) or not ui.section("scene"):
         return effects
     for path, node in scene.every_node():
-        label = f"{node.name or 'node'}##{path}"  # the part after ## is hidden and tells equal names apart
-        ui.imgui.indent(10.0 * len(path))
+        depth = 0.7 * ui.em * min(len(path), DEEPEST)
+        ui.imgui.indent(depth)
+        label = f"{ui.fitted(node.name or 'node')}##{path}"  # what is after ## is hidden and tells equal names apart
         visible = ui.imgui.checkbox(label, node.visible)[1]
-        ui.imgui.unindent(10.0 * len(path))
+        ui.imgui.unindent(depth)
         if visible != node.visible:
             effects.append(ShowFrame(scene.with_node(path, visible=visible)))
     return effects

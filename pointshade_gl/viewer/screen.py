@@ -36,7 +36,7 @@ class Overlay(NamedTuple):
     message    "" if there is none
     is_marked  the light's marker is shown, if there is light
     strip      of the timeline; None: there is none
-    taken      pixels at the right that the panel takes
+    covered    pixels at the right that the panel stands on: nothing else is there
     scale      of everything, also of the panel
     """
 
@@ -45,7 +45,7 @@ class Overlay(NamedTuple):
     strip: Strip | None
     help: bool
     panel: bool
-    taken: int
+    covered: int
     scale: float
 
 
@@ -98,6 +98,8 @@ class Screen:
             if over.panel:
                 self.gl.screen.viewport = (0, 0, picture.camera.width, picture.camera.height)
                 chosen = self.panel.draw(picture, facts._replace(laps=self.renderer.steps.laps | self._steps.laps))
+            if over.help:
+                self._show_help(picture, over)
             self.window.swap()
         return chosen
 
@@ -152,19 +154,21 @@ class Screen:
     def _show(self, drawn: Any, picture: Picture, over: Overlay) -> None:
         """Marker and text over what was drawn."""
         self._present.draw(self.gl.screen, drawn, self._marker(picture) if over.is_marked else None)
-        camera, scale, above = picture.camera, over.scale, 0
+        scale, above, wide = over.scale, 0, max(picture.camera.width - over.covered, 1)
         if over.strip:
-            above, wide = round(BAR * scale), max(camera.width - over.taken, 1)
+            above = round(BAR * scale)
             drawing = self._drawing("strip", draw_strip, *over.strip, scale, wide, above)
             self._present.lay_over(self.gl.screen, drawing, 0, 0)
         if over.message:
             margin = round(10 * scale)
-            line = self._drawing("message", draw_message, over.message, scale, max(camera.width - 2 * margin, 1))
+            line = self._drawing("message", draw_message, over.message, scale, max(wide - 2 * margin, 1))
             self._present.lay_over(self.gl.screen, line, margin, margin + above)
-        if over.help:
-            table = self._drawing("help", draw_table, HELP, scale, camera.width, camera.height)
-            x, y = (camera.width - table.width) // 2, (camera.height - table.height) // 2
-            self._present.lay_over(self.gl.screen, table, x, y)
+
+    def _show_help(self, picture: Picture, over: Overlay) -> None:
+        """Beside the panel, and over what is left of it while it is collapsed."""
+        wide, high = max(picture.camera.width - over.covered, 1), picture.camera.height
+        table = self._drawing("help", draw_table, HELP, over.scale, wide, high)
+        self._present.lay_over(self.gl.screen, table, (wide - table.width) // 2, (high - table.height) // 2)
 
     def _drawing(self, name: str, draw: Callable[..., NDArray[np.uint8]], *arguments: Any) -> moderngl.Texture:
         """A texture of draw(*arguments), drawn again only when the arguments change."""

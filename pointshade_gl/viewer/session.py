@@ -12,14 +12,27 @@ from ..scene.graph import Scene
 from .clouds import resized
 from .controller import Answer, Control
 from .document import Document
-from .events import Command, Effect, PlayEffect, Remember, ResizePoints, Scrub, Seek, ShowFrame, ShowMessage, TakeLight
+from .events import (
+    Command,
+    Effect,
+    PlayEffect,
+    Remember,
+    RemoveLight,
+    ResizePoints,
+    Scrub,
+    Seek,
+    ShowFrame,
+    ShowMessage,
+    TakeLight,
+)
 from .history import Moment
 from .keys import when_seen
-from .lights import taking, titles
+from .lights import added, removed, taking, titles
 from .messages import Messages
 from .multi_playback import MultiPlayback
 from .playback import Playback
 from .playing import Strip
+from .switches import as_switched, switches_of
 from .views import Shown, camera_of, pose_of
 
 
@@ -28,7 +41,7 @@ class Session:
 
     document  what is open
     frame     of it is shown
-    state, stage, held, lights, light_number  are those of a Moment
+    state, stage, held, lights, light_number, light_names  are those of a Moment
     messages  what is said
     """
 
@@ -44,12 +57,14 @@ class Session:
 
     @property
     def moment(self) -> Moment:
-        """View and lights as they are."""
-        return Moment(self.state, self.stage, self.held, self.lights, self.light_number)
+        """All that is undone, as it is."""
+        lights = self.held, self.lights, self.light_number, self.light_names
+        return Moment(self.state, self.stage, *lights, switches_of(self.frame))
 
     @moment.setter
     def moment(self, moment: Moment) -> None:
-        self.state, self.stage, self.held, self.lights, self.light_number = moment
+        self.state, self.stage, self.held, self.lights, self.light_number, self.light_names, switches = moment
+        self.frame = as_switched(self.frame, switches)
 
     @property
     def control(self) -> Control:
@@ -80,6 +95,10 @@ class Session:
                 self._go_to(self.document.restart(self.frame))
             case TakeLight(number):
                 self._take_light(number)
+            case Command.ADD_LIGHT:
+                self._go_to(added(self.moment, self.pose))
+            case RemoveLight(number):
+                self._go_to(removed(number, self.moment, self.pose))
             case ShowFrame(frame):
                 self.frame = frame
             case ResizePoints(factor):
@@ -90,6 +109,7 @@ class Session:
             case _:
                 assert isinstance(effect, PlayEffect)  # all others need the window
                 self._follow(*self.document.playing.obey(effect, self.frame))
+                self.document.history.follow(self.moment)  # what is shown now has other switches
 
     def say(self, text: str) -> None:
         """Show a line of text for a few seconds."""
@@ -108,13 +128,13 @@ class Session:
             self.say(f"the mouse holds {names[number]}, light {number + 1} of {len(names)}{when_seen(self.state)}")
 
     def _go_to(self, moment: Moment) -> None:
-        """The look stays, which is not undone."""
-        self.moment = moment._replace(state=self.state.reset_view(moment.state))
+        """Help and panel stay, which are not undone."""
+        self.moment = moment.beside(self.moment)
 
     @property
     def light_titles(self) -> list[str]:
         """What the lights are called, with their names in the scene."""
-        return titles(self.document.light_names, self.moment)
+        return titles(self.moment)
 
     @property
     def own_camera(self) -> Camera:

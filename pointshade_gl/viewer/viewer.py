@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Iterable, Sequence
@@ -226,6 +227,8 @@ class Viewer(Session):
             return
         if (event.kind, event.key) == ("key", "ESCAPE") and self.end_work():
             return
+        if self._has_read(event):
+            return
         self.document.history.follow(self.moment)
         if event.kind != "move":  # of many moves only the last counts
             self.seek()
@@ -233,6 +236,13 @@ class Viewer(Session):
         is_taken = is_for_timeline(control, place, event) or (self.state.panel and self.screen.panel.handle(event))
         self.take(controller(control, place, event, is_taken))
         self.window.hide_pointer(hides_pointer(self.control, self._surroundings, event, is_taken))
+
+    def _has_read(self, event: Event) -> bool:
+        """A key or a click closes the message that waits to be read. Returns whether that was all: Esc does no more."""
+        if not self.messages.kept or event.kind not in ("key", "press"):
+            return False
+        self.messages.clear()
+        return event.key == "ESCAPE"
 
     def perform(self, effect: Effect) -> None:
         """Do what a key, the mouse or the panel asks for, such as `Seek(0)` (see events.py)."""
@@ -261,7 +271,7 @@ class Viewer(Session):
         total, is_scene = self.document.playing.total(self.frame), isinstance(self.frame, Scene)
         has_clouds = bool(clouds_of(self.frame))
         return Surroundings(
-            self.camera, width - self.panel_width, height, self.window.scale, total, is_scene, has_clouds
+            self.camera, width - self.panel_covers, height, self.window.scale, total, is_scene, has_clouds
         )
 
     @property
@@ -287,12 +297,17 @@ class Viewer(Session):
     @property
     def panel_width(self) -> int:
         """Pixels beside which the picture is shown. A film does not change when the panel opens."""
-        return self.screen.panel.width(self.window.picture_size[0]) if self.state.panel and not self.recorder else 0
+        return 0 if self.recorder else self.panel_covers
+
+    @property
+    def panel_covers(self) -> int:
+        """Pixels at the right that the panel stands on."""
+        return self.screen.panel.width(*self.window.picture_size) if self.state.panel else 0
 
     @property
     def _overlay(self) -> Overlay:
         state, turns = self.state, self.control.mouse.turns
-        places = state.help, state.panel, self.panel_width, self.window.scale
+        places = state.help, state.panel, self.panel_covers, self.window.scale
         title, share = self.background.title, self.background.share
         strip = Strip(title, share) if title else self.strip
         return Overlay(self.messages.text, not turns, strip, *places)
@@ -329,7 +344,7 @@ class Viewer(Session):
             self._stand()
             if picture.now.state.is_lit:
                 self.document.exposure = self.screen.renderer.exposure
-        for effect in (*chosen, Remember("panel", time.perf_counter())):
+        for effect in (*chosen, *self._panel_step()):
             self.perform(effect)
         self.redrawing.end(None if is_old else picture.content, over, time.perf_counter())
 
@@ -383,12 +398,20 @@ class Viewer(Session):
         self.show(*before)
         if unused is self.document:
             was = before.moment.state
-            self.moment = now._replace(state=replace(now.state, look=was.look, lit=was.lit, finish=was.finish))
+            state = replace(now.state, look=was.look, lit=was.lit, finish=was.finish)
+            self.moment = now._replace(state=state, switches=before.moment.switches)
             self.document.history.withdraw(self.moment)
             self.say("ended: nothing has changed")
         else:
             unused.playing.close()
-            self.say("not opened" if is_ended else f"not opened: {error_text(error)}")
+            self._tell_failed("not opened", error)
+
+    def _tell_failed(self, what: str, error: BaseException) -> None:
+        """Why it failed stays until it is read; whoever has ended it knows."""
+        if isinstance(error, Cancelled):
+            self.say(what)
+        else:
+            self.messages.keep(f"{what}: {error_text(error)}")
 
     def end_work(self) -> bool:
         """End what runs in the background, if the user is told of it. Return whether something did."""
@@ -407,6 +430,10 @@ class Viewer(Session):
         """At the end nothing runs on."""
         self.background.close()
         self.screen.take_back()
+
+    def _panel_step(self) -> tuple[Effect, ...]:
+        """All that the panel changes between two presses of a button is one step."""
+        return (Remember(("panel", self.screen.panel.presses), pause=math.inf),) if self.state.panel else ()
 
     def toggle_panel(self) -> None:
         """Open or close the panel. Without its extra, say how to install it."""
@@ -429,7 +456,7 @@ class Viewer(Session):
             self.show(opened, opened.first, opened.start)
 
         def failed(error: BaseException) -> None:  # also a bug: the window stays open
-            self.say("not opened" if isinstance(error, Cancelled) else f"not opened: {error_text(error)}")
+            self._tell_failed("not opened", error)
 
         def close(opened: Document) -> None:
             opened.playing.close()
@@ -467,7 +494,7 @@ class Viewer(Session):
             self.screen.take_back()
             if not isinstance(error, Cancelled | OSError):
                 raise error
-            self.say("not saved" if isinstance(error, Cancelled) else f"not saved: {error}")
+            self._tell_failed("not saved", error)
 
         renderer = self.screen.lend()
         self.background.start(Work(SAVING, do, done, failed))

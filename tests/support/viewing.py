@@ -1,7 +1,7 @@
 """What a test does with a window, and what it sees in it."""
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import count, pairwise
 
 import numpy as np
 import pytest
@@ -62,18 +62,21 @@ def press(viewer, *names):
         viewer.handle(Event("key", name))
 
 
-ROWS = "checkbox", "slider_float", "begin_combo", "color_edit3", "collapsing_header", "radio_button"
+ROWS = "checkbox", "slider_float", "drag_float", "begin_combo", "color_edit3", "collapsing_header", "radio_button"
+ROWS = *ROWS, "button", "text_unformatted"
+LATER = count(1e9, 10)  # seconds
 
 
 def rows(viewer):
-    """Where the panel's rows are, by their labels: (x, y) at the left end of each."""
+    """Where the panel's rows are, by their labels: (x, y) at the left end of each; of names as "name:"."""
     imgui, found = viewer.screen.panel._imgui, {}
 
     def recorded(draw):
         def drawn(label, *others):
             result = draw(label, *others)
             (x, y), (width, height) = imgui.get_item_rect_min(), imgui.get_item_rect_size()
-            found[label.split("##")[0] or label.split("##")[1]] = x + min(width / 2, 8), y + height / 2
+            title = f"{label}:" if draw.__name__ == "text_unformatted" else label.split("##")[0] or label.split("##")[1]
+            found[title] = x + min(width / 2, 8), y + height / 2
             return result
 
         return drawn
@@ -100,11 +103,24 @@ def settle(viewer):
         viewer.step(wait=False)
 
 
-def click_row(viewer, label, **held):
-    """A click on a row of the panel."""
-    x, y = rows(viewer)[label]
-    for kind in ("move", "press", "release"):
-        viewer.handle(Event(kind, "" if kind == "move" else "left", x, y, **held))
+def row_place(viewer, label):
+    """Where a row of the panel is, scrolled to where it is seen."""
+    low, (width, high) = 30, viewer.window.picture_size
+    while not low < (place := rows(viewer)[label])[1] < high - 20:
+        viewer.handle(Event("move", x=width - 20, y=high - 30))
+        viewer.handle(Event("wheel", x=width - 20, y=high - 30, steps=1 if place[1] <= low else -1))
+        settle(viewer)
+    return place
+
+
+def click_row(viewer, label, clicks=1, **held):
+    """Clicks on a row of the panel, long after others."""
+    x, y = row_place(viewer, label)
+    time = next(LATER)
+    viewer.handle(Event("move", x=x, y=y))
+    settle(viewer)
+    for kind in ("press", "release") * clicks:
+        viewer.handle(Event(kind, "left", x, y, time=time, **held))
         settle(viewer)
 
 

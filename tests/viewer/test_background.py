@@ -10,7 +10,7 @@ from pointshade_gl.messages.errors import Cancelled
 from pointshade_gl.messages.progress import Count, checkpoint
 from pointshade_gl.viewer import document as documents
 from pointshade_gl.viewer.background import Background, Work
-from pointshade_gl.viewer.events import Event
+from pointshade_gl.viewer.events import Event, Remember, ShowFrame
 
 from ..support import frames
 from ..support.places import ROOT
@@ -105,8 +105,8 @@ class TestBackground:
 def slowed(open_viewer, monkeypatch):
     """slowed(name of the renderer's method): a viewer whose background takes long, and what lets it go on."""
 
-    def slow_down(name):
-        viewer = open_viewer(PLANE)
+    def slow_down(name, source=PLANE):
+        viewer = open_viewer(source)
         slow = Slow(getattr(viewer.screen.renderer, name))
         monkeypatch.setattr(viewer.screen.renderer, name, slow)
         viewer.background.grace = 0
@@ -151,6 +151,18 @@ class TestEstimate:
         assert viewer.state.look == before.look and not viewer.window.is_closing
         press(viewer, "CTRL+Z")
         assert viewer.state.look == before.look
+
+    def test_escape_brings_back_the_switches_too_and_that_is_no_step(self, slowed):
+        nodes = [ps.Node(ps.PointObject(frames.sphere()), name) for name in ("one", "other")]
+        viewer, _ = slowed("draw", ps.Scene(tuple(nodes), camera=frames.CAMERA))
+        viewer.perform(ShowFrame(viewer.frame.with_node((1,), visible=False)))
+        viewer.perform(Remember())
+        viewer.step(wait=False)
+        press(viewer, "ESCAPE")
+        until(lambda: not viewer.background.work, lambda: viewer.step(wait=False))
+        assert [node.visible for _, node in viewer.frame.every_node()] == [True, True]
+        viewer.handle(Event("key", "Z", ctrl=True))
+        assert viewer.messages.text == "nothing to undo"
 
     def test_after_escape_it_can_be_asked_for_again(self, slowed):
         viewer, slow = slowed("draw")

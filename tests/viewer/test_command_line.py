@@ -18,6 +18,8 @@ from pointshade_gl.cli.options import FrameOptions, ViewOptions
 from pointshade_gl.cli.window_line import Typed, render_line
 from pointshade_gl.files.sources import load_any, open_source
 from pointshade_gl.scene.orbit_state import State
+from pointshade_gl.viewer.events import Command, RemoveLight
+from pointshade_gl.viewer.lights import as_kind, placed
 
 from ..support.posed_views import corner, disturbed, views
 from ..support.radiance_files import mantissas, radiance_file
@@ -153,6 +155,23 @@ class TestVase:
         press(viewer, "TAB")
         words = again(viewer)
         assert words.count("--light") == 4
+
+
+class TestMoreLights:
+    @pytest.mark.parametrize("kind", ["point", "area"])
+    def test_that_were_added_and_placed(self, open_viewer, again, kind):
+        viewer = open_vase(open_viewer)
+        viewer.moment = viewer.moment._replace(held=as_kind(viewer.held, kind, 0.3))
+        viewer.perform(Command.ADD_LIGHT)
+        viewer.moment = placed(viewer.moment, (0.3, -0.4, 0.1), viewer.pose)
+        words = again(viewer)
+        assert words.count("--light") == 2 and any("0.3,-0.4,0.1" in word for word in words)
+
+    def test_of_a_scene_with_one_added_and_one_removed(self, open_viewer, again):
+        viewer = open_viewer(load_any("demo"), command_line=line_of("demo"))
+        viewer.perform(Command.ADD_LIGHT)
+        viewer.perform(RemoveLight(0))
+        assert again(viewer).count("--light") == len(viewer.frame.lights)
 
 
 class TestScene:

@@ -106,11 +106,11 @@ class Ui:
     def end_disabled(self):
         pass
 
-    def choose(self, name, value, known, why=""):
+    def choose(self, name, value, default, known, why=""):
         self.seen[name] = value
         return self.made.get(name, value)
 
-    def slide(self, name, value, low, high, why="", logarithmic=False):
+    def slide(self, name, value, default, low, high, why="", logarithmic=False):
         self.seen[name] = value
         return self.made.get(name, value)
 

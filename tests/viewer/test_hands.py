@@ -15,7 +15,7 @@ from pointshade_gl.viewer import window
 
 from ..support import frames
 from ..support.view_sets import pose_at, seen_from
-from ..support.viewing import quiet, shown
+from ..support.viewing import quiet, row_place, settle, shown
 
 if not sys.platform.startswith("linux"):
     pytest.skip("speaks to an X server", allow_module_level=True)
@@ -296,6 +296,50 @@ class TestPivot:
         assert one.viewer.screen.find_surface(one.viewer.picture, 160, 120)
         assert one.viewer.renderer.steps.counts["upload"] == drawn["upload"]
         assert one.viewer.renderer.steps.counts["light"] == drawn["light"]
+
+
+class TestPanel:
+    def test_a_name_and_a_number_are_clicked_twice(self, hands):
+        one = hands(window_size=(640, 480), panel=True)
+        viewer = one.viewer
+
+        def double_click(row):
+            one.point(*row_place(viewer, row))
+            one.rest(1)
+            one.double_click(*row_place(viewer, row))
+            settle(viewer)
+
+        double_click("diffuse")
+        for name in ("period", "2", "Return"):
+            one.key(name)
+        settle(viewer)
+        assert viewer.state.look.material.diffuse == 0.2
+        double_click("diffuse:")
+        assert viewer.state.look.material.diffuse == 0.9
+        one.key("z", "Control_L")
+        assert viewer.state.look.material.diffuse == 0.2
+
+    def test_a_light_is_added_placed_and_taken_away(self, hands):
+        one = hands(window_size=(640, 480), panel=True)
+        viewer = one.viewer
+        one.click(*row_place(viewer, "add a light"))
+        settle(viewer)
+        assert len(viewer.lights) == 1
+        at = row_place(viewer, "at x")
+        one.rest(1)
+        one.double_click(*at)
+        for name in ("period", "4", "Return"):
+            one.key(name)
+        settle(viewer)
+        assert viewer.picture.lights[0].position[0] == pytest.approx(0.4, abs=1e-5)
+        one.rest(1)
+        one.click(*row_place(viewer, "x"))
+        settle(viewer)
+        assert not viewer.lights
+        for count in (1, 1, 0):
+            one.key("z", "Control_L")
+            assert len(viewer.lights) == count
+        assert viewer.state.light_mode
 
 
 class TestDrop:

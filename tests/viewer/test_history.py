@@ -1,14 +1,21 @@
 """Undo and redo, and the reset: view and lights come back exactly, step by step."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit_state import OWN_LIGHT, State
 from pointshade_gl.scene.orbit_target import Stage
-from pointshade_gl.viewer.events import Event
+from pointshade_gl.viewer.clouds import restyled
+from pointshade_gl.viewer.document import Document
+from pointshade_gl.viewer.events import Command, Event, Remember, ShowFrame
 from pointshade_gl.viewer.history import STEPS, History, Moment
+from pointshade_gl.viewer.messages import Messages
+from pointshade_gl.viewer.playing import Playing
+from pointshade_gl.viewer.session import Session
+from pointshade_gl.viewer.switches import switches_of
+from pointshade_gl.viewer.views import Views
 
 from ..support import frames
 from ..support.viewing import drag, move, press, quiet, shown
@@ -61,11 +68,17 @@ class TestHistory:
         assert history.undo(moment(yaw=4)).state.yaw == 3
         assert history.undo(moment(yaw=3)).state.yaw == 0
 
-    def test_what_does_not_change_is_no_step_and_the_look_is_none(self):
+    def test_what_does_not_change_is_no_step_and_help_and_panel_are_none(self):
         history = History(moment())
         history.act(moment())
-        history.act(moment(look=ps.Look(shading="flat"), help=True))
+        history.act(moment(help=True, panel=True))
         assert history.undo(moment()) is None
+
+    def test_there_and_back_in_one_go_is_no_step(self):
+        history = History(moment(yaw=5))
+        for yaw in (6, 7, 5):
+            history.act(moment(yaw=yaw), "drag", pause=float("inf"))
+        assert history.undo(moment(yaw=5)) is None
 
     def test_it_has_an_end(self):
         history = History(moment())
@@ -175,6 +188,93 @@ class TestUndo:
         assert viewer.messages.text == "nothing to undo"
 
 
+OTHERS = {
+    "yaw": 20,
+    "pitch": 10,
+    "distance": 2,
+    "pan": (0.1, 0),
+    "pivot": (0, 0, 0.1),
+    "light_at": (0.5, 0),
+    "light_reach": 2,
+    "light_mode": False,
+    "light_color": (1, 0, 0),
+    "light_intensity": 2,
+    "lit": False,
+    "shadows": True,
+}  # a value that is not the default
+LOOKS = {
+    "material": ps.Material(0.2, 0.8, 0.4, 50), "shading": "flat", "normals": "star", "point_size": 2.0,
+    "max_depth_step": "3%", "noise": "kinect", "flying": "snap", "splat": "round", "unlight": True,
+    "remove_highlights": True, "align": True, "missing": "keep",
+}  # fmt: skip
+FINISHES = {
+    "environment": "sky", "environment_intensity": 2, "environment_rotation": 90, "ambient_occlusion": True,
+    "tone": "neutral",
+}  # fmt: skip
+EVERYTHING = [
+    *((name, lambda now, n=name: now._replace(state=replace(now.state, **{n: OTHERS[n]}))) for name in OTHERS),
+    *((name, lambda now, n=name: now._replace(state=now.state.with_look(**{n: LOOKS[n]}))) for name in LOOKS),
+    *((name, lambda now, n=name: now._replace(state=now.state.with_finish(**{n: FINISHES[n]}))) for name in FINISHES),
+    ("held", lambda now: now._replace(held=LAMP)),
+    ("lights", lambda now: now._replace(lights=(SUN,))),
+    ("number", lambda now: now._replace(lights=(SUN,), number=1)),
+    ("names", lambda now: now._replace(names=("lamp",))),
+]
+
+
+class TestEverything:
+    @pytest.mark.parametrize("change", [change for _, change in EVERYTHING], ids=[name for name, _ in EVERYTHING])
+    def test_undo_redo_and_r_know_every_field(self, change):
+        session = Session(Document(Playing(frames.sphere(), [], [None], 8, print), State()), Messages())
+        start = session.moment
+        session.moment = changed = change(start)
+        assert changed != start
+        session.perform(Remember())
+        for effect, expected in [(Command.UNDO, start), (Command.REDO, changed), (Command.RESET, start)]:
+            session.perform(effect)
+            assert session.moment == expected
+
+    def test_no_field_is_forgotten(self):
+        named = {name for name, _ in EVERYTHING}
+        assert {field.name for field in fields(State)} == {*OTHERS, "look", "finish", "help", "panel"}
+        assert {field.name for field in fields(ps.Look)} == {*LOOKS, "upsample", "normals_at", "temporal"}  # no switch
+        assert named >= set(Moment._fields) - {"state", "stage", "switches"}
+
+    def test_views_and_nodes_that_are_off_come_back_and_clouds_look_as_before(self):
+        cloud = ps.Node(ps.PointCloud([(0, 0, 1), (0, 1, 1), (1, 0, 1)]), "cloud")
+        node = ps.Node(ps.PointObject(frames.sphere()), "ball", children=(cloud, ps.Node(LAMP)))
+        scene = ps.Scene((node,), camera=frames.CAMERA)
+        sphere = frames.sphere()
+        both = Views((sphere, sphere), ("0", "1"), sphere, (True, True))
+        off = scene.with_node((0, 0), visible=False)
+        large = restyled(scene, lambda _: {"splat": "ball", "point_size": "3px"})
+        for before, after in ((both, both.switched(1, False)), (scene, off), (scene, large)):
+            first = before.home if isinstance(before, Views) else before
+            session = Session(Document(Playing(first, [], [None], 8, print), State()), Messages())
+            session.frame = before
+            session.document.history.follow(session.moment)
+            session.perform(ShowFrame(after))
+            session.perform(Remember())
+            for effect, expected in [(Command.UNDO, before), (Command.REDO, after), (Command.RESET, before)]:
+                session.perform(effect)
+                assert switches_of(session.frame) == switches_of(expected)
+
+    def test_merging_is_no_step(self, open_viewer):
+        viewer = open_viewer([frames.sphere(), frames.sphere()], views=2)
+        while viewer.document.playing.is_merging:
+            viewer.step()
+        press(viewer, "M", "M")
+        undo(viewer)
+        assert viewer.messages.text == "nothing to undo"
+
+    def test_an_application_that_shows_another_scene_is_not_taken_back(self, open_viewer):
+        viewer = open_viewer(SCENE)
+        press(viewer, "S")
+        viewer.frame = other = SCENE.with_node((0,), name="other")
+        undo(viewer)
+        assert viewer.frame is other and viewer.state.shadows
+
+
 class TestReset:
     @pytest.mark.parametrize(
         ("source", "options"),
@@ -199,11 +299,11 @@ class TestReset:
         assert viewer.moment == start
         assert (shown(quiet(viewer)) == picture).all()
 
-    def test_r_keeps_the_look_the_help_and_the_panel(self, open_viewer):
+    def test_r_keeps_the_help_and_the_panel(self, open_viewer):
         viewer = open_viewer()
-        press(viewer, "2", "N", "+", "H", "R")
-        assert viewer.state.look.shading == "flat" and viewer.state.look.normals == "star" and viewer.state.help
-        assert viewer.state.point_size > 1
+        start = viewer.state
+        press(viewer, "2", "N", "+", "U", "E", "A", "H", "R")
+        assert viewer.state == replace(start, help=True)
 
     def test_r_knows_a_state_that_the_caller_gave_and_one_that_on_start_made(self, open_viewer):
         given = State(yaw=20, light_at=(0.5, 0.5), light_mode=False, light_color=(0, 1, 0))

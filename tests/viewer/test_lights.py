@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.scene.orbit_state import State
+from pointshade_gl.scene.orbit_target import Stage
+from pointshade_gl.viewer.history import Moment
+from pointshade_gl.viewer.lights import added, placed, removed, taking, titles
 
 from ..support import frames
 from ..support.viewing import move, press, quiet, shown
@@ -110,3 +114,48 @@ def test_s_says_when_no_light_casts_shadows(open_viewer):
 def test_frames_under_lights_without_shadows_start_without(open_viewer):
     assert not of_frame(open_viewer, [POINT, SUN]).state.shadows
     assert of_frame(open_viewer, [POINT, SPOT]).state.shadows
+
+
+STAGE, POSE = Stage.of(frames.sphere()), np.eye(4)
+
+
+def holding(number):
+    """Three lights with names, of which the mouse holds this one."""
+    state = State().with_light(POINT, STAGE, POSE)
+    return taking(number, Moment(state, STAGE, POINT, (SPOT, SUN), 0, ("lamp", "spot", "sun")), POSE)
+
+
+class TestMoreOrFewer:
+    @pytest.mark.parametrize("number", range(3))
+    def test_an_added_one_is_the_last_of_the_list_and_the_others_stay(self, number):
+        before = holding(number)
+        now = added(before, POSE)
+        assert titles(now) == ["lamp (point)", "spot (spot)", "sun (directional)", "light 4 (point)"]
+        assert now.number == 3 and titles(taking(number, now, POSE)) == titles(now)
+        for light, other in zip(before.lights, taking(number, now, POSE).lights[: 2 - number], strict=False):
+            assert light == other
+
+    def test_ten_more_stand_in_ten_places(self):
+        now = Moment(State(light_at=(0.0, 0.0)), STAGE, POINT, ())
+        for _ in range(10):
+            now = added(now, POSE)
+        places = np.array([light.position for light in (now.state.light(STAGE, POSE), *now.lights)])
+        apart = np.linalg.norm(places[:, None] - places, axis=-1) + 9 * np.eye(11)
+        assert apart.min() > 0.1 * STAGE.radius
+
+    @pytest.mark.parametrize("gone", range(3))
+    @pytest.mark.parametrize("number", range(3))
+    def test_a_removed_one_leaves_the_others_with_their_names(self, number, gone):
+        names = [name for k, name in enumerate(titles(holding(number))) if k != gone]
+        now = removed(gone, holding(number), POSE)
+        assert titles(now) == names and len(now.lights) == 1
+        held = names[now.number]
+        assert gone == number or held == titles(holding(number))[number]
+
+    def test_the_last_one_stays(self):
+        now = Moment(State(), STAGE, POINT, ())
+        assert removed(0, now, POSE) is now
+
+    def test_no_direction_is_none(self):
+        now = Moment(State().with_light(SUN, STAGE, POSE), STAGE, SUN, ())
+        assert placed(now, (0, 0, 0), POSE).state.light_at == pytest.approx(now.state.light_at)

@@ -4,6 +4,8 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit_state import State
+from pointshade_gl.viewer.events import Event
+from pointshade_gl.viewer.messages import CLOSES, Messages
 
 from ..support import frames
 from ..support.viewing import press, quiet, shown
@@ -86,3 +88,47 @@ def test_tab_names_the_light(open_viewer):
         "the mouse holds sun (directional), light 3 of 3",
         "the mouse holds lamp (point), light 1 of 3",
     ]
+
+
+class TestKept:
+    WHY = "not opened: notes.txt is no picture"
+
+    @pytest.fixture
+    def viewer(self, open_viewer, tmp_path, capsys):
+        viewer = open_viewer()
+        (tmp_path / "notes.txt").write_text("a few words")
+        viewer.open([str(tmp_path / "notes.txt")])
+        self.printed = capsys.readouterr().err
+        return viewer
+
+    def test_why_a_file_was_not_opened_stays_until_it_is_read_and_is_printed(self, viewer):
+        why = viewer.messages.kept
+        assert why.startswith("not opened: ") and "notes.txt" in why
+        assert f"warning: {why}" in self.printed
+        viewer.messages.update(1e12)
+        for x in range(100, 140, 10):
+            viewer.handle(Event("move", x=x, y=100))
+        viewer.handle(Event("wheel", x=100, y=100, steps=1))
+        viewer.step(wait=False)
+        assert viewer.messages.text.startswith(f"{why}\n{CLOSES}")
+
+    def test_esc_closes_it_and_not_the_window(self, viewer):
+        press(viewer, "ESCAPE")
+        assert not viewer.messages.text and not viewer.window.is_closing
+        press(viewer, "ESCAPE")
+        assert viewer.window.is_closing
+
+    def test_a_key_or_a_click_closes_it_and_does_what_it_does(self, viewer):
+        press(viewer, "S")
+        assert viewer.state.shadows and not viewer.messages.kept and viewer.messages.text == "shadows on"
+        viewer.messages.keep("not saved: no space")
+        viewer.handle(Event("press", "left", 100, 100))
+        assert not viewer.messages.kept
+
+    def test_what_is_said_afterwards_is_below_it(self):
+        messages = Messages()
+        messages.keep(self.WHY)
+        messages.say("skipped: frame 3")
+        assert messages.text == f"{self.WHY}\n{CLOSES}\nskipped: frame 3"
+        messages.update(float("inf"))
+        assert messages.text == f"{self.WHY}\n{CLOSES}" and messages.patience(0) is None

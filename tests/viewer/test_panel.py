@@ -4,16 +4,19 @@ import sys
 import time
 from dataclasses import replace
 
+import numpy as np
 import pytest
+from PIL import ImageFont
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit_state import State
 from pointshade_gl.viewer.events import Event, TakeLight
 from pointshade_gl.viewer.lights import KINDS, kind_of
+from pointshade_gl.viewer.messages import POINTS
 
 from ..support import frames
 from ..support.posed_views import corner, disturbed, views
-from ..support.viewing import click_row, press, quiet, rows, settle, shown
+from ..support.viewing import click_row, press, quiet, row_place, rows, settle, shown
 
 
 class TestPanel:
@@ -145,7 +148,7 @@ class TestKeys:
         viewer = open_viewer(window_size=(640, 480), panel=True)
         before = shown(quiet(viewer))
         click_row(viewer, "colour")
-        assert (shown(quiet(viewer)) != before)[:, :400].mean() > 0.1
+        assert (shown(quiet(viewer)) != before)[220:, 448:].mean() > 0.4
         press(viewer, "S")
         assert not viewer.state.shadows
         key(viewer, "ESCAPE")
@@ -173,7 +176,124 @@ class TestKeys:
         assert viewer.state.look.material.ambient == 0.45
 
 
+class TestDoubleClick:
+    def test_on_a_name_it_brings_back_the_usual_value(self, open_viewer):
+        look = ps.Look(ps.Material(0.4, 0.5, 0.6, 70), shading="flat", missing="complete")
+        state = State(look=look, light_intensity=3, light_reach=2, light_color=(1, 0, 0))
+        viewer = open_viewer(state=state, window_size=(640, 480), panel=True)
+        usual = State()
+        for name in ("ambient", "diffuse", "specular", "shininess", "shading", "intensity", "distance", "colour"):
+            click_row(viewer, f"{name}:")
+            assert viewer.state != replace(usual, panel=True)
+            click_row(viewer, f"{name}:", clicks=2)
+        assert viewer.state == replace(usual, panel=True)
+
+    def test_on_a_number_it_lets_it_be_typed_and_the_slider_does_not_move(self, open_viewer):
+        viewer = open_viewer(window_size=(640, 480), panel=True)
+        click_row(viewer, "diffuse", clicks=2)
+        assert viewer.state.look.material.diffuse == 0.9 and viewer.screen.panel.takes_keys
+        write(viewer, "0.25")
+        key(viewer, "ENTER")
+        assert viewer.state.look.material.diffuse == 0.25
+        press_undo(viewer)
+        assert viewer.state.look.material.diffuse == 0.9
+        press_undo(viewer)
+        assert viewer.messages.text == "nothing to undo"
+
+    def test_two_slow_clicks_and_esc_type_nothing(self, open_viewer):
+        viewer = open_viewer(window_size=(640, 480), panel=True)
+        click_row(viewer, "diffuse")
+        moved = viewer.state.look.material.diffuse
+        click_row(viewer, "diffuse")
+        assert viewer.state.look.material.diffuse == moved < 0.5 and not viewer.screen.panel.takes_keys
+        press_undo(viewer)
+        click_row(viewer, "diffuse", clicks=2)
+        write(viewer, "0.25")
+        key(viewer, "ESCAPE")
+        assert viewer.state.look.material.diffuse == 0.9
+        press_undo(viewer)
+        assert viewer.messages.text == "nothing to undo"
+
+
+def press_undo(viewer):
+    key(viewer, "Z", ctrl=True)
+
+
+def test_ticks_that_follow_each_other_are_steps_of_their_own(open_viewer):
+    viewer = open_viewer(window_size=(640, 480), panel=True)
+    for row in ("shadows (S)", "lit (B)"):
+        click_row(viewer, row)
+    press_undo(viewer)
+    assert viewer.state.lit and viewer.state.shadows
+    press_undo(viewer)
+    assert not viewer.state.shadows
+
+
+def test_what_a_colour_opens_is_seen_also_while_nothing_is_greyed_out(open_viewer):
+    viewer = open_viewer(lights=[ps.Light((-1, -1, 0), shadow=True)], window_size=(640, 480), panel=True)
+    click_row(viewer, "colour")
+    colours = shown(quiet(viewer))[230:400, 400:].reshape(-1, 3)
+    assert len(np.unique(colours, axis=0)) > 2000  # a square of shades of red
+
+
 class TestPlace:
+    @pytest.mark.parametrize("size", [(640, 480), (1280, 960), (320, 240)])
+    @pytest.mark.parametrize("records", [False, True])
+    def test_help_and_messages_are_beside_it(self, open_viewer, tmp_path, size, records):
+        film = {"record": tmp_path / "film.gif"} if records else {}
+        viewer = open_viewer(window_size=size, panel=True, **film)
+        settle(quiet(viewer))
+        panel = shown(viewer)[:, -viewer.panel_covers :]
+        assert viewer.panel_covers
+        for says in (lambda: viewer.say("a word " * 40), lambda: press(viewer, "H")):
+            before = shown(viewer)
+            says()
+            after = shown(viewer)
+            assert (after != before).any() and (after[:, -viewer.panel_covers :] == panel).all()
+
+    def test_nothing_of_it_is_cut_off_and_it_scrolls_to_its_end(self, open_viewer):
+        lamp = ps.Node(LAMP_OF_A_LONG_NAME, "the lamp with the very long name at the end of the corridor")
+        scene = ps.Scene((ps.Node(ps.PointObject(frames.sphere()), "ball"), lamp, lamp), camera=frames.CAMERA)
+        for source, last in ((scene, "ball"), (frames.sphere(), "points")):
+            for size in ((640, 480), (320, 240)):
+                viewer = open_viewer(source, window_size=size, panel=True)
+                assert row_place(viewer, last)[1] < size[1]
+                imgui, ends = viewer.screen.panel._imgui, []
+                with pytest.MonkeyPatch.context() as instead:
+                    for name in ("checkbox", "button", "slider_float", "begin_combo", "text_unformatted"):
+                        instead.setattr(imgui, name, ending(imgui, getattr(imgui, name), ends))
+                    shown(viewer)
+                assert ends and max(ends) < size[0]
+
+    def test_where_it_would_leave_no_picture_it_begins_collapsed(self, open_viewer):
+        for size, is_open in (((200, 150), False), ((320, 240), True)):
+            viewer = open_viewer(window_size=size, panel=True)
+            settle(viewer)
+            assert bool(viewer.panel_width) == is_open
+
+    def test_it_shrinks_in_small_windows_and_has_the_messages_letters(self, open_viewer):
+        viewer = open_viewer(window_size=(1000, 800), panel=True)
+        settle(viewer)
+        imgui, panel = viewer.screen.panel._imgui, viewer.screen.panel
+        text = "Move the mouse"
+        wide = ImageFont.load_default(POINTS).getlength(text)
+        assert imgui.calc_text_size(text).x == pytest.approx(wide, rel=0.04)
+        assert panel.width(1000, 800) > panel.width(640, 480) > panel.width(320, 240)
+
+
+LAMP_OF_A_LONG_NAME = ps.Light((0, -1, 0))
+
+
+def ending(imgui, draw, ends):
+    def drawn(*arguments):
+        result = draw(*arguments)
+        ends.append(imgui.get_item_rect_max().x)
+        return result
+
+    return drawn
+
+
+class TestSize:
     @pytest.mark.parametrize("size", [(640, 480), (1280, 960), (320, 240)])
     def test_the_picture_is_whole_beside_it(self, open_viewer, size):
         viewer = open_viewer(frames.sphere(), window_size=size, panel=True)
@@ -197,11 +317,48 @@ class TestPlace:
     def test_a_screen_of_another_scale_gets_another_panel(self, open_viewer, monkeypatch):
         viewer = open_viewer(window_size=(640, 480), panel=True)
         settle(viewer)
-        wide = viewer.screen.panel.width(1280)
+        wide = viewer.screen.panel.width(1280, 960)
         monkeypatch.setattr(type(viewer.window), "scale", property(lambda _: 2.0))
         settle(viewer)
-        assert viewer.screen.panel.width(1280) == 2 * wide
+        assert viewer.screen.panel.width(2560, 1920) == 2 * wide
         assert shown(viewer).any()
+
+
+class TestMoreLights:
+    def test_one_is_added_beside_the_held_one_and_taken_away_again(self, open_viewer):
+        viewer = open_viewer(window_size=(640, 480), panel=True)
+        before, picture = viewer.picture.lights, shown(quiet(viewer))
+        click_row(viewer, "add a light")
+        assert viewer.light_titles == ["light 1 (point)", "light 2 (point)"] and viewer.light_number == 1
+        assert [replace(light, shadow=False) for light in viewer.lights] == before
+        assert (shown(quiet(viewer)) != picture).any()
+        assert np.linalg.norm(np.subtract(viewer.picture.lights[0].position, before[0].position)) > 0.1
+        press_undo(viewer)
+        assert viewer.picture.lights == before and not viewer.lights
+        key(viewer, "Z", ctrl=True, shift=True)
+        click_row(viewer, "x")  # the last one of that name
+        assert viewer.picture.lights == before and not viewer.lights
+
+    def test_a_place_is_typed_in_metres_and_the_light_stays_there(self, open_viewer):
+        pose = ps.orbit_pose(None, (0, 0, 1.0), 25, 10)
+        frame = ps.Frame(None, frames.sphere().depth, frames.CAMERA, pose)
+        viewer = open_viewer(frame, window_size=(640, 480), panel=True)
+        for axis, text in (("x", "-0.4"), ("y", "-0.55"), ("z", "0.2")):
+            click_row(viewer, f"at {axis}", clicks=2)
+            write(viewer, text)
+            key(viewer, "ENTER")
+        assert viewer.picture.lights[0].position == pytest.approx((-0.4, -0.55, 0.2), abs=1e-5)
+        assert not viewer.state.light_mode
+        for _ in range(3):
+            press_undo(viewer)
+        assert viewer.state == replace(State(), panel=True)
+
+    def test_the_way_that_the_sun_shines_is_typed(self, open_viewer):
+        viewer = open_viewer(lights=[ps.Light(direction=(0, 1, 1))], window_size=(640, 480), panel=True)
+        click_row(viewer, "towards x", clicks=2)
+        write(viewer, "1")
+        key(viewer, "ENTER")
+        assert viewer.picture.lights[0].direction == pytest.approx(np.array([1, 0.5**0.5, 0.5**0.5]) / 2**0.5, abs=1e-5)
 
 
 class TestLights:

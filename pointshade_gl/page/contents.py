@@ -39,8 +39,11 @@ class Surface(NamedTuple):
     behind: float = 0.0  # share of the depth by which others of its set are seen before it where they agree
 
 
-def surfaces_of(thing: Drawable) -> Iterator[Surface]:
-    """The surfaces of a thing that shows points: one of a frame, several of a set."""
+def surfaces_of(thing: Drawable, is_cut: bool = True) -> Iterator[Surface]:
+    """The surfaces of a thing that shows points: one of a frame, several of a set.
+
+    is_cut  only the part of the picture where something is known; else all of it, as the next frame's
+    """
     if isinstance(thing, ShownSet):
         consensus, count = thing.consensus, len(thing.views)
         step = min(consensus.band / 2, MOST_BEHIND / count)
@@ -48,11 +51,14 @@ def surfaces_of(thing: Drawable) -> Iterator[Surface]:
             yield _read(view, trust.read()[..., 0] > 0, gain)._replace(behind=k * step)
     else:
         assert isinstance(thing, ShownPoints | ShownGrid), "tiles are reduced before"
-        yield _read(thing)
+        yield _read(thing, is_cut=is_cut)
 
 
 def _read(
-    shown: ShownPoints | ShownGrid, trusted: NDArray[np.bool_] | None = None, gain: NDArray[Any] | None = None
+    shown: ShownPoints | ShownGrid,
+    trusted: NDArray[np.bool_] | None = None,
+    gain: NDArray[Any] | None = None,
+    is_cut: bool = True,
 ) -> Surface:
     points = shown.points
     values = read_texture(points.surface.texture.ctx, points.surface.texture)
@@ -66,7 +72,8 @@ def _read(
         sizes, is_round = points.sizes, points.splat == "round"
         stride = bridged_stride(points.source) if trusted is None else 0
     others = [picture.shape for picture in (colors, certainty) if picture is not None]
-    left, top, right, bottom = box = _box(depth, others, max(stride, 1))
+    height, width = depth.shape
+    left, top, right, bottom = box = _box(depth, others, max(stride, 1)) if is_cut else (0, 0, width, height)
     camera = points.source
     return Surface(
         values[top:bottom, left:right, :3],

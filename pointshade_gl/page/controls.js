@@ -52,9 +52,10 @@ function control(canvas, data) {
     frameAsked = false;
     if (!drawing) return;
     const shading = state.lit ? state.shading : "none";
-    const view = { camera, pose: pose(state, data.stage) };
-    const lights = [light(state, data.stage, HOME, data.held), ...data.lights];
-    drawing.draw(view, lights, { shading, shadows: state.shadows });
+    const home = player ? player.way : HOME;
+    const view = { camera, pose: product(home, pose(state, data.stage)) };
+    const lights = [light(state, data.stage, home, data.held), ...data.lights];
+    drawing.draw(view, lights, { shading, shadows: state.shadows, hurries: player && player.isPlaying });
     document.body.classList.add("live");
   }
 
@@ -94,7 +95,9 @@ function control(canvas, data) {
 
   async function begin() {
     try {
-      drawing = await createDrawing(canvas, data);
+      const made = await createDrawing(canvas, data);
+      if (player) await player.attach(made);
+      drawing = made;
       resize();
     } catch (error) {
       drawing = null;
@@ -109,10 +112,11 @@ function control(canvas, data) {
     byId("note").textContent = `A still picture: ${reason}`;
   }
 
+  const player = makePlayer(data, () => drawing && draw());
   const actions = makeActions(() => state, change, start, data.camera, castsShadows);
   const pointers = makePointers(data.stage, () => ({ state, camera, ratio, drawing }), change);
   listenToPointers(canvas, pointers, isEmbedded);
-  listenToKeys(actions);
+  listenToKeys({ ...actions, play: () => player && player.toggle() });
   listenToButtons(actions);
   canvas.addEventListener("webglcontextlost", (event) => {
     event.preventDefault(); // or it never comes back
@@ -132,7 +136,7 @@ function control(canvas, data) {
   canvas.hidden = byId("tools").hidden = false;
   say(GREETINGS[matchMedia("(pointer: coarse)").matches ? "touch" : "mouse"], 6);
   const ready = begin();
-  return { ready, data, get drawing() { return drawing; }, get state() { return state; }, set state(next) { change(next); } };
+  return { ready, data, player, get drawing() { return drawing; }, get state() { return state; }, set state(next) { change(next); } };
 }
 
 // The actions of keys and buttons, by name.
@@ -326,11 +330,13 @@ function listenToKeys(actions) {
   const keys = {
     l: actions.follow, b: actions.unlit, s: actions.shadows, r: actions.reset, f: actions.full, h: actions.help, "?": actions.help,
     "+": () => actions.zoom(1), "=": () => actions.zoom(1), "-": () => actions.zoom(-1),
-    ",": () => actions.reach(-1), ".": () => actions.reach(1),
+    ",": () => actions.reach(-1), ".": () => actions.reach(1), " ": actions.play,
   };
   SHADINGS.forEach((shading, k) => (keys[k + 1] = () => actions.shade(shading)));
   document.addEventListener("keydown", (event) => {
     if (event.metaKey || event.altKey || event.target.tagName === "SELECT") return;
+    const isOfFocus = event.key === " " ? event.target.tagName === "BUTTON" : event.target.tagName === "INPUT";
+    if (isOfFocus) return; // a button is pressed, a slider moves
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     if (byId("help").open && !"h?".includes(key)) return;
     if (arrows[key]) (event.ctrlKey ? actions.shift : event.shiftKey ? actions.moveLight : actions.turn)(...arrows[key]);
@@ -351,4 +357,5 @@ function listenToButtons(actions) {
 
 const pageData = JSON.parse(byId("data").textContent);
 for (const part of ["shaders", "parts"]) pageData[part] = byId(part).textContent;
+if (pageData.film) pageData.film.texts = [...document.querySelectorAll("script.frame")].map((one) => one.textContent);
 window.pointshade = control(byId("picture"), pageData);

@@ -9,7 +9,9 @@ async function createDrawing(canvas, data) {
   if (!gl.getExtension("EXT_color_buffer_float")) throw new Error("this GPU cannot draw to pictures of floats");
   const [texts, bytes] = await Promise.all([unpacked(data.shaders), unpacked(data.parts)]);
   const programs = new Programs(gl, JSON.parse(new TextDecoder().decode(texts)));
-  return new Drawing(gl, programs, await takeThings(gl, new Reader(bytes), data.things), data);
+  const drawing = new Drawing(gl, programs, await takeThings(gl, new Reader(bytes), data.things), data);
+  if (data.film) drawing.film = new Film(gl, drawing.painter, drawing.things[0]);
+  return drawing;
 }
 
 class Drawing {
@@ -27,14 +29,16 @@ class Drawing {
   }
 
   // view: { camera, pose }, the pose in home axes; lights with positions and directions there, too.
-  // options: { shading, shadows }; a shading other than phong is for all things; without shadows no light casts any.
-  draw(view, lights, { shading, shadows } = {}) {
+  // options: { shading, shadows, hurries }; a shading other than phong is for all things; without shadows no light casts
+  // any; in a hurry every second point of a film is drawn where the view is too small to show each.
+  draw(view, lights, { shading, shadows, hurries } = {}) {
     const { camera, pose } = view, gl = this.gl, { width, height } = camera;
     this.fit(width, height);
     const shadings = this.things.map((thing) => (shading && shading !== "phong" ? shading : thing.shading));
     const lamps = this.hangUp(lights.map((one) => ({ ...one, shadow: one.shadow && shadows !== false })));
     const early = shadings.some((one) => LIT_EARLY.includes(one));
-    const seen = JSON.stringify([camera, pose, shadings, early && [lights, shadows]]);
+    this.hurries = hurries;
+    const seen = JSON.stringify([camera, pose, shadings, hurries, early && [lights, shadows]]);
     if (seen !== this.seen) this.drawSurfaces(view, shadings, lamps);
     this.seen = seen;
     this.lightPixels(view, shadings, lamps);
@@ -42,6 +46,11 @@ class Drawing {
     gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
     gl.blitFramebuffer(0, 0, width, height, 0, height, width, 0, gl.COLOR_BUFFER_BIT, gl.NEAREST);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null); // Chromium shows nothing after its canvas was resized while another was bound
+  }
+
+  // The film shows another frame.
+  changeFrame({ bounds, distance }) {
+    Object.assign(this, { data: { ...this.data, bounds, distance }, seen: "", shadowsOf: "" });
   }
 
   // The last picture: RGBA bytes, top row first.
@@ -147,14 +156,14 @@ class Drawing {
       const is_lit = !NOT_LIT.includes(shadings[k]);
       if (thing.kind === "cloud") this.clouds.addSurface(this.surfaces, this.size, thing, { camera, pose, near }, { material_number, is_lit });
       else if (thing.kind === "mesh") this.addMesh(thing, inputs, shadings[k], pose, lamps);
-      else this.addPoints(thing, inputs, shadings[k], pose, lamps);
+      else this.addPoints(thing, inputs, shadings[k], pose, lamps, camera);
     });
   }
 
-  addPoints(thing, warp, shading, pose, lamps) {
+  addPoints(thing, warp, shading, pose, lamps, camera) {
     const early = LIT_EARLY.includes(shading);
     if (early) this.lightPoints(thing, pose, lamps);
-    this.painter.drawSplats(this.splats, thing, warp);
+    this.painter.drawSplats(this.splats, this.hurries && isFine(thing, camera) ? fewer(thing) : thing, warp);
     const visibility_map = shading === "phong" ? this.around.ofPoints(thing) : null;
     const model = SHADINGS.indexOf(shading === "edl" ? "none" : shading);
     const constants = { SHADING: model, CERTAINTY: thing.certainty && shading === "phong" ? 1 : 0, VISIBILITY: visibility_map ? 1 : 0 };

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..estimation.environment_light import above_horizon, exponents_of, lobe_maps, nearest_lobe, radiance_bands
 from ..estimation.turned_bands import turned_bands
+from ..rendering.request import STRAIGHT, RenderRequest, Scenes
 from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.graph import Scene
@@ -19,6 +20,7 @@ from ..scene.light import Light, at_upper_left
 from ..scene.orbit_state import State
 from ..scene.orbit_target import Stage
 from ..scene.placed import Placed
+from ..scene.point_cloud import PointCloud
 from ..scene.render_settings import Finish
 from ..scene.srgb import linear_to_srgb
 from ..scene.surroundings import FAR_AS_SEEN, NOTHING_AROUND, Surroundings
@@ -58,7 +60,6 @@ class Showing:
     def values(self) -> dict[str, Any]:
         """For the JSON: all but the things."""
         stage = self.stage
-        extent = self.scene.extent
         start = self.start(stage)
         lights = [self._light(light) for light in self._placed(start.pose(stage))]
         return {
@@ -79,14 +80,9 @@ class Showing:
             "lights": lights[1:],
             "ambient": list(self.scene.ambient),
             "around": self._around(),
-            "bounds": {
-                "corners": [self._at_home(corner).tolist() for corner in extent.corners],
-                "centre": self._at_home(extent.centre).tolist(),
-                "radius": extent.radius,
-                "grain": extent.grain,
-            },
+            "bounds": self.bounds,
             "toWorld": self.home[:3, :3].tolist(),
-            "distance": self._distance(),
+            "distance": self.distance,
             "background": self._background(),
             "tone": self.finish.tone,
             "leftOut": list(left_out(self.scene, self.lights, self.finish, self.points)),
@@ -152,12 +148,36 @@ class Showing:
             return None
         return f"rgb({', '.join(f'{255 * linear_to_srgb(c):.0f}' for c in self.finish.behind)})"
 
-    def _distance(self) -> float | None:
+    @property
+    def bounds(self) -> dict[str, Any]:
+        """How far everything reaches, in home axes."""
+        extent = self.scene.extent
+        return {
+            "corners": [self._at_home(corner).tolist() for corner in extent.corners],
+            "centre": self._at_home(extent.centre).tolist(),
+            "radius": extent.radius,
+            "grain": extent.grain,
+        }
+
+    @property
+    def distance(self) -> float | None:
         """How far everything is taken to be for the near plane; None if it depends on who looks."""
         if not is_alone(self.scene.things):
             return None
         alone = self.scene.things[0]
         return alone.content.scale * alone.rigid_axes[1]
+
+
+def arranged(request: RenderRequest) -> Showing:
+    """Return what a page shows first."""
+    scene = Scenes().of(request)
+    lights, (camera, seen) = request.lights_of(scene), request.seen_by(scene)
+    if isinstance(request.source, Scene | PointCloud):
+        shading = request.source.shading if isinstance(request.source, PointCloud) else "phong"
+        return Showing(scene, scene, camera, seen, STRAIGHT, lights, shading, request.finish)
+    frame = scene.things[0].content.frame
+    home, turns = (frame.pose, request.turns) if request.pose is None else (seen, STRAIGHT)
+    return Showing(frame, scene, camera, home, turns, lights, request.look.shading, request.finish)
 
 
 def look_of(placed: Placed) -> dict[str, Any]:

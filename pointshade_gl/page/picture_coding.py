@@ -61,12 +61,16 @@ def predicted(plane: Whole) -> Whole:
 
 
 def code_plane(values: Whole, known: Known) -> tuple[bytes, int]:
-    """The errors of the known pixels, all low bytes first; and how many bytes each has.
+    """The errors of the known pixels as `code_errors` codes them."""
+    plane = repeated(values, known)
+    return code_errors((plane - predicted(plane))[known])
+
+
+def code_errors(error: Whole) -> tuple[bytes, int]:
+    """Numbers that are mostly small: all low bytes first; and how many bytes each has.
 
     0, -1, 1, -2, 2 ... become 0, 1, 2, 3, 4, so that high bytes are seldom other than 0.
     """
-    plane = repeated(values, known)
-    error = (plane - predicted(plane))[known]
     zigzag = np.where(error < 0, -2 * error - 1, 2 * error)
     count = max((int(zigzag.max(initial=0)).bit_length() + 7) // 8, 1)
     return b"".join(((zigzag >> (8 * k)) & 255).astype(np.uint8).tobytes() for k in range(count)), count

@@ -3,7 +3,7 @@
 async function takeThings(gl, reader, heads) {
   const things = [];
   const takers = { mesh: takeMesh, points: takePoints, cloud: takeCloud };
-  for (const head of heads) things.push(await takers[head.kind](gl, reader, head));
+  for (const head of heads) things.push(head.isFilm ? makeFilmPoints(gl, head) : await takers[head.kind](gl, reader, head));
   return things;
 }
 
@@ -15,13 +15,27 @@ async function takePoints(gl, reader, head) {
   const thing = { ...head, surface: makeTexture(gl, "rgba32f", width, height, surface), colors };
   thing.known = makeIndices(gl, kinds, 1);
   if (head.hasRims) thing.rims = makeIndices(gl, kinds, 2);
-  if (head.certainty) {
-    const [columns, rows] = head.certainty, cells = reader.take(2 * columns * rows).slice();
-    const certainty = Float32Array.from(new Uint16Array(cells.buffer), (value) => value / 65535);
-    thing.certainty = makeTexture(gl, "r16f", columns, rows, certainty, gl.LINEAR);
-  }
+  thing.certainty = makeCertainty(gl, readCertainty(reader, head));
   if (head.size === null) thing.sizes = makeBuffer(gl, gl.ARRAY_BUFFER, reader.take(4 * width * height));
   return thing;
+}
+
+// The points of a film's frames, one after the other: film.js fills them.
+function makeFilmPoints(gl, head) {
+  const surface = makeTexture(gl, "rgba32f", head.width, head.height), colors = makeTexture(gl, "rgba8", head.color.width, head.color.height);
+  const [known, rims, few] = [0, 1, 2].map(() => ({ buffer: gl.createBuffer(), count: 0 }));
+  return { ...head, surface, colors, known, few, rims: head.hasRims ? rims : null, certainty: null };
+}
+
+// How certain normals are, { columns, rows, values }; null where all are.
+function readCertainty(reader, { certainty }) {
+  if (!certainty) return null;
+  const [columns, rows] = certainty, cells = reader.take(2 * columns * rows).slice();
+  return { columns, rows, values: Float32Array.from(new Uint16Array(cells.buffer), (value) => value / 65535) };
+}
+
+function makeCertainty(gl, found) {
+  return found && makeTexture(gl, "r16f", found.columns, found.rows, found.values, gl.LINEAR);
 }
 
 // A picture; of a frame's own size it has colours where points are known.
@@ -39,9 +53,15 @@ async function takeColors(gl, reader, { width, height, jpeg, ofPoints }, kinds, 
 
 // Which pixels are drawn as points: their numbers, which gl_VertexID gives.
 function makeIndices(gl, kinds, least) {
-  const count = kinds.reduce((sum, kind) => sum + (kind >= least), 0), numbers = new Uint32Array(count);
-  for (let k = 0, n = 0; k < kinds.length; ++k) if (kinds[k] >= least) numbers[n++] = k;
-  return { buffer: makeBuffer(gl, gl.ELEMENT_ARRAY_BUFFER, numbers), count };
+  const numbers = numbersOf(kinds, least);
+  return { buffer: makeBuffer(gl, gl.ELEMENT_ARRAY_BUFFER, numbers), count: numbers.length };
+}
+
+function numbersOf(kinds, least) {
+  const numbers = new Uint32Array(kinds.length);
+  let n = 0;
+  for (let k = 0; k < kinds.length; ++k) if (kinds[k] >= least) numbers[n++] = k;
+  return numbers.slice(0, n);
 }
 
 function makeBuffer(gl, kind, data) {

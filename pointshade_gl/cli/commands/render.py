@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -105,7 +105,7 @@ class Asked:
         if self.unlight_all and (self.more or self.views is not None or is_sequence):
             raise ValueError(f"{option('unlight_all', True)} makes one frame of a folder: write one picture of it")
         if not (self.are_clouds or self.is_scene):
-            check_align(self.look.align, self.is_set or is_sequence)
+            check_align(self.look.align, self.is_set or is_sequence or is_page(self.output))
         if self.save_poses is not None:
             check_saved(self.save_poses, self.look.align)
 
@@ -145,7 +145,7 @@ class Asked:
 def render(asked: Asked) -> None:
     """Light a frame, point clouds or a scene (.gltf, .glb, 'demo'): a picture. Without INPUT: the built-in vase.
 
-    Write an .html to look at in a browser: there the light and the object can be moved.
+    Write an .html to look at in a browser: there the light and the object can be moved, and a sequence plays.
     Write all frames of a sequence, or a turntable, to an .mp4, a .gif or numbered files such as %04d.png.
     Write the points of a frame, lit (or not: --shading none), in world coordinates to a .ply; or those of a point
     cloud, in their own colours, with normals.
@@ -215,9 +215,17 @@ def _write_series(asked: Asked, view: View) -> None:
 
 
 def _write_page(asked: Asked, view: View) -> None:
-    check_stream(view.look, False)
+    """A page of one object or scene, or one in which the frames of a sequence play."""
     asked.page.check(asked.output, asked.film)
-    source, tell = asked.read(view)
+    source, tell = asked.read(view, is_many=True)
+    plays = isinstance(source, Sequence)
+    check_stream(view.look, plays)
+    check_align(view.look.align, plays or asked.is_set)
+    if plays:
+        asked.page.write_film(source, view, asked.output, asked.frame, asked.film, asked.device, tell)
+        return
+    if asked.film.frames is not None:
+        raise ValueError(f"{asked.output} shows one thing that nothing moves: leave out {option('frames')}")
     asked.page.write(source, view, asked.output, asked.frame, asked.device, tell)
 
 

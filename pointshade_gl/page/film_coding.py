@@ -1,0 +1,153 @@
+"""The frames of a film as few bytes: each a key, or by how it differs from the one before. film.js reads them.
+
+A frame is coded below its sensor's noise. Depths are whole numbers of steps of their logarithm, a third of the noise or
+less; where a depth is within two steps of that before, it stays as it was. Normals (their places on an octahedron, 8
+bits each) and colours (luma and two chromas, all of the frame's size) are WebP pictures of planes one below the other;
+in differences of colours, what is within `STAYS` of 255 stays. Each of the planes is coded as a difference only if
+that takes fewer bytes, and measured against what the page has decoded so far, so that errors do not add up.
+"""
+
+from __future__ import annotations
+
+import io
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .contents import Surface
+from .picture_coding import MISSING, POINT, RIM, code_errors, code_normals, code_plane, pack, repeated
+
+KEY_EVERY = 12  # frames: so many are decoded at most when the slider jumps
+STEPS = 2e-5, 2e-3  # of depth: least and most, shares of it
+OF_NOISE = 1 / 3  # of the noise, is one step
+STILL_STEPS = 2  # by so many a depth may change and stay what it was
+STAYS = 4  # of 255: by so much a colour
+MIDDLE = 128  # of 255: no difference
+LUMA = np.array([[0.299, 0.587, 0.114], [-0.168736, -0.331264, 0.5], [0.5, -0.418688, -0.081312]])  # JFIF
+
+Planes = NDArray[np.uint8]
+
+
+class FilmQuality(NamedTuple):
+    """Qualities of WebP pictures, of 100."""
+
+    normals: int
+    colors: int
+
+
+FILM_QUALITIES = {"exact": FilmQuality(95, 85), "small": FilmQuality(88, 75)}
+
+
+class Kept(NamedTuple):
+    """What the page has of the last frame, as it has decoded it."""
+
+    codes: NDArray[np.int64]  # of depth, where it is not known as before it
+    kinds: NDArray[np.uint8]
+    normals: Planes
+    colors: Planes
+
+
+class FilmCoder:
+    """Codes one frame after another.
+
+    noise  of the depth, as a share of it; 0 if none was found
+    """
+
+    def __init__(self, quality: FilmQuality, noise: float, nearest: float):
+        self._quality, self._nearest = quality, nearest
+        self.step = float(np.clip(OF_NOISE * noise, *STEPS))
+        self._kept: Kept | None = None
+        self._since_key = 0
+
+    def code(self, surface: Surface) -> tuple[dict[str, Any], bytes]:
+        """The frame's description, and its bytes."""
+        kept = self._kept if self._since_key < KEY_EVERY - 1 else None
+        depth = surface.depth
+        kinds = np.where(depth == 0, MISSING, np.where(depth < 0, RIM, POINT)).astype(np.uint8)
+        known = kinds != MISSING
+        codes = np.zeros(depth.shape, np.int64)
+        codes[known] = np.rint(np.log(np.abs(depth[known]).astype(np.float64) / self._nearest) / self.step)
+        kind_bytes, is_kind_change = _fewer(kinds.tobytes(), kept and (kinds ^ kept.kinds).tobytes())
+        codes, depth_part, size, is_depth_change = _coded_depth(codes, known, kept)
+        normals, normal_part, is_normal_change = _coded_picture(
+            normal_planes(surface.normals, known), kept and kept.normals, self._quality.normals, 0
+        )
+        colors, color_part, is_color_change = _coded_picture(
+            color_planes(surface.colors, known), kept and kept.colors, self._quality.colors, STAYS
+        )
+        changes = [is_kind_change, is_depth_change, is_normal_change, is_color_change]
+        self._kept, self._since_key = Kept(codes, kinds, normals, colors), self._since_key + 1 if any(changes) else 0
+        certainty = None if surface.certainty is None else np.rint(surface.certainty * 65535).astype("<u2")
+        head = {
+            "count": int(known.sum()),
+            "changes": changes,
+            "depthBytes": size,
+            "normalBytes": len(normal_part),
+            "colorBytes": len(color_part),
+            "certainty": None if certainty is None else list(certainty.shape[::-1]),
+            "source": list(surface.intrinsics),
+        }
+        body = [kind_bytes, depth_part, normal_part, color_part]
+        return head, b"".join(body + ([] if certainty is None else [certainty.tobytes()]))
+
+
+def normal_planes(normals: NDArray[np.floating], known: NDArray[np.bool_]) -> Planes:
+    """(2h, w): the places of unit normals on an octahedron, one coordinate below the other."""
+    places = np.zeros((2, *known.shape), np.int64)
+    places[:, known] = code_normals(normals[known], 8).T
+    return np.concatenate([repeated(plane, known) for plane in places]).astype(np.uint8)
+
+
+def color_planes(colors: NDArray[np.uint8], known: NDArray[np.bool_]) -> Planes:
+    """(3h, w): luma and two chromas, one below the other; of the frame's size, what no point shows repeats others."""
+    planes = np.einsum("kc,hwc->khw", LUMA, colors.astype(np.float64)) + np.array([0, 128, 128])[:, None, None]
+    whole = np.rint(planes).clip(0, 255).astype(np.int64)
+    filled = [repeated(plane, known) for plane in whole] if colors.shape[:2] == known.shape else whole
+    return np.concatenate(list(filled)).astype(np.uint8)
+
+
+def _coded_depth(
+    codes: NDArray[np.int64], known: NDArray[np.bool_], kept: Kept | None
+) -> tuple[NDArray[np.int64], bytes, int, bool]:
+    """What the page will have, the bytes, how many each code takes, and whether they are differences."""
+    key, key_size = code_plane(codes, known)
+    plane = repeated(codes, known)
+    if kept is None:
+        return plane, key, key_size, False
+    change = codes - kept.codes
+    change[np.abs(change) <= STILL_STEPS] = 0
+    changed, size = code_errors(change[known])
+    if len(pack(changed)) >= len(pack(key)):
+        return plane, key, key_size, False
+    return np.where(known, kept.codes + change, kept.codes), changed, size, True
+
+
+def _coded_picture(planes: Planes, kept: Planes | None, quality: int, stays: int) -> tuple[Planes, bytes, bool]:
+    """What the page will have, the bytes, and whether they are differences."""
+    key, decoded = _webp(planes, quality)
+    if kept is None or kept.shape != planes.shape:
+        return decoded, key, False
+    change = planes.astype(np.int64) - kept
+    change[np.abs(change) <= stays] = 0
+    changed, decoded_change = _webp((change.clip(-MIDDLE, 255 - MIDDLE) + MIDDLE).astype(np.uint8), quality)
+    summed = (kept.astype(np.int64) + decoded_change - MIDDLE).clip(0, 255).astype(np.uint8)
+    errors = [np.square(planes - one.astype(np.float64)).mean() for one in (summed, decoded)]
+    if len(changed) >= len(key) or errors[0] > max(2 * errors[1], stays**2):
+        return decoded, key, False
+    return summed, changed, True
+
+
+def _fewer(key: bytes, change: bytes | None) -> tuple[bytes, bool]:
+    """Those that pack better, and whether they are the second."""
+    is_change = change is not None and len(pack(change)) < len(pack(key))
+    return (change or key, True) if is_change else (key, False)
+
+
+def _webp(planes: Planes, quality: int) -> tuple[bytes, Planes]:
+    """A grey picture, and how browsers decode it."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(planes).save(file, "WEBP", quality=quality, method=4)
+    return file.getvalue(), np.asarray(Image.open(file).convert("RGB"))[..., 1]

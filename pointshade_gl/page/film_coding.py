@@ -1,7 +1,7 @@
 """The frames of a film as few bytes: each a key, or by how it differs from the one before. film.js reads them.
 
 A frame is coded below its sensor's noise. Depths are whole numbers of steps of their logarithm, a third of the noise or
-less; where a depth is within two steps of that before, it stays as it was. Normals (their places on an octahedron, 8
+less; where a depth is within a step of that before, it stays as it was. Normals (their places on an octahedron, 8
 bits each) and colours (luma and two chromas, all of the frame's size) are WebP pictures of planes one below the other;
 in differences of colours, what is within `STAYS` of 255 stays. Each of the planes is coded as a difference only if
 that takes fewer bytes, and measured against what the page has decoded so far, so that errors do not add up.
@@ -21,8 +21,11 @@ from .picture_coding import MISSING, POINT, RIM, code_errors, code_normals, code
 KEY_EVERY = 12  # frames: so many are decoded at most when the slider jumps
 STEPS = 2e-5, 2e-3  # of depth: least and most, shares of it
 OF_NOISE = 1 / 3  # of the noise, is one step
-STILL_STEPS = 2  # by so many a depth may change and stay what it was
+STILL_STEPS = 1  # by so many a depth may change and stay what it was
 STAYS = 4  # of 255: by so much a colour
+MOST = 300_000 / (640 * 480)  # bytes of a page for each pixel of a frame: else pictures are coded less exactly
+LOWER = 4, 5  # qualities of normals and colours by which they are
+LOWEST = 40  # of colours
 MIDDLE = 128  # of 255: no difference
 LUMA = np.array([[0.299, 0.587, 0.114], [-0.168736, -0.331264, 0.5], [0.5, -0.418688, -0.081312]])  # JFIF
 
@@ -61,14 +64,27 @@ class FilmCoder:
         self._since_key = 0
 
     def code(self, surface: Surface) -> tuple[dict[str, Any], bytes]:
-        """The frame's description, and its bytes."""
+        """The frame's description, and its bytes, packed. If they are too many it and later ones are coded less
+        exactly."""
+        while True:
+            head, body, kept = self._coded(surface)
+            packed = pack(body)
+            if len(packed) * 4 / 3 <= MOST * surface.depth.size or self._quality.colors <= LOWEST:
+                break
+            pairs = zip(self._quality, LOWER, strict=True)
+            self._quality = FilmQuality(*(quality - by for quality, by in pairs))
+        self._kept, self._since_key = kept, self._since_key + 1 if any(head["changes"]) else 0
+        return head, packed
+
+    def _coded(self, surface: Surface) -> tuple[dict[str, Any], bytes, Kept]:
+        """The frame's description, its bytes, and what the page will have of it."""
         kept = self._kept if self._since_key < KEY_EVERY - 1 else None
-        depth = surface.depth
-        kinds = np.where(depth == 0, MISSING, np.where(depth < 0, RIM, POINT)).astype(np.uint8)
+        kinds = np.where(surface.depth == 0, MISSING, np.where(surface.depth < 0, RIM, POINT)).astype(np.uint8)
         known = kinds != MISSING
-        codes = np.zeros(depth.shape, np.int64)
-        codes[known] = np.rint(np.log(np.abs(depth[known]).astype(np.float64) / self._nearest) / self.step)
-        kind_bytes, is_kind_change = _fewer(kinds.tobytes(), kept and (kinds ^ kept.kinds).tobytes())
+        codes = np.zeros(kinds.shape, np.int64)
+        distances = np.abs(surface.depth[known]).astype(np.float64)
+        codes[known] = np.rint(np.log(distances / self._nearest) / self.step)
+        kind_part, is_kind_change = _fewer(kinds.tobytes(), kept and (kinds ^ kept.kinds).tobytes())
         codes, depth_part, size, is_depth_change = _coded_depth(codes, known, kept)
         normals, normal_part, is_normal_change = _coded_picture(
             normal_planes(surface.normals, known), kept and kept.normals, self._quality.normals, 0
@@ -76,20 +92,19 @@ class FilmCoder:
         colors, color_part, is_color_change = _coded_picture(
             color_planes(surface.colors, known), kept and kept.colors, self._quality.colors, STAYS
         )
-        changes = [is_kind_change, is_depth_change, is_normal_change, is_color_change]
-        self._kept, self._since_key = Kept(codes, kinds, normals, colors), self._since_key + 1 if any(changes) else 0
         certainty = None if surface.certainty is None else np.rint(surface.certainty * 65535).astype("<u2")
         head = {
             "count": int(known.sum()),
-            "changes": changes,
+            "changes": [is_kind_change, is_depth_change, is_normal_change, is_color_change],
             "depthBytes": size,
             "normalBytes": len(normal_part),
             "colorBytes": len(color_part),
             "certainty": None if certainty is None else list(certainty.shape[::-1]),
             "source": list(surface.intrinsics),
         }
-        body = [kind_bytes, depth_part, normal_part, color_part]
-        return head, b"".join(body + ([] if certainty is None else [certainty.tobytes()]))
+        body = [kind_part, depth_part, normal_part, color_part]
+        body += [] if certainty is None else [certainty.tobytes()]
+        return head, b"".join(body), Kept(codes, kinds, normals, colors)
 
 
 def normal_planes(normals: NDArray[np.floating], known: NDArray[np.bool_]) -> Planes:

@@ -24,7 +24,6 @@ from .contents import Surface, surfaces_of
 from .film_coding import FILM_QUALITIES, FilmCoder
 from .page_scene import Showing, arranged, look_of
 from .parts import Part, QualityName
-from .picture_coding import pack
 from .reduced_frames import reduced
 from .template import filled
 
@@ -70,7 +69,7 @@ def draw_film(
     fps, count.all = check_fps(fps, option("fps"), "frames"), len(frames) + 1
     film = _Film(renderer, quality, count)
     parts = film.parts(_small(sequence_jobs(frames, view, skipped, renderer), largest, camera))
-    bodies = [pack(body) for body in parts]
+    bodies = list(parts)
     if film.first is None:
         raise ValueError("the page has nothing to show: no frame could be read")
     data: dict[str, Any] = film.values | {"film": {"fps": fps, "frames": film.heads}}
@@ -100,7 +99,7 @@ class _Film:
         self.heads: list[dict[str, Any]] = []
 
     def parts(self, requests: Iterable[RenderRequest]) -> Generator[bytes, None, None]:
-        """The bytes of each frame; their heads are in `heads`."""
+        """The packed bytes of each frame; their heads are in `heads`."""
         for request in requests:
             showing = arranged(request)
             if self.first is None:

@@ -114,8 +114,8 @@ function makePlayer(data, redraw) {
 
   slider.max = player.count - 1;
   slider.addEventListener("input", () => {
-    if (player.isPlaying) player.toggle();
     player.jump(Number(slider.value));
+    if (player.isPlaying) player.toggle();
   });
   button.addEventListener("click", () => player.toggle());
   for (const each of document.querySelectorAll(".film")) each.hidden = false;

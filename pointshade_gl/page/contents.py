@@ -16,6 +16,7 @@ from ..gpu.meshes.grid_objects import ShownGrid
 from ..gpu.points.point_objects import Points, ShownPoints, ShownSet
 from ..scene.level_of_detail import bridged_stride
 from ..scene.srgb import linear_to_bytes, srgb_to_linear
+from .merged_frames import Member, merged
 
 AROUND = 2  # pixels beside the known ones that are kept: rims look so far
 
@@ -45,32 +46,45 @@ def surfaces_of(thing: Drawable, is_cut: bool = True) -> Iterator[Surface]:
     is_cut  only the part of the picture where something is known; else all of it, as the next frame's
     """
     if isinstance(thing, ShownSet):
-        consensus, count = thing.consensus, len(thing.views)
-        step = min(consensus.band / 2, MOST_BEHIND / count)
-        for k, (view, trust, gain) in enumerate(zip(thing.views, thing.points.trusts, consensus.gains, strict=True)):
-            yield _read(view, trust.read()[..., 0] > 0, gain)._replace(behind=k * step)
+        step = min(thing.consensus.band / 2, MOST_BEHIND / len(thing.views))
+        for k, (view, member) in enumerate(zip(thing.views, _merged(thing), strict=True)):
+            if member.known.any():
+                yield _read(view, member)._replace(behind=k * step)
     else:
         assert isinstance(thing, ShownPoints | ShownGrid), "tiles are reduced before"
         yield _read(thing, is_cut=is_cut)
 
 
-def _read(
-    shown: ShownPoints | ShownGrid,
-    trusted: NDArray[np.bool_] | None = None,
-    gain: NDArray[Any] | None = None,
-    is_cut: bool = True,
-) -> Surface:
+def _merged(thing: ShownSet) -> list[Member]:
+    """The frames of a set without points that another frame shows better."""
+    members, frames = [], []
+    for view, trust, gain in zip(thing.views, thing.points.trusts, thing.consensus.gains, strict=True):
+        surface, trusted = _read_surface(view), trust.read()
+        surface[trusted[..., 0] == 0, 3] = 0
+        colors = srgb_to_linear(_read_colors(view.colors.texture) / np.float32(255)) * gain.astype(np.float32)
+        pose = view.points.pose.copy()
+        pose[:3, 3] /= view.points.scale
+        members.append(Member(surface, colors, trusted[..., 1], view.points.source, pose))
+        frames.append(view.textures.frame)
+    return merged(members, frames, thing.consensus.band)
+
+
+def _read_surface(shown: ShownPoints | ShownGrid) -> NDArray[np.float32]:
+    texture = shown.points.surface.texture
+    return np.array(read_texture(texture.ctx, texture))
+
+
+def _read(shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: bool = True) -> Surface:
+    """What a frame shows, or what is left of it in a set."""
     points = shown.points
-    values = read_texture(points.surface.texture.ctx, points.surface.texture)
-    depth = values[..., 3] if trusted is None else np.where(trusted, values[..., 3], 0)
-    colors = _read_colors(shown.colors.texture)
-    if gain is not None:  # (3,), of linear light
-        colors = linear_to_bytes(np.clip(srgb_to_linear(colors / 255) * gain, 0, 1))
+    values = _read_surface(shown) if member is None else member.surface
+    depth = values[..., 3]
+    colors = _read_colors(shown.colors.texture) if member is None else linear_to_bytes(np.clip(member.colors, 0, 1))
     certainty = _read_certainty(points.surface.certainty) if shown.has_doubts else None
     sizes, is_round, stride = np.ones(1, np.float32), False, 0
     if isinstance(points, Points):
         sizes, is_round = points.sizes, points.splat == "round"
-        stride = bridged_stride(points.source) if trusted is None else 0
+        stride = bridged_stride(points.source) if member is None else 0
     others = [picture.shape for picture in (colors, certainty) if picture is not None]
     height, width = depth.shape
     left, top, right, bottom = box = _box(depth, others, max(stride, 1)) if is_cut else (0, 0, width, height)

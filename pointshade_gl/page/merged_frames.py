@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..estimation.multi_view import nearest_others
 from ..scene.camera import Camera
+from ..scene.frame import Frame
 
 OVERLAP = 2  # pixels by which parts reach over one another, so that no seam gapes
+FIRST = 3  # times the weight that the first frame has: a page begins where its camera stood
+LEAST = 1e-3  # of what is good, for every point
+SHARE = 2  # to which power of their weights frames share in a mean: the best ones decide
 TURNED = 0.17  # least cosine between normals of one surface
 
 Floats = NDArray[np.float32]
 Flags = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
 
 
 class Member(NamedTuple):
@@ -43,38 +48,36 @@ class Member(NamedTuple):
     def known(self) -> Flags:
         return self.surface[..., 3] != 0
 
-    def rays(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+    def rays(self, columns: NDArray[Any], rows: NDArray[Any]) -> Floats:
         """(n, 3), of depth 1."""
         fx, fy, cx, cy = self.camera.intrinsics
-        x, y = pixels.T
-        return np.stack([(x - cx) / fx, (y - cy) / fy, np.ones(len(x))], -1)
+        return np.stack([(columns - cx) / fx, (rows - cy) / fy, np.ones(len(rows))], -1).astype(np.float32)
 
 
 class Points(NamedTuple):
-    """Points of one frame: their pixels, and what is known there."""
+    """Points of one frame: the numbers of their pixels, and what is known there."""
 
-    rows: NDArray[np.intp]
-    columns: NDArray[np.intp]
-    rays: NDArray[np.float64]
-    places: NDArray[np.float64]
-    normals: NDArray[np.float64]
+    pixels: Numbers
+    rays: Floats
+    places: Floats
+    normals: Floats
 
 
-def merged(members: Sequence[Member], frames: Sequence[object], band: float) -> list[Member]:
+def merged(members: Sequence[Member], frames: Sequence[Frame], band: float) -> list[Member]:
     """The frames with the points of which no other frame shows more: normals, depths and colours are means.
 
     band  share of 1/z within which two frames see the same surface
     """
-    others = nearest_others(frames)
+    near = nearest_others(frames)
     means, kept = [], [member.known for member in members]
     weights = [_weights(member) for member in members]
+    weights[0] *= FIRST
     for k, member in enumerate(members):
         points = _points(member)
-        best, mean = _met(points, [(j, members[j], weights[j], kept[j]) for j in others[k]], member, weights[k], band)
-        own = weights[k][points.rows, points.columns]
-        mask = np.zeros(member.known.shape, np.bool_)
-        mask[points.rows, points.columns] = best <= own
-        kept[k] = mask
+        others = [(members[j], weights[j], kept[j]) for j in near[k]]
+        best, mean = _met(points, others, member, weights[k], band)
+        kept[k] = np.zeros(member.known.shape, np.bool_)
+        kept[k].ravel()[points.pixels] = best <= weights[k].ravel()[points.pixels]
         means.append(mean)
     return [
         mean._replace(surface=np.where((_grown(mask) & mean.known)[..., None], mean.surface, np.float32(0)))
@@ -86,73 +89,74 @@ def _weights(member: Member) -> Floats:
     """(h, w): how well each point is seen: how good it is, and how many pixels a piece of its surface has."""
     points = _points(member)
     weights = np.zeros(member.known.shape, np.float32)
-    facing = np.abs(np.einsum("nk,nk->n", points.normals, points.rays)) / np.linalg.norm(points.rays, axis=1)
+    facing = np.abs(_dot(points.normals, points.rays)) / np.linalg.norm(points.rays, axis=1)
     density = facing * np.square(member.camera.fx / points.places[:, 2])
-    weights[points.rows, points.columns] = density * np.maximum(member.good[points.rows, points.columns], 1e-3)
+    weights.ravel()[points.pixels] = density * np.maximum(member.good.ravel()[points.pixels], LEAST)
     return weights
 
 
 def _points(member: Member) -> Points:
-    rows, columns = np.nonzero(member.known)
-    rays = member.rays(np.stack([columns, rows], -1).astype(np.float64))
-    values = member.surface[rows, columns].astype(np.float64)
-    return Points(rows, columns, rays, rays * np.abs(values[:, 3:]), values[:, :3])
+    pixels = np.flatnonzero(member.known)
+    values = member.surface.reshape(-1, 4)[pixels]
+    rays = member.rays(pixels % member.known.shape[1], pixels // member.known.shape[1])
+    return Points(pixels, rays, rays * np.abs(values[:, 3:]), values[:, :3])
 
 
 def _met(
-    points: Points, others: Sequence[tuple[int, Member, Floats, Flags]], member: Member, own: Floats, band: float
-) -> tuple[NDArray[np.float64], Member]:
+    points: Points, others: Sequence[tuple[Member, Floats, Flags]], member: Member, own: Floats, band: float
+) -> tuple[Floats, Member]:
     """For each point the most weight that a kept point of another frame has there, and the frame with means."""
-    at = points.rows, points.columns
-    total = own[at].astype(np.float64)
-    best = np.zeros(len(total))
-    normals, off = total[:, None] * points.normals, np.zeros(len(total))
-    colors = total[:, None] * member.colors[at] if member.is_colored else None
-    for _, other, weights, kept in others:
-        way = np.linalg.inv(other.pose) @ member.pose
-        there = points.places @ way[:3, :3].T + way[:3, 3]
-        found, pixels, excess = _agreeing(there, other, points.normals @ way[:3, :3].T, band)
-        place = pixels[:, 1], pixels[:, 0]
-        weight = weights[place].astype(np.float64)
-        best[found] = np.maximum(best[found], np.where(kept[place], weight, 0))
-        weight *= 1 - np.square(excess / band)
+    total = own.ravel()[points.pixels] ** SHARE
+    best = np.zeros(len(total), np.float32)
+    normals, off = total[:, None] * points.normals, np.zeros(len(total), np.float32)
+    own_colors = member.colors.reshape(-1, 3)[points.pixels] if member.is_colored else None
+    colors = None if own_colors is None else total[:, None] * own_colors
+    for other, weights, kept in others:
+        way = (np.linalg.inv(other.pose) @ member.pose).astype(np.float32)
+        found, pixels, excess = _agreeing(points, way, other, band)
+        weight = weights.ravel()[pixels]
+        best[found] = np.maximum(best[found], np.where(kept.ravel()[pixels], weight, 0))
+        weight = weight**SHARE * (1 - np.square(excess / band))
         total[found] += weight
-        normals[found] += weight[:, None] * (other.surface[place][:, :3] @ way[:3, :3])
+        normals[found] += weight[:, None] * (other.surface.reshape(-1, 4)[pixels, :3] @ way[:3, :3])
         off[found] += weight * excess
-        if colors is not None and other.is_colored:
-            colors[found] += weight[:, None] * other.colors[place]
-        elif colors is not None:
-            colors[found] += weight[:, None] * member.colors[points.rows[found], points.columns[found]]
-    surface = member.surface.copy()
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    surface[points.rows, points.columns, :3] = normals
-    surface[points.rows, points.columns, 3] *= 1 + off / total
-    mean = member.colors.copy()
+        if colors is not None and own_colors is not None:
+            seen = other.colors.reshape(-1, 3)[pixels] if other.is_colored else own_colors[found]
+            colors[found] += weight[:, None] * seen
+    surface, mean = member.surface.copy(), member.colors.copy()
+    flat = surface.reshape(-1, 4)
+    flat[points.pixels, :3] = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    flat[points.pixels, 3] *= 1 + off / total
     if colors is not None:
-        mean[at] = colors / total[:, None]
+        mean.reshape(-1, 3)[points.pixels] = colors / total[:, None]
     return best, member._replace(surface=surface, colors=mean)
 
 
-def _agreeing(
-    there: NDArray[np.float64], other: Member, normals: NDArray[np.float64], band: float
-) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
-    """Which points another frame shows, too; at which of its pixels (n, 2); and by which share it has them farther."""
+def _agreeing(points: Points, way: Floats, other: Member, band: float) -> tuple[Numbers, Numbers, Floats]:
+    """Which points another frame shows, too; at which of its pixels; and by which share it has them farther.
+
+    way  (4, 4) from the axes of the points to the other frame's
+    """
     fx, fy, cx, cy = other.camera.intrinsics
     height, width = other.known.shape
+    x, y, z = way[:3, :3] @ points.places.T + way[:3, 3:]
     with np.errstate(divide="ignore", invalid="ignore"):
-        place = there[:, :2] / there[:, 2:] * (fx, fy) + (cx, cy)
-        inside = (there[:, 2] > 0) & (place > -0.5).all(1) & (place < (width - 0.5, height - 0.5)).all(1)
-    index = np.flatnonzero(inside)
-    pixels = np.rint(place[index]).astype(np.intp)
-    values = other.surface[pixels[:, 1], pixels[:, 0]].astype(np.float64)
-    depth, ray = np.abs(values[:, 3]), other.rays(place[index])
-    rays = other.rays(pixels.astype(np.float64))
+        u, v = fx * x / z + cx, fy * y / z + cy
+        index = np.flatnonzero((z > 0) & (u > -0.5) & (u < width - 0.5) & (v > -0.5) & (v < height - 0.5))
+    u, v, z = u[index], v[index], z[index]
+    column, row = np.rint(u).astype(np.intp), np.rint(v).astype(np.intp)
+    pixels = row * width + column
+    values = other.surface.reshape(-1, 4)[pixels]
+    n, depth = values[:, :3], np.abs(values[:, 3])
     with np.errstate(divide="ignore", invalid="ignore"):
-        along = np.einsum("nk,nk->n", values[:, :3], rays) / np.einsum("nk,nk->n", values[:, :3], ray)
-        excess = depth * along / there[index, 2] - 1
-    faces = np.einsum("nk,nk->n", values[:, :3], normals[index]) > TURNED
-    same = (depth > 0) & faces & (np.abs(excess) < band)
+        excess = depth * _dot(n, other.rays(column, row)) / (_dot(n, other.rays(u, v)) * z) - 1
+    faces = _dot(n @ way[:3, :3], points.normals[index]) > TURNED
+    same = np.flatnonzero((depth > 0) & faces & (np.abs(excess) < band))
     return index[same], pixels[same], excess[same]
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]
 
 
 def _grown(mask: Flags) -> Flags:

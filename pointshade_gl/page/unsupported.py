@@ -25,4 +25,4 @@ def left_out(scene: Scene, lights: Iterable[Light], finish: Finish, points: int)
     if any(one.look.splat == "mesh" for one in objects):
         yield "triangles between pixels are drawn as splats"
     if not all(one.is_single for one in objects):
-        yield "where several frames show the same, the first of them is seen, not their mean"
+        yield "several frames are one surface, the same from everywhere, without points that other frames contradict"

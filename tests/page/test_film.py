@@ -35,6 +35,10 @@ def shaken(count=4, size=1.0):
     return made
 
 
+NOTE_NUMBERS = """() => {
+  const show = pointshade.player.show.bind(pointshade.player);
+  pointshade.player.show = (frame) => { seen.add(frame.number); show(frame); };
+}"""
 AS_SHOWN = """async (changes) => {
   pointshade.state = { ...START, ...pointshade.data.start, ...changes };
   await new Promise(requestAnimationFrame);
@@ -198,8 +202,7 @@ def shown(browser, renderer):
 class TestPlaying:
     def test_it_plays_again_and_again_until_space_and_the_button_play_on(self, shown):
         shown.page.evaluate("window.seen = new Set()")
-        shown.page.evaluate("const show = pointshade.player.show.bind(pointshade.player);"
-                            "pointshade.player.show = (frame) => { seen.add(frame.number); show(frame); }; 0")  # fmt: skip
+        shown.page.evaluate(NOTE_NUMBERS)
         shown.wait_for("seen.size === 4")
         shown.page.keyboard.press("Space")
         assert shown.page.locator("#play").get_attribute("aria-label") == "Play"

@@ -254,11 +254,11 @@ def test_small_pages_are_nearly_as_good(browser, points):
         check(opened, points, frame, [(changes, [320, 240]) for changes, _ in VIEWS[:2]], least=40)
 
 
-def test_several_frames_are_drawn_over_one_another_and_the_help_says_so(browser, points):
+def test_several_frames_are_one_surface_and_the_help_says_so(browser, points):
     frame = frames.sphere_before_wall()
     both = [frame, ps.Frame(frame.color, frame.depth, frame.camera, frame.pose)]
     with browser.opened(draw_page(points, both)) as opened:
         opened.wait_until_drawn()
         check(opened, points, both, [({}, None), ({"yaw": 10}, None)], least=40)
         opened.page.keyboard.press("h")
-        assert "first of them is seen" in opened.page.locator("#left-out").inner_text()
+        assert "several frames are one surface" in opened.page.locator("#left-out").inner_text()

@@ -111,7 +111,7 @@ def normal_planes(normals: NDArray[np.floating], known: NDArray[np.bool_]) -> Pl
     """(2h, w): the places of unit normals on an octahedron, one coordinate below the other."""
     places = np.zeros((2, *known.shape), np.int64)
     places[:, known] = code_normals(normals[known], 8).T
-    return np.concatenate([repeated(plane, known) for plane in places]).astype(np.uint8)
+    return np.concatenate([repeated(places[k], known) for k in (0, 1)]).astype(np.uint8)
 
 
 def color_planes(colors: NDArray[np.uint8], known: NDArray[np.bool_]) -> Planes:

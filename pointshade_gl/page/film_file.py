@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import replace
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -30,13 +31,13 @@ from .template import filled
 MOST_FRAMES = 300  # that a page takes unless more are asked for
 
 
-def frames_of(source: Any, count: int | None = None) -> Sequence[Frame] | Iterable[Frame]:
+def frames_of(source: Any, count: int | None = None) -> Sequence[Frame]:
     """Return the frames that play: of a path those of its sequence. count: only so many.
 
     Raises TypeError or ValueError for what has no frames to play, and what `open_source` raises.
     """
-    if not is_a(source, Iterable) or isinstance(source, str):
-        source = open_source(source) if not isinstance(source, Frame) else source
+    if is_a(source, str, PathLike):
+        source = open_source(source)
     if isinstance(source, Frame):
         raise ValueError(f"a single frame does not play: leave out {option('fps')}")
     if not is_a(source, Sequence):

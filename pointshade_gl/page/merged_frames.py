@@ -1,4 +1,4 @@
-"""Several frames of one thing as one surface: each part from the frame that sees it best, the mean of all that see it."""
+"""Several frames of one thing as one surface: each part from the frame that sees it best, the mean of all."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def _agreeing(points: Points, way: Floats, other: Member, band: float) -> tuple[
         excess = depth * _dot(n, other.rays(column, row)) / (_dot(n, other.rays(u, v)) * z) - 1
     faces = _dot(n @ way[:3, :3], points.normals[index]) > TURNED
     same = np.flatnonzero((depth > 0) & faces & (np.abs(excess) < band))
-    return index[same], pixels[same], excess[same]
+    return index[same], pixels[same], excess[same].astype(np.float32)
 
 
 def _dot(a: Floats, b: Floats) -> Floats:

@@ -156,7 +156,7 @@ def _agreeing(points: Points, way: Floats, other: Member, band: float) -> tuple[
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
-    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]
+    return np.asarray(a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2], np.float32)
 
 
 def _grown(mask: Flags) -> Flags:

@@ -16,6 +16,7 @@ from ..gpu.core.images import Box
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Target
 from ..gpu.drawables import Drawables, Objects
+from ..gpu.output.surface_colors import SurfaceColorsPass
 from ..gpu.points.point_objects import ShownPoints
 from ..gpu.points.rasterizers import Rasterizers
 from ..gpu.points.tiles import TiledPoints
@@ -25,13 +26,14 @@ from ..messages.progress import Count, Progress
 from ..messages.validation import check_function
 from ..scene.appearance import Look
 from ..scene.camera import Camera
+from ..scene.color_scale import CERTAINTY, ColorScale, scale_of_depths
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
 from ..scene.placed import Matrix, Placed
 from ..scene.render_settings import SIMPLE, Finish
 from ..scene.surroundings import NOTHING_AROUND
-from ..scene.visible_scene import compose
+from ..scene.visible_scene import VisibleScene, compose
 from .accumulation import Accumulator
 from .alignment import Aligned, Aligner, alignment_steps
 from .around import surroundings_of
@@ -59,7 +61,8 @@ class Pipeline:
         self._light = LightPass(context.gl)
         self._light_setup = LightSetup(context.gl, steps, self._objects, self._light)
         self._view_visibility = ViewVisibilityPass(context.gl)
-        self._frame_pass = FramePass(steps, self._objects, self._light, self._view_visibility)
+        self._colors = SurfaceColorsPass(context.gl)
+        self._frame_pass = FramePass(steps, self._objects, self._light, self._view_visibility, self._colors)
         self._accumulator = Accumulator(context.gl, steps, self._light, self._light_setup, self._frame_pass)
         setup = self.gpu_scene, self._light, self._light_setup, self._accumulator
         self._meter = ExposureMeter(context.gl, steps, *setup)
@@ -68,6 +71,7 @@ class Pipeline:
         self._drawn: Scene | None = None  # the last scene
         self.exposure = 0.0  # of the last picture, stops
         self.surroundings = NOTHING_AROUND  # of it
+        self.scale: ColorScale | None = None  # of its colours, if they are no light
         self._stands: tuple[Hashable, tuple[np.ndarray, bool]] | None = None  # the last stream, and where up is in it
 
     def draw(
@@ -96,6 +100,8 @@ class Pipeline:
         target = self._fit_target(camera)
         if target.samples.content and target.samples.content[0] is not scene:
             self._accumulator.forget(target)
+        self.scale = self._scale_of(finish, target, visible, drawables)
+        visible = visible._replace(scale=self.scale)
         finish = finish if visible.is_lit else replace(finish, tone="none")
         if not finish.is_plain:
             self._accumulator.draw(target, visible, drawables, finish, count)
@@ -106,6 +112,19 @@ class Pipeline:
             self._frame_pass.draw(target, Canvas(target.picture), visible, drawables, light_set)
         count.step()
         return target
+
+    def _scale_of(
+        self, finish: Finish, target: Target, visible: VisibleScene, drawables: Drawables
+    ) -> ColorScale | None:
+        """Return what colours stand for: that of depths is found once for a view, from the middle of its pixels."""
+        if finish.show != "depth":
+            return None if finish.is_light else CERTAINTY._replace(show=finish.show)
+
+        def measure(*_: object) -> ColorScale:
+            self._frame_pass.draw_surfaces(target, visible, drawables, self._light_setup.prepare(visible, drawables))
+            return scale_of_depths(self._colors.read_depths(target.surfaces))
+
+        return self.steps.run("depth range", measure, visible.scene, visible.eye)
 
     def _upright(self, source: Frame | Scene) -> tuple[np.ndarray, bool]:
         """Return where up is, and whether a floor says so; of a stream its first frame decides: it would tremble."""
@@ -210,6 +229,7 @@ class Pipeline:
         for part in (
             self._meter,
             self._accumulator,
+            self._colors,
             self._view_visibility,
             self._light_setup,
             self._light,

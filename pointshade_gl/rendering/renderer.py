@@ -36,6 +36,7 @@ from ..pipeline.pose_track import PoseTrack
 from ..pipeline.report import explain, explain_alignment, explain_lights
 from ..scene.appearance import Look, Material, Shading, SurfaceOptions
 from ..scene.camera import Camera, check_pose
+from ..scene.color_scale import ColorScale
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.level_of_detail import MERGE, check_merge
@@ -146,6 +147,11 @@ class Renderer:
     def surroundings(self) -> Surroundings:
         """Return what was around the objects of the last picture: its environment, and whether things hid its light."""
         return self._pipeline.surroundings
+
+    @property
+    def color_scale(self) -> ColorScale | None:
+        """Return what the colours of the last picture stand for: `show`, `low`, `high`; None where they are light."""
+        return self._pipeline.scale
 
     @property
     def weights(self) -> dict[Frame, float]:
@@ -269,7 +275,7 @@ class Renderer:
             request = RenderRequest.of(
                 frame, light=light, material=material, camera=camera, pose=pose, normals=normals, shading=shading,
                 point_size=point_size, **options,
-            )  # fmt: skip
+            ).as_shown  # fmt: skip
             scene, finish = self._scenes.of(request), request.finish
             lights = request.lights_of(scene)
             if finish.exposure == "sensor" and isinstance(

@@ -46,6 +46,7 @@ class SurfaceImage(Images):
     has_eye_dome = False
     has_visibility = False  # what can hide light from all around is looked at
     knows_visibility = True  # of all surfaces
+    marks_doubts = False  # all normals are as long as they are certain, also where light would not show it
 
     @cached_property
     def surface(self) -> moderngl.Texture:

@@ -60,6 +60,17 @@ class FramePass:
                 return
             self._light_pixels(target, canvas, visible, light_set, self._materials(visible, drawables))
 
+    def keep_surfaces(
+        self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet
+    ) -> None:
+        """Draw the surfaces of a picture that `draw` has drawn: they are there already in most cases."""
+        if single := _single(visible, drawables, light_set):
+            run, points, eye = self._steps.run, self._objects.kind_of(single), visible.eye
+            run("splats", points.draw_splats, target.splats, single.points, eye)
+            run("resolve", points.draw_surface, target.surfaces, target.splats, single, eye)
+        else:
+            self.draw_surfaces(target, visible, drawables, light_set)
+
     def draw_lit_splats(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> bool:
         """Draw a single flat-shaded point object in one pass, lit in the vertex shader. Return whether it was drawn.
 

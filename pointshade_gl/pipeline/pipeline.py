@@ -69,6 +69,7 @@ class Pipeline:
         self._aligner = Aligner(self.gpu_scene)
         self._target: Target | None = None
         self._drawn: Scene | None = None  # the last scene
+        self._seen: VisibleScene | None = None  # what was last seen of it, from the middle of its pixels
         self.exposure = 0.0  # of the last picture, stops
         self.surroundings = NOTHING_AROUND  # of it
         self.scale: ColorScale | None = None  # of its colours, if they are no light
@@ -101,7 +102,7 @@ class Pipeline:
         if target.samples.content and target.samples.content[0] is not scene:
             self._accumulator.forget(target)
         self.scale = self._scale_of(finish, target, visible, drawables)
-        visible = visible._replace(scale=self.scale)
+        self._seen = visible = visible._replace(scale=self.scale)
         finish = finish if visible.is_lit else replace(finish, tone="none")
         if not finish.is_plain:
             self._accumulator.draw(target, visible, drawables, finish, count)
@@ -170,10 +171,15 @@ class Pipeline:
         axes and world units. z is 0 where there is none, the normal where no light is wanted. progress: as `draw`."""
         return self._draw_surfaces(scene, camera, pose, progress).surfaces.read()
 
-    def read_depth(self, camera: Camera, pose: Matrix, box: Box) -> NDArray[np.float32]:
-        """Return (h, w), a part of a view of the last scene that was drawn: z of its surfaces as in `read_surfaces`."""
-        assert self._drawn is not None, "nothing was drawn"
-        return self._draw_surfaces(self._drawn, camera, pose).surfaces.read_depth(box)
+    def read_part(self, camera: Camera, pose: Matrix, box: Box) -> NDArray[np.float32]:
+        """Return (h, w, 4), a part of a view of the last scene that was drawn: as `read_surfaces`."""
+        seen = self._seen
+        assert self._drawn is not None and seen is not None, "nothing was drawn"
+        if seen.eye.camera != camera or not np.array_equal(seen.eye.pose, pose):
+            return self._draw_surfaces(self._drawn, camera, pose).surfaces.read_part(box)
+        drawables, target = self.gpu_scene.prepare(seen), self._fit_target(camera)
+        self._frame_pass.keep_surfaces(target, seen, drawables, self._light_setup.prepare(seen, drawables))
+        return target.surfaces.read_part(box)
 
     def _draw_surfaces(self, scene: Scene, camera: Camera, pose: Matrix, progress: Progress | None = None) -> Target:
         count = self._count(progress, scene, camera, pose)
@@ -225,7 +231,7 @@ class Pipeline:
         self.steps.forget()
         if self._target is not None:
             self._target.release()
-        self._target = self._drawn = None
+        self._target = self._drawn = self._seen = None
         for part in (
             self._meter,
             self._accumulator,

@@ -21,8 +21,20 @@ class ColorScale(NamedTuple):
     """
 
     show: Show
-    low: float = 0.0
+    low: float = 1.0
     high: float = 1.0
+
+    @property
+    def even(self) -> tuple[float, float]:
+        """The range of what the colours are even in: -1/z of depths, as a sensor's steps are, so that what is near
+        keeps its relief beside what is far; degrees themselves."""
+        return (-1 / self.low, -1 / self.high) if self.show == "depth" else (self.low, self.high)
+
+    @property
+    def middle(self) -> float:
+        """What the colour in the middle stands for."""
+        low, high = self.even
+        return -2 / (low + high) if self.show == "depth" else (low + high) / 2
 
 
 CERTAINTY = ColorScale("certainty", 0.0, MOST_DOUBT)

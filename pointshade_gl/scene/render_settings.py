@@ -183,7 +183,7 @@ class Finish:
     show: Show = opt(
         "light",
         'what colours stand for: "light", or "normals" (red right, green up, blue towards the viewer), "depth" along the '
-        'viewer\'s axis (from blue, the nearest, to red, the farthest), or "certainty" of the normals (from blue, certain, '
+        'viewer\'s axis (from blue, the nearest, to red, the farthest, even in 1/z), or "certainty" of the normals (from blue, certain, '
         "to red, an expected error of 30 degrees or more; of several frames also what nobody trusts). "
         "`Renderer.color_scale` has the range. These are pictures to look at: `render_depth`, `estimate_normals` return "
         "numbers",

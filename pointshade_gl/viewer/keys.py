@@ -19,6 +19,13 @@ SMALLEST, LARGEST = 0.25, 8.0  # points, pixels of the frame
 STAYS = "the light stays here: L lets it follow the mouse again"
 LATER = "; seen once lit again (B)"
 NOT_SHADED = "; seen once shaded (2, 3 or 4)"
+SEEN = (  # whether it is lit, what it shows, and what is said of it
+    (False, "light", "the photograph, without light"),
+    (True, "light", "lit"),
+    (True, "normals", "normals: red to the right, green up, blue to the viewer"),
+    (True, "depth", "depth: blue is near, red is far"),
+    (True, "certainty", "certainty of normals: blue is certain, red may be off by 30° or more"),
+)
 OWN_LOOKS = "the objects of a scene have a look of their own"
 assert set(ESTIMATORS) <= set(METHODS)
 Answer = tuple[State, tuple[Effect, ...]]
@@ -26,7 +33,9 @@ Answer = tuple[State, tuple[Effect, ...]]
 
 def when_seen(state: State) -> str:
     """When a change of the light is seen, to end a message; "" if it is now."""
-    return "" if state.is_lit else NOT_SHADED if state.lit else LATER
+    if state.is_lit:
+        return ""
+    return NOT_SHADED if _shows_light(state) else LATER
 
 
 class Key(NamedTuple):
@@ -74,6 +83,14 @@ def _one(**effects: Effect) -> Callable[[Moment, str], Answer]:
     return lambda now, name: (now.state, (effects[name],))
 
 
+def _shows_light(state: State) -> bool:
+    return state.lit and state.finish.is_light
+
+
+def _lit(state: State) -> State:
+    return replace(state.with_finish(show="light"), lit=True)
+
+
 def _toggle_light(now: Moment, _: str) -> Answer:
     on = not now.state.light_mode
     text = "the light follows the mouse" if on else STAYS
@@ -82,8 +99,23 @@ def _toggle_light(now: Moment, _: str) -> Answer:
 
 def _choose_shading(now: Moment, name: str) -> Answer:
     shading = SHADINGS[int(name) - 1]
-    return _say(f"shading: {shading}", replace(now.state.with_look(shading=shading), lit=True))
+    return _say(f"shading: {shading}", _lit(now.state.with_look(shading=shading)))
 
+
+def _next_seen(now: Moment, name: str) -> Answer:
+    """Photograph, light, normals, depth, certainty, and round again; with Shift the other way."""
+    state, step = now.state, -1 if name.startswith("SHIFT") else 1
+    shown = [(lit, show) for lit, show, _ in SEEN].index((state.lit or not state.finish.is_light, state.finish.show))
+    lit, show, text = SEEN[(shown + step) % len(SEEN)]
+    state = replace(state.with_finish(show=show), lit=lit)
+    return _say(text + (when_seen(state) if _shows_light(state) else ""), state)
+
+
+def _toggle_readout(now: Moment, _: str) -> Answer:
+    on = not now.state.reads
+    text = "the values under the mouse are told below" if on else "no values under the mouse"
+    is_usual = on != now.state.finish.is_light
+    return _say(text, replace(now.state, readout=None if is_usual else on))
 
 def _cycle_normals(now: Moment, _: str) -> Answer:
     look = now.state.look
@@ -91,11 +123,14 @@ def _cycle_normals(now: Moment, _: str) -> Answer:
     normals = ESTIMATORS[following % len(ESTIMATORS)]
     is_flat_mesh = look.splat == "mesh" and look.shading == "flat"
     when = "; flat triangles have normals of their own" if is_flat_mesh else when_seen(now.state)
+    when = when if now.state.finish.is_light else ""
     return _say(f"normals: {normals}{when}", now.state.with_look(normals=normals))
 
 
 def _compare(now: Moment, _: str) -> Answer:
     state = now.state
+    if not state.finish.is_light:
+        return _say("lit" + when_seen(_lit(state)), _lit(state))
     if state.look.shading == "none" and not (state.look.unlight or state.look.remove_highlights):
         return _say("this is the unlit picture already: 2, 3 or 4 light it", state)
     again = "darker beside what is nearer" if state.look.shading == "edl" else "lit"
@@ -134,7 +169,7 @@ def _toggle_highlights(now: Moment, _: str) -> Answer:
 
 def _recolour(now: Moment, text: str, **changes: bool) -> Answer:
     """Other colours of a frame's surfaces, which also show without shading."""
-    return _say(text + ("" if now.state.lit else LATER), now.state.with_look(**changes))
+    return _say(text + ("" if _shows_light(now.state) else LATER), now.state.with_look(**changes))
 
 
 def _toggle_shadows(now: Moment, _: str) -> Answer:
@@ -183,6 +218,8 @@ def _leave(now: Moment, name: str) -> Answer:
 KEYS = (
     Key(("L",), "L", "light mode: the light follows the mouse", _toggle_light),
     Key(("1", "2", "3", "4", "5"), "1 to 5", "shading: none, flat, gouraud, phong, edl", _choose_shading),
+    Key(("V", "SHIFT+V"), "V, Shift+V", "next, last of: photograph, lit, normals, depth, certainty", _next_seen),
+    Key(("D",), "D", "tell x, y, z, depth, normal under the mouse", _toggle_readout),
     Key(("B",), "B", "compare with the unlit picture", _compare),
     Key(("N",), "N", "next normal estimator", _cycle_normals, of_frame=True),
     Key(("+", "=", "-"), "+ -", "point size", _resize_points, of_frame=True, of_cloud=_resize_clouds),

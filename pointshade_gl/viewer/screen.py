@@ -23,6 +23,7 @@ from .panel import Panel
 from .panel_sections import Facts
 from .picture import Picture
 from .playing import Strip
+from .readout import draw_readout, legend, values_of
 from .window import Window
 
 MARKER = 7.0  # radius, pixels at scale 1
@@ -38,6 +39,7 @@ class Overlay(NamedTuple):
     strip      of the timeline; None: there is none
     covered    pixels at the right that the panel stands on: nothing else is there
     scale      of everything, also of the panel
+    pointer    pixel whose values are told; None: of none
     """
 
     message: str
@@ -47,6 +49,7 @@ class Overlay(NamedTuple):
     panel: bool
     covered: int
     scale: float
+    pointer: tuple[int, int] | None = None
 
 
 class Screen:
@@ -159,6 +162,7 @@ class Screen:
             above = round(BAR * scale)
             drawing = self._drawing("strip", draw_strip, *over.strip, scale, wide, above)
             self._present.lay_over(self.gl.screen, drawing, 0, 0)
+        above += self._show_readout(picture, over, above)
         if over.message:
             margin = round(10 * scale)
             line = self._drawing("message", draw_message, over.message, scale, max(wide - 2 * margin, 1))
@@ -169,6 +173,19 @@ class Screen:
         wide, high = max(picture.camera.width - over.covered, 1), picture.camera.height
         table = self._drawing("help", draw_table, HELP, over.scale, wide, high)
         self._present.lay_over(self.gl.screen, table, (wide - table.width) // 2, (high - table.height) // 2)
+
+    def _show_readout(self, picture: Picture, over: Overlay, above: int) -> int:
+        """What colours stand for, and the values under the mouse. Returns how many pixels they take."""
+        ends, values = legend(self.renderer.color_scale), ()
+        if over.pointer:
+            found = self.renderer.read_surface(*over.pointer, picture.camera, picture.pose)
+            values = values_of(picture, *over.pointer, found)
+        if not (ends or values):
+            return 0
+        wide = max(picture.camera.width - over.taken, 1)
+        drawing = self._drawing("readout", draw_readout, values, ends, over.scale, wide)
+        self._present.lay_over(self.gl.screen, drawing, 0, above)
+        return drawing.height
 
     def _drawing(self, name: str, draw: Callable[..., NDArray[np.uint8]], *arguments: Any) -> moderngl.Texture:
         """A texture of draw(*arguments), drawn again only when the arguments change."""

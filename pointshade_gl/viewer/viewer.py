@@ -307,10 +307,19 @@ class Viewer(Session):
     @property
     def _overlay(self) -> Overlay:
         state, turns = self.state, self.control.mouse.turns
-        places = state.help, state.panel, self.panel_covers, self.window.scale
+        places = state.help, state.panel, self.panel_covers, self.window.scale, self._pointer
         title, share = self.background.title, self.background.share
         strip = Strip(title, share) if title else self.strip
         return Overlay(self.messages.text, not turns, strip, *places)
+
+    @property
+    def _pointer(self) -> tuple[int, int] | None:
+        """The pixel whose values are told; None: of none."""
+        mouse = self.control.mouse
+        if not self.state.reads or mouse.drag or mouse.last is None:
+            return None
+        x, y = mouse.last
+        return round(x), round(y)
 
     @property
     def drawn(self) -> int:

@@ -11,7 +11,7 @@
 #include "common/toksvig.glsl"
 
 uniform sampler2D surface_map;  // normal as long as it is certain (0: there is none), depth (0: nothing)
-uniform vec2 range;             // of the numbers, from blue to red
+uniform vec2 range;             // of -1/z or degrees, from blue to red
 uniform float upwards;          // of the second axis of the surfaces in the picture: -1 where it points down
 
 out vec4 color;
@@ -38,8 +38,8 @@ void main() {
     vec4 surface = texel_at(surface_map, ivec2(gl_FragCoord.xy));
     if (surface.w == 0.0) discard;
     float certainty = length(surface.xyz);
-    float number = SHOW == 1 ? abs(surface.w) : expected_error(min(certainty, 1.0));
-    vec3 shown = turbo(clamp((number - range.x) / max(range.y - range.x, 1e-6 * range.y), 0.0, 1.0));
+    float number = SHOW == 1 ? -1.0 / abs(surface.w) : expected_error(min(certainty, 1.0));
+    vec3 shown = turbo(clamp((number - range.x) / max(range.y - range.x, 1e-6 * abs(range.x)), 0.0, 1.0));
     if (SHOW == 0) {
         vec3 normal = surface.xyz / max(certainty, 1e-6) * vec3(1.0, upwards, -1.0);
         shown = certainty > 0.0 ? 0.5 * normal + 0.5 : NO_NORMAL;

@@ -28,7 +28,7 @@ class SurfaceColorsPass(FullscreenPasses):
         constants = {"SHOW": SHOWS.index(scale.show) - 1, "LINEAR": int(canvas.linear)}
         colors = self.fullscreen("output/surface_colors.frag", None, **constants)
         is_normals = scale.show == "normals"
-        inputs = {"upwards": -float(np.sign(camera.fy))} if is_normals else {"range": (scale.low, scale.high)}
+        inputs = {"upwards": -float(np.sign(camera.fy))} if is_normals else {"range": scale.even}
         with canvas.opened(surfaces.window) as image:
             colors.draw(image, {"surface_map": surfaces.surface}, **inputs)
 

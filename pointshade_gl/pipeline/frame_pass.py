@@ -60,9 +60,7 @@ class FramePass:
                 return
             self._light_pixels(target, canvas, visible, light_set, self._materials(visible, drawables))
 
-    def keep_surfaces(
-        self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet
-    ) -> None:
+    def keep_surfaces(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
         """Draw the surfaces of a picture that `draw` has drawn: they are there already in most cases."""
         if single := _single(visible, drawables, light_set):
             run, points, eye = self._steps.run, self._objects.kind_of(single), visible.eye
@@ -182,7 +180,12 @@ def _single(visible: VisibleScene, drawables: Drawables, light_set: LightSet) ->
     A mesh between the points also counts, unless it is lit as it is drawn. Eye-dome lighting needs neighbours.
     """
     one = drawables[visible.shown[0]] if len(visible.shown) == 1 else None
-    if visible.scale is not None or light_set.shadow_map is not None or not isinstance(one, ShownPoints | ShownGrid) or _is_lit_as_drawn(one):
+    if (
+        visible.scale is not None
+        or light_set.shadow_map is not None
+        or not isinstance(one, ShownPoints | ShownGrid)
+        or _is_lit_as_drawn(one)
+    ):
         return None
     return one if one.points.scale == 1 and one.shading != "edl" else None
 

@@ -129,14 +129,28 @@ class State:
 
         In light mode the light stays with the viewer, otherwise with the object.
         """
-        yaw = (self.yaw - dx / smaller_side * DEGREES + 180) % 360 - 180
         pitch = min(max(self.pitch + dy / smaller_side * DEGREES, -89.0), 89.0)
-        turned = replace(self, yaw=yaw, pitch=pitch)
+        return self.turned(self.yaw - dx / smaller_side * DEGREES, pitch, axis)
+
+    def turned(self, yaw: float, pitch: float, axis: Axis = VERTICAL) -> State:
+        """Return the state seen from elsewhere around the pivot, degrees. The light stays as after a drag."""
+        turned = replace(self, yaw=(yaw + 180) % 360 - 180, pitch=pitch)
         return (
             turned
             if self.light_mode
             else turned.with_light_direction(_turn(turned, axis).T @ _turn(self, axis) @ self.towards)
         )
+
+    def framed(self, stage: Stage, camera: Camera) -> State:
+        """Return the state with the object's middle in the middle of the picture, from as near as shows all of it."""
+        half = min(camera.width / camera.fx, camera.height / abs(camera.fy)) / 2
+        distance = stage.radius / math.sin(math.atan(half)) / stage.pivot[2]
+        middle = (
+            ((camera.width - 1) / 2 - camera.cx) / camera.fx,
+            ((camera.height - 1) / 2 - camera.cy) / abs(camera.fy),
+        )
+        x, y = (float(one) for one in middle - stage.pivot[:2] / stage.pivot[2])
+        return replace(self, pivot=(0.0, 0.0, 0.0), pan=(x, y), distance=float(distance))
 
     def panned(self, dx: float, dy: float, focal: float) -> State:
         """Return the state after a drag by (dx, dy) pixels; the picture's focal length is in pixels."""

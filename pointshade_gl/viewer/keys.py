@@ -14,7 +14,16 @@ from .events import ChangeRate, Command, Effect, PlayCommand, ResizePoints, Seek
 from .history import Moment
 
 ESTIMATORS = ("auto", "star", "adaptive", "star-borrow", "triangles-8", "central", "one-sided", "plane-fit-5")
-TURN = 15.0  # degrees of the environment
+TURN = 15.0  # degrees of the environment, and of the view
+SIDES = {  # names, yaw, pitch: the front is what the frame's own camera looks at
+    "KP1": ("the front", 0.0, 0.0),
+    "KP3": ("the right", 90.0, 0.0),
+    "KP7": ("above", 0.0, 90.0),
+    "CTRL+KP1": ("the back", 180.0, 0.0),
+    "CTRL+KP3": ("the left", -90.0, 0.0),
+    "CTRL+KP7": ("below", 0.0, -90.0),
+}
+TURNS = {"KP4": (-1, 0), "KP6": (1, 0), "KP2": (0, -1), "KP8": (0, 1)}  # to the right, up
 SMALLEST, LARGEST = 0.25, 8.0  # points, pixels of the frame
 STAYS = "the light stays here: L lets it follow the mouse again"
 LATER = "; seen once lit again (B)"
@@ -117,6 +126,7 @@ def _toggle_readout(now: Moment, _: str) -> Answer:
     is_usual = on != now.state.finish.is_light
     return _say(text, replace(now.state, readout=None if is_usual else on))
 
+
 def _cycle_normals(now: Moment, _: str) -> Answer:
     look = now.state.look
     following = ESTIMATORS.index(look.normals) + 1 if look.normals in ESTIMATORS else 0
@@ -212,7 +222,29 @@ def _toggle_help(now: Moment, _: str) -> Answer:
 
 
 def _leave(now: Moment, name: str) -> Answer:
-    return _toggle_help(now, name) if name == "ESCAPE" and now.state.help else (now.state, (Command.CLOSE,))
+    return _toggle_help(now, name) if now.state.help else (now.state, (Command.LEAVE,))
+
+
+def _look_from(now: Moment, name: str) -> Answer:
+    text, yaw, pitch = SIDES[name]
+    return _say(f"from {text}", now.state.turned(yaw, pitch, now.stage.axis))
+
+
+def _turn_by(now: Moment, name: str) -> Answer:
+    state, (right, up) = now.state, TURNS[name]
+    pitch = min(max(state.pitch + up * TURN, -90.0), 90.0)
+    return state.turned(state.yaw + right * TURN, pitch, now.stage.axis), ()
+
+
+def _look_from_behind(now: Moment, _: str) -> Answer:
+    state = now.state
+    return _say("from the other side", state.turned(state.yaw + 180, -state.pitch, now.stage.axis))
+
+
+def _look_as_taken(now: Moment, _: str) -> Answer:
+    """Where the frame's own camera was; the light stays with the viewer or with the object, as after a drag."""
+    state = now.state.turned(0.0, 0.0, now.stage.axis)
+    return _say("where the camera was", replace(state, distance=1.0, pan=(0.0, 0.0), pivot=(0.0, 0.0, 0.0)))
 
 
 KEYS = (
@@ -234,14 +266,25 @@ KEYS = (
     Key(("CTRL+Z",), "Ctrl+Z", "undo a change of view, lights or look", _ask(Command.UNDO)),
     Key(("CTRL+SHIFT+Z", "CTRL+Y"), "Ctrl+Shift+Z, Ctrl+Y", "redo it", _ask(Command.REDO)),
     Key(("P",), "P", "save a picture; tell the command that makes it", _ask(Command.SAVE_PICTURE)),
+    Key(tuple(SIDES), "keypad 1, 3, 7", "from the front, the right, above; with Ctrl from opposite", _look_from),
+    Key(tuple(TURNS), "keypad 2, 4, 6, 8", "turn the view by 15°", _turn_by),
+    Key(("KP9",), "keypad 9", "from the other side", _look_from_behind),
+    Key(("KP0",), "keypad 0", "from where the camera was", _look_as_taken),
+    Key(("KP.",), "keypad .", "show all of the object", _ask(Command.FRAME_OBJECT)),
+    Key(("O", "CTRL+O"), "O, Ctrl+O", "open files", _ask(Command.OPEN_FILES)),
+    Key(("SHIFT+O",), "Shift+O", "open a folder", _ask(Command.OPEN_FOLDER)),
+    Key(("F", "F11"), "F, F11", "full screen", _ask(Command.TOGGLE_FULL_SCREEN)),
     Key(("G",), "G", "open or close the panel", _ask(Command.TOGGLE_PANEL)),
     Key(("SPACE",), "space", "pause or play a sequence", _ask(PlayCommand.TOGGLE_PAUSE)),
     Key(("LEFT", "RIGHT"), "left, right", "step through a sequence", _one(LEFT=StepFrames(-1), RIGHT=StepFrames(1))),
     Key(("HOME", "END"), "Home, End", "its first, its last frame", _one(HOME=Seek(0), END=Seek(-1))),
     Key((",", "."), ", .", "play slower, faster", _one(**{",": ChangeRate(0.5), ".": ChangeRate(2.0)})),
-    Key(("O",), "O", "begin again at the end of a sequence, or stop", _ask(PlayCommand.TOGGLE_LOOP)),
+    Key(
+        ("SHIFT+SPACE",), "Shift+space", "begin again at the end of a sequence, or stop", _ask(PlayCommand.TOGGLE_LOOP)
+    ),
     Key(("M",), "M", "merge views of a sequence, or play it", _ask(PlayCommand.TOGGLE_MERGE)),
     Key(("H",), "H", "this help", _toggle_help),
-    Key(("Q", "ESCAPE"), "Q, Esc", "quit", _leave),
+    Key(("Q",), "Q", "quit", _ask(Command.CLOSE)),
+    Key(("ESCAPE",), "Esc", "close the help, leave the full screen, or quit", _leave),
 )
 BY_NAME = {name: key for key in KEYS for name in key.names}

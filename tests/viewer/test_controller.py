@@ -68,7 +68,7 @@ class TestKeys:
             ("Q", Command.CLOSE),
             ("ESCAPE", Command.CLOSE),
             ("SPACE", PlayCommand.TOGGLE_PAUSE),
-            ("O", PlayCommand.TOGGLE_LOOP),
+            ("SHIFT+SPACE", PlayCommand.TOGGLE_LOOP),
             ("M", PlayCommand.TOGGLE_MERGE),
             ("LEFT", StepFrames(-1)),
             ("RIGHT", StepFrames(1)),

@@ -182,11 +182,11 @@ class Finish:
     )
     show: Show = opt(
         "light",
-        'what colours stand for: "light", or "normals" (red right, green up, blue towards the viewer), "depth" along the '
-        'viewer\'s axis (from blue, the nearest, to red, the farthest, even in 1/z), or "certainty" of the normals (from blue, certain, '
-        "to red, an expected error of 30 degrees or more; of several frames also what nobody trusts). "
-        "`Renderer.color_scale` has the range. These are pictures to look at: `render_depth`, `estimate_normals` return "
-        "numbers",
+        'what colours stand for: "light", or "normals" (red right, green up, blue towards the viewer), "depth" along '
+        'the viewer\'s axis (from blue, the nearest, to red, the farthest, even in 1/z), or "certainty" of the normals '
+        "(from blue, certain, to red, an expected error of 30 degrees or more; of several frames also what nobody "
+        "trusts). `Renderer.color_scale` has the range. These are pictures to look at: `render_depth` and "
+        "`estimate_normals` return numbers",
         "What colours stand for: light, normals, depth (blue near, red far) or certainty of normals (blue certain).",
         metavar="|".join(SHOWS),
         known=SHOWS,

@@ -248,25 +248,25 @@ def _look_as_taken(now: Moment, _: str) -> Answer:
 
 
 KEYS = (
-    Key(("L",), "L", "light mode: the light follows the mouse", _toggle_light),
+    Key(("L",), "L", "the light follows the mouse, or stays", _toggle_light),
     Key(("1", "2", "3", "4", "5"), "1 to 5", "shading: none, flat, gouraud, phong, edl", _choose_shading),
-    Key(("V", "SHIFT+V"), "V, Shift+V", "next, last of: photograph, lit, normals, depth, certainty", _next_seen),
-    Key(("D",), "D", "tell x, y, z, depth, normal under the mouse", _toggle_readout),
+    Key(("V", "SHIFT+V"), "V, Shift+V", "photograph, lit, normals, depth, certainty", _next_seen),
+    Key(("D",), "D", "x, y, z, depth, normal under the mouse", _toggle_readout),
     Key(("B",), "B", "compare with the unlit picture", _compare),
     Key(("N",), "N", "next normal estimator", _cycle_normals, of_frame=True),
     Key(("+", "=", "-"), "+ -", "point size", _resize_points, of_frame=True, of_cloud=_resize_clouds),
     Key(("S",), "S", "shadows on or off", _toggle_shadows),
     Key(("U",), "U", "divide the light in the picture out", _toggle_unlight, of_frame=True),
     Key(("X",), "X", "take the highlights out of merged views", _toggle_highlights, of_frame=True),
-    Key(("E",), "E", "next light from all around: none, sky, studio", _next_environment),
+    Key(("E",), "E", "light from all around: none, sky, studio", _next_environment),
     Key(("SHIFT+LEFT", "SHIFT+RIGHT"), "Shift+left, right", "turn the environment", _turn_environment),
     Key(("A",), "A", "ambient occlusion: auto, yes, no", _next_occlusion),
     Key(("TAB",), "Tab", "take the next light", _next_light),
     Key(("R",), "R", "reset view, lights and look", _ask(Command.RESET, ShowMessage("all is as at the start"))),
-    Key(("CTRL+Z",), "Ctrl+Z", "undo a change of view, lights or look", _ask(Command.UNDO)),
-    Key(("CTRL+SHIFT+Z", "CTRL+Y"), "Ctrl+Shift+Z, Ctrl+Y", "redo it", _ask(Command.REDO)),
-    Key(("P",), "P", "save a picture; tell the command that makes it", _ask(Command.SAVE_PICTURE)),
-    Key(tuple(SIDES), "keypad 1, 3, 7", "from the front, the right, above; with Ctrl from opposite", _look_from),
+    Key(("CTRL+Z",), "Ctrl+Z", "undo view, lights or look", _ask(Command.UNDO)),
+    Key(("CTRL+SHIFT+Z", "CTRL+Y"), "Ctrl+Shift+Z, Y", "redo it", _ask(Command.REDO)),
+    Key(("P",), "P", "save a picture, and its command", _ask(Command.SAVE_PICTURE)),
+    Key(tuple(SIDES), "keypad 1, 3, 7", "from front, right, top; Ctrl: opposite", _look_from),
     Key(tuple(TURNS), "keypad 2, 4, 6, 8", "turn the view by 15°", _turn_by),
     Key(("KP9",), "keypad 9", "from the other side", _look_from_behind),
     Key(("KP0",), "keypad 0", "from where the camera was", _look_as_taken),
@@ -279,12 +279,10 @@ KEYS = (
     Key(("LEFT", "RIGHT"), "left, right", "step through a sequence", _one(LEFT=StepFrames(-1), RIGHT=StepFrames(1))),
     Key(("HOME", "END"), "Home, End", "its first, its last frame", _one(HOME=Seek(0), END=Seek(-1))),
     Key((",", "."), ", .", "play slower, faster", _one(**{",": ChangeRate(0.5), ".": ChangeRate(2.0)})),
-    Key(
-        ("SHIFT+SPACE",), "Shift+space", "begin again at the end of a sequence, or stop", _ask(PlayCommand.TOGGLE_LOOP)
-    ),
+    Key(("SHIFT+SPACE",), "Shift+space", "repeat a sequence, or stop at its end", _ask(PlayCommand.TOGGLE_LOOP)),
     Key(("M",), "M", "merge views of a sequence, or play it", _ask(PlayCommand.TOGGLE_MERGE)),
     Key(("H",), "H", "this help", _toggle_help),
     Key(("Q",), "Q", "quit", _ask(Command.CLOSE)),
-    Key(("ESCAPE",), "Esc", "close the help, leave the full screen, or quit", _leave),
+    Key(("ESCAPE",), "Esc", "close this, leave the full screen, or quit", _leave),
 )
 BY_NAME = {name: key for key in KEYS for name in key.names}

@@ -29,7 +29,7 @@ class OpenDialog:
         self._starting.start()
 
     def _start(self) -> None:
-        from imgui_bundle import portable_file_dialogs as dialogs
+        from imgui_bundle import portable_file_dialogs as dialogs  # pyright: ignore[reportMissingModuleSource]
 
         if self._is_folder:
             self._dialog = dialogs.select_folder("Open a folder")

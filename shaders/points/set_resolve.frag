@@ -32,6 +32,8 @@ layout(location = 0) out vec4 surface;
 layout(location = 1) out vec4 albedo;
 layout(location = 2) out vec4 visibility;
 
+const float LEAST_CERTAIN = 0.1;  // where no frame is trusted
+
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec4 geometry = texel_at(geometry_map, pixel), colors = texel_at(albedo_map, pixel);

@@ -11,7 +11,7 @@ from pointshade_gl.viewer.readout import NOTHING, values_of
 
 from ..support import frames
 from ..support.viewing import move, press, quiet, shown
-from .test_hands import SCENE
+from .test_history import SCENE
 
 LOW = 60  # rows of the lower edge, in which values and colours are told
 
@@ -169,13 +169,3 @@ class TestValues:
         move(viewer, (100, 100), (160, 120))
         after = shown(quiet(viewer))
         assert (after[-20:] != before).mean() < 0.3 and (after[-45:-30, :100].astype(int).max() > 200)
-
-
-class TestLine:
-    @pytest.mark.parametrize("show", ["normals", "depth", "certainty"])
-    def test_a_picture_of_numbers_is_that_of_render(self, renderer, show):
-        frame = frames.sphere_before_wall()
-        one = renderer.render(frame, show=show, samples=4)
-        assert (one == renderer.render(frame, [], shading="flat", show=show, samples=4, exposure=2)).all()
-        with ps.Renderer() as other:
-            assert (other.render(frame, show=show, samples=4) == one).all()

@@ -77,7 +77,7 @@ class Picture:
     def preparation(self) -> Preparation | None:
         """Return what must be found before this can be drawn, and takes long; None if nothing does."""
         state, shown = self.now.state, self.shown
-        look = state.look if state.lit else state.look.as_taken
+        look = state.look if state.lit and state.finish.is_light else state.look.as_taken
         if isinstance(shown, Scene):
             contents = tuple(placed.content for placed in shown.things)
             return Preparation((contents,), "preparing the scene")

@@ -48,7 +48,7 @@ def legend(scale: ColorScale | None) -> tuple[str, str, str] | None:
 
 
 def draw_readout(
-    values: tuple[str, ...], ends: tuple[str, str, str] | None, scale: float, width: int
+    ends: tuple[str, str, str] | None, values: tuple[str, ...], scale: float, width: int
 ) -> NDArray[np.uint8]:
     """Draw the colours of a scale between its ends, and values below, in lines of this width: (h, w, 4) uint8."""
     font, pad, line = ImageFont.load_default(0.95 * POINTS * scale), round(7 * scale), round(1.3 * POINTS * scale)

@@ -64,15 +64,15 @@ def test_a_flat_wall_and_nothing_in_view_have_depths_in_colours(renderer):
 
 
 def test_what_no_view_is_trusted_for_is_red_where_it_closes_holes(renderer):
-    """A piece of the second view hangs before the ball, which the first sees through; from aside it stands alone."""
+    """A piece of the last view hangs before the ball, which the others see through; from aside it stands alone."""
     ball = frames.sphere()
     middle = ball.depth.shape[0] // 2, ball.depth.shape[1] // 2
     spoilt = ball.depth.copy()
     piece = tuple(slice(at - 6, at + 7) for at in middle)
-    spoilt[piece] = 0.5 * ball.depth[middle]
-    aside = ps.orbit_pose(None, (0, 0, ball.depth[middle]), 60)
+    spoilt[piece] = 0.7 * ball.depth[middle]
+    aside = ps.orbit_pose(None, (0, 0, ball.depth[middle]), 40)
     found = []
-    for views in ([ball, ball], [ball, replaced(ball, depth=spoilt)]):
+    for views in ([ball, ball, ball], [ball, ball, replaced(ball, depth=spoilt)]):
         picture = renderer.render(views, show="certainty", normals="star", pose=aside, camera=frames.CAMERA)
         found.append(np.count_nonzero(red(picture)))
         assert np.abs(np.median(picture[picture[..., 3] > 0][:, :3], 0) - CERTAIN).max() < 35

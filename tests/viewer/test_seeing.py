@@ -159,7 +159,7 @@ class TestValues:
         before = viewer.renderer.steps.counts.copy()
         move(viewer, (150, 120), (160, 130))
         viewer.step(wait=False)
-        assert viewer.renderer.steps.counts - before == {"light": 1, "present": 1}
+        assert viewer.renderer.steps.counts - before == {"light": 1}
 
     def test_they_stand_above_the_timeline(self, open_viewer):
         viewer = open_viewer([frames.sphere(), frames.sphere()], fps=1)

@@ -70,6 +70,7 @@ class Pipeline:
         self._target: Target | None = None
         self._drawn: Scene | None = None  # the last scene
         self._seen: VisibleScene | None = None  # what was last seen of it, from the middle of its pixels
+        self._has_surfaces = False  # whether the target certainly holds the surfaces of that
         self.exposure = 0.0  # of the last picture, stops
         self.surroundings = NOTHING_AROUND  # of it
         self.scale: ColorScale | None = None  # of its colours, if they are no light
@@ -103,6 +104,7 @@ class Pipeline:
             self._accumulator.forget(target)
         self.scale = self._scale_of(finish, target, visible, drawables)
         self._seen = visible = visible._replace(scale=self.scale)
+        self._has_surfaces = self.scale is not None
         finish = finish if visible.is_lit else replace(finish, tone="none")
         if not finish.is_plain:
             self._accumulator.draw(target, visible, drawables, finish, count)
@@ -177,7 +179,10 @@ class Pipeline:
         assert self._drawn is not None and seen is not None, "nothing was drawn"
         if seen.eye.camera != camera or not np.array_equal(seen.eye.pose, pose):
             return self._draw_surfaces(self._drawn, camera, pose).surfaces.read_part(box)
-        drawables, target = self.gpu_scene.prepare(seen), self._fit_target(camera)
+        target = self._fit_target(camera)
+        if self._has_surfaces:  # of its last sample: less than a pixel aside
+            return target.surfaces.read_part(box)
+        drawables = self.gpu_scene.prepare(seen)
         self._frame_pass.keep_surfaces(target, seen, drawables, self._light_setup.prepare(seen, drawables))
         return target.surfaces.read_part(box)
 
@@ -186,7 +191,7 @@ class Pipeline:
         visible = compose(self._aligner.aligned(scene, count), (), camera, pose)
         drawables = self.gpu_scene.prepare(visible, count)
         light_set = self._light_setup.prepare(visible, drawables)
-        target = self._fit_target(camera)
+        target, self._has_surfaces = self._fit_target(camera), False
         self._frame_pass.draw_surfaces(target, visible, drawables, light_set)
         count.step()
         return target

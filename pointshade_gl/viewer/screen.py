@@ -167,7 +167,7 @@ class Screen:
             drawing = self._drawing("strip", draw_strip, *over.strip, scale, wide, above)
             self._present.lay_over(self.gl.screen, drawing, 0, 0)
         if any(self._told):
-            drawing = self._drawing("readout", draw_readout, *self._told, scale, max(camera.width - over.taken, 1))
+            drawing = self._drawing("readout", draw_readout, *self._told, scale, wide)
             self._present.lay_over(self.gl.screen, drawing, 0, above)
             above += drawing.height
         if over.message:

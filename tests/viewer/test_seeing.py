@@ -169,3 +169,8 @@ class TestValues:
         move(viewer, (100, 100), (160, 120))
         after = shown(quiet(viewer))
         assert (after[-20:] != before).mean() < 0.3 and (after[-45:-30, :100].astype(int).max() > 200)
+
+    def test_undo_leaves_them_as_they_are(self, open_viewer):
+        viewer = open_viewer()
+        press(viewer, "3", "D", "CTRL+Z")
+        assert viewer.state.reads and viewer.state.look.shading == "phong"

@@ -62,6 +62,8 @@ def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
     words = [*source, *look, *_light_words(picture, picture.lights), *around, *pose, *size]
     if isinstance(picture.exposure, float) and picture.exposure and picture.now.state.is_lit:
         words += ["--exposure", text_of(picture.exposure)]
+    if not picture.now.state.finish.is_light:
+        words += ["--show", picture.now.state.finish.show]
     words += ["--samples", str(saved.samples), "-o", saved.name]
     return shlex.join(["pointshade", "render", *words]), "; ".join(filter(None, [missing, left_out, unsaid]))
 

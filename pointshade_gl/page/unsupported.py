@@ -20,6 +20,8 @@ def left_out(scene: Scene, lights: Iterable[Light], finish: Finish, points: int)
         yield f"of {counted(points, 'point')} an even sample is drawn, {counted(shown, 'point')}"
     if finish.ground:
         yield "the ground and its shadows are in the still picture only"
+    if not finish.is_light:
+        yield f"{finish.show} in colours is in the still picture only"
     if any(light.is_soft for light in lights):
         yield "lights have no size: their shadows are hard"
     if any(one.look.splat == "mesh" for one in objects):

@@ -72,6 +72,7 @@ class Accumulator(FullscreenPasses):
             finish.ground_height,
             visible.gain,
             visible.surroundings,
+            visible.scale,
         )
         done = sums.count if sums.content == content and sums.count <= finish.samples else 0
         if not done:

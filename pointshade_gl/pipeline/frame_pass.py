@@ -15,6 +15,7 @@ from ..gpu.core.view_images import SurfaceImage, Target
 from ..gpu.drawables import Drawable, Drawables, Objects
 from ..gpu.meshes.grid_objects import ShownGrid
 from ..gpu.meshes.mesh_objects import PlacedMesh, joined
+from ..gpu.output.surface_colors import SurfaceColorsPass
 from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import Lighting, LightSet, around_inputs
@@ -31,8 +32,16 @@ class FramePass:
     visible surfaces first, and each pixel is lit once.
     """
 
-    def __init__(self, steps: Steps, objects: Objects, light: LightPass, view_visibility: ViewVisibilityPass):
+    def __init__(
+        self,
+        steps: Steps,
+        objects: Objects,
+        light: LightPass,
+        view_visibility: ViewVisibilityPass,
+        colors: SurfaceColorsPass,
+    ):
         self._steps = steps
+        self._colors = colors
         self._view_visibility = view_visibility
         self._objects = objects
         self._light = light
@@ -45,7 +54,20 @@ class FramePass:
             self._draw_single(target, canvas, single, visible, light_set)
         else:
             self.draw_surfaces(target, visible, drawables, light_set)
+            if visible.scale is not None:
+                colored = target.surfaces, visible.eye.camera, visible.scale
+                self._steps.always("colors", self._colors.draw, canvas, *colored)
+                return
             self._light_pixels(target, canvas, visible, light_set, self._materials(visible, drawables))
+
+    def keep_surfaces(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
+        """Draw the surfaces of a picture that `draw` has drawn: they are there already in most cases."""
+        if single := _single(visible, drawables, light_set):
+            run, points, eye = self._steps.run, self._objects.kind_of(single), visible.eye
+            run("splats", points.draw_splats, target.splats, single.points, eye)
+            run("resolve", points.draw_surface, target.surfaces, target.splats, single, eye)
+        else:
+            self.draw_surfaces(target, visible, drawables, light_set)
 
     def draw_lit_splats(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> bool:
         """Draw a single flat-shaded point object in one pass, lit in the vertex shader. Return whether it was drawn.
@@ -106,15 +128,17 @@ class FramePass:
         early = any(map(_is_lit_as_drawn, shown))
         lighting = light_set.seen_from(visible.eye.pose) if early else None
         hides = bool(visible.surroundings.occlusion)
-        inputs = target.surfaces, shown, numbers, visible.eye, lighting, hides
+        marks = visible.scale is not None and visible.scale.show == "certainty"
+        inputs = target.surfaces, shown, numbers, visible.eye, lighting, hides, marks
         self._steps.run("surfaces", self._fill_surfaces, target, *inputs)
 
     def _fill_surfaces(
         self, target: Target, surfaces: SurfaceImage, shown: tuple[Drawable, ...], numbers: tuple[int, ...], eye: Eye,
-        lighting: Lighting | None, hides: bool,
+        lighting: Lighting | None, hides: bool, marks: bool,
     ) -> None:  # fmt: skip
-        """lighting: for meshes that are lit as they are drawn; hides: what is near hides light from all around"""
-        surfaces.has_visibility = hides
+        """lighting: for meshes that are lit as they are drawn; hides: what is near hides light from all around; marks:
+        see `SurfaceImage.marks_doubts`"""
+        surfaces.has_visibility, surfaces.marks_doubts = hides, marks
         surfaces.clear()
         surfaces.has_eye_dome = any(number < 0 for number in numbers)
         surfaces.has_doubts = any(
@@ -156,7 +180,12 @@ def _single(visible: VisibleScene, drawables: Drawables, light_set: LightSet) ->
     A mesh between the points also counts, unless it is lit as it is drawn. Eye-dome lighting needs neighbours.
     """
     one = drawables[visible.shown[0]] if len(visible.shown) == 1 else None
-    if light_set.shadow_map is not None or not isinstance(one, ShownPoints | ShownGrid) or _is_lit_as_drawn(one):
+    if (
+        visible.scale is not None
+        or light_set.shadow_map is not None
+        or not isinstance(one, ShownPoints | ShownGrid)
+        or _is_lit_as_drawn(one)
+    ):
         return None
     return one if one.points.scale == 1 and one.shading != "edl" else None
 

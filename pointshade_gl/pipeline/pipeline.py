@@ -16,6 +16,7 @@ from ..gpu.core.images import Box
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Target
 from ..gpu.drawables import Drawables, Objects
+from ..gpu.output.surface_colors import SurfaceColorsPass
 from ..gpu.points.point_objects import ShownPoints
 from ..gpu.points.rasterizers import Rasterizers
 from ..gpu.points.tiles import TiledPoints
@@ -25,13 +26,14 @@ from ..messages.progress import Count, Progress
 from ..messages.validation import check_function
 from ..scene.appearance import Look
 from ..scene.camera import Camera
+from ..scene.color_scale import CERTAINTY, ColorScale, scale_of_depths
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
 from ..scene.placed import Matrix, Placed
 from ..scene.render_settings import SIMPLE, Finish
 from ..scene.surroundings import NOTHING_AROUND
-from ..scene.visible_scene import compose
+from ..scene.visible_scene import VisibleScene, compose
 from .accumulation import Accumulator
 from .alignment import Aligned, Aligner, alignment_steps
 from .around import surroundings_of
@@ -59,15 +61,19 @@ class Pipeline:
         self._light = LightPass(context.gl)
         self._light_setup = LightSetup(context.gl, steps, self._objects, self._light)
         self._view_visibility = ViewVisibilityPass(context.gl)
-        self._frame_pass = FramePass(steps, self._objects, self._light, self._view_visibility)
+        self._colors = SurfaceColorsPass(context.gl)
+        self._frame_pass = FramePass(steps, self._objects, self._light, self._view_visibility, self._colors)
         self._accumulator = Accumulator(context.gl, steps, self._light, self._light_setup, self._frame_pass)
         setup = self.gpu_scene, self._light, self._light_setup, self._accumulator
         self._meter = ExposureMeter(context.gl, steps, *setup)
         self._aligner = Aligner(self.gpu_scene)
         self._target: Target | None = None
         self._drawn: Scene | None = None  # the last scene
+        self._seen: VisibleScene | None = None  # what was last seen of it, from the middle of its pixels
+        self._has_surfaces = False  # whether the target certainly holds the surfaces of that
         self.exposure = 0.0  # of the last picture, stops
         self.surroundings = NOTHING_AROUND  # of it
+        self.scale: ColorScale | None = None  # of its colours, if they are no light
         self._stands: tuple[Hashable, tuple[np.ndarray, bool]] | None = None  # the last stream, and where up is in it
 
     def draw(
@@ -96,6 +102,9 @@ class Pipeline:
         target = self._fit_target(camera)
         if target.samples.content and target.samples.content[0] is not scene:
             self._accumulator.forget(target)
+        self.scale = self._scale_of(finish, target, visible, drawables)
+        self._seen = visible = visible._replace(scale=self.scale)
+        self._has_surfaces = self.scale is not None
         finish = finish if visible.is_lit else replace(finish, tone="none")
         if not finish.is_plain:
             self._accumulator.draw(target, visible, drawables, finish, count)
@@ -106,6 +115,19 @@ class Pipeline:
             self._frame_pass.draw(target, Canvas(target.picture), visible, drawables, light_set)
         count.step()
         return target
+
+    def _scale_of(
+        self, finish: Finish, target: Target, visible: VisibleScene, drawables: Drawables
+    ) -> ColorScale | None:
+        """Return what colours stand for: that of depths is found once for a view, from the middle of its pixels."""
+        if finish.show != "depth":
+            return None if finish.is_light else CERTAINTY._replace(show=finish.show)
+
+        def measure(*_: object) -> ColorScale:
+            self._frame_pass.draw_surfaces(target, visible, drawables, self._light_setup.prepare(visible, drawables))
+            return scale_of_depths(self._colors.read_depths(target.surfaces))
+
+        return self.steps.run("depth range", measure, visible.scene, visible.eye)
 
     def _upright(self, source: Frame | Scene) -> tuple[np.ndarray, bool]:
         """Return where up is, and whether a floor says so; of a stream its first frame decides: it would tremble."""
@@ -151,17 +173,25 @@ class Pipeline:
         axes and world units. z is 0 where there is none, the normal where no light is wanted. progress: as `draw`."""
         return self._draw_surfaces(scene, camera, pose, progress).surfaces.read()
 
-    def read_depth(self, camera: Camera, pose: Matrix, box: Box) -> NDArray[np.float32]:
-        """Return (h, w), a part of a view of the last scene that was drawn: z of its surfaces as in `read_surfaces`."""
-        assert self._drawn is not None, "nothing was drawn"
-        return self._draw_surfaces(self._drawn, camera, pose).surfaces.read_depth(box)
+    def read_part(self, camera: Camera, pose: Matrix, box: Box) -> NDArray[np.float32]:
+        """Return (h, w, 4), a part of a view of the last scene that was drawn: as `read_surfaces`."""
+        seen = self._seen
+        assert self._drawn is not None and seen is not None, "nothing was drawn"
+        if seen.eye.camera != camera or not np.array_equal(seen.eye.pose, pose):
+            return self._draw_surfaces(self._drawn, camera, pose).surfaces.read_part(box)
+        target = self._fit_target(camera)
+        if self._has_surfaces:  # of its last sample: less than a pixel aside
+            return target.surfaces.read_part(box)
+        drawables = self.gpu_scene.prepare(seen)
+        self._frame_pass.keep_surfaces(target, seen, drawables, self._light_setup.prepare(seen, drawables))
+        return target.surfaces.read_part(box)
 
     def _draw_surfaces(self, scene: Scene, camera: Camera, pose: Matrix, progress: Progress | None = None) -> Target:
         count = self._count(progress, scene, camera, pose)
         visible = compose(self._aligner.aligned(scene, count), (), camera, pose)
         drawables = self.gpu_scene.prepare(visible, count)
         light_set = self._light_setup.prepare(visible, drawables)
-        target = self._fit_target(camera)
+        target, self._has_surfaces = self._fit_target(camera), False
         self._frame_pass.draw_surfaces(target, visible, drawables, light_set)
         count.step()
         return target
@@ -206,10 +236,11 @@ class Pipeline:
         self.steps.forget()
         if self._target is not None:
             self._target.release()
-        self._target = self._drawn = None
+        self._target = self._drawn = self._seen = None
         for part in (
             self._meter,
             self._accumulator,
+            self._colors,
             self._view_visibility,
             self._light_setup,
             self._light,

@@ -36,6 +36,7 @@ from ..pipeline.pose_track import PoseTrack
 from ..pipeline.report import explain, explain_alignment, explain_lights
 from ..scene.appearance import Look, Material, Shading, SurfaceOptions
 from ..scene.camera import Camera, check_pose
+from ..scene.color_scale import ColorScale
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.level_of_detail import MERGE, check_merge
@@ -146,6 +147,11 @@ class Renderer:
     def surroundings(self) -> Surroundings:
         """Return what was around the objects of the last picture: its environment, and whether things hid its light."""
         return self._pipeline.surroundings
+
+    @property
+    def color_scale(self) -> ColorScale | None:
+        """Return what the colours of the last picture stand for: `show`, `low`, `high`; None where they are light."""
+        return self._pipeline.scale
 
     @property
     def weights(self) -> dict[Frame, float]:
@@ -269,7 +275,7 @@ class Renderer:
             request = RenderRequest.of(
                 frame, light=light, material=material, camera=camera, pose=pose, normals=normals, shading=shading,
                 point_size=point_size, **options,
-            )  # fmt: skip
+            ).as_shown  # fmt: skip
             scene, finish = self._scenes.of(request), request.finish
             lights = request.lights_of(scene)
             if finish.exposure == "sensor" and isinstance(
@@ -345,13 +351,39 @@ class Renderer:
         if left >= right or top >= bottom:
             return None
         with self._in_use():
-            depth = self._pipeline.read_depth(camera, check_pose(pose), (left, top, right - left, bottom - top))
+            part = self._pipeline.read_part(camera, check_pose(pose), (left, top, right - left, bottom - top))
+        depth = part[..., 3]
         v, u = np.nonzero(depth)
         if not len(u):
             return None
         nearest = np.argmin((left + u - x) ** 2 + (top + v - y) ** 2)
         u, v = int(u[nearest]), int(v[nearest])
         return left + u, top + v, float(depth[v, u])
+
+    def read_surface(self, column: int, row: int, camera: Camera, pose: Numbers) -> NDArray[np.float32] | None:
+        """Return the normal and the depth of what was drawn last, at one pixel, which alone leaves the GPU.
+
+        Parameters
+        ----------
+        column, row : int
+            The pixel.
+        camera : Camera
+            Who looks.
+        pose : (4, 4)
+            Its camera-to-world.
+
+        Returns
+        -------
+        (4,) float32 or None
+            Unit normal, the camera's axes, 0 where there is none; depth along the camera's axis. None where there is no
+            surface.
+        """
+        if not (0 <= column < camera.width and 0 <= row < camera.height):
+            return None
+        with self._in_use():
+            (found,) = self._pipeline.read_part(camera, check_pose(pose), (column, row, 1, 1))[0]
+        length = np.linalg.norm(found[:3])  # as certain as the normal is
+        return np.append(found[:3] / max(length, 1e-6), abs(found[3])) if found[3] else None
 
     def render_normals(self, scene: Scene, notes: Note | None = None) -> NDArray[np.float32]:
         """Return the normals of what a scene's camera sees.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +25,7 @@ from ..scene.option_fields import takes
 from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject, check_frames
 from ..scene.render_settings import SIMPLE, Finish, FinishOptions
+from ..scene.shading_override import shaded, without_environment
 from ..scene.view import MoveOptions, View, viewing_pose
 
 if TYPE_CHECKING:
@@ -117,6 +118,20 @@ class RenderRequest:
         camera, pose = view.seen(first, pivot)
         look = Look() if isinstance(source, Scene) else view.look
         return cls(source, view.lights or None, look, camera, pose, STRAIGHT, view.finish)
+
+    @property
+    def as_shown(self) -> RenderRequest:
+        """Return the request for what is drawn: surfaces with their normals, where colours are no light."""
+        if self.finish.is_light:
+            return self
+        source, look = self.source, replace(self.look.as_taken, shading="phong")
+        if look.missing == "photo":  # which has no surface
+            look = replace(look, missing="complete")
+        if isinstance(source, Scene):
+            source = without_environment(shaded(source, "phong"))
+        elif isinstance(source, PointCloud):
+            source = styled(source, {"shading": "phong"})
+        return replace(self, source=source, lights=(), look=look, finish=self.finish.of_numbers)
 
     def lights_of(self, scene: Scene) -> tuple[Light, ...]:
         """Return the lights: those given, else the scene's own, else one, unless there is an environment; that of a

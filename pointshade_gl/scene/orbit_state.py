@@ -54,7 +54,9 @@ class State:
     lit           False shows the frame's own colours
     shadows       False switches off the shadows of all lights; True leaves each light its own switch
     look          how the frame is drawn; of a scene only a shading other than "phong" counts, for all its objects
-    finish        of it only light counts: the environment, whether what is near hides it, and how it rolls off
+    finish        of it only light counts: the environment, whether what is near hides it, how it rolls off, and what
+                  colours show in its place
+    readout       whether values under the mouse are told; None: where colours are no light
 
     Raises TypeError or ValueError for anything else, and for a look with arrays: the next frame of a sequence may have
     another size.
@@ -76,6 +78,7 @@ class State:
     finish: Finish = SIMPLE
     help: bool = False
     panel: bool = False
+    readout: bool | None = None
 
     def __post_init__(self) -> None:
         def checked(check: Callable[..., Any], name: str, *limits: float) -> None:
@@ -92,6 +95,8 @@ class State:
         checked(check_number, "light_intensity", 0)
         for name in ("light_mode", "lit", "shadows", "help", "panel"):
             checked(check_flag, name)
+        if self.readout is not None:
+            checked(check_flag, "readout")
         check_type(self.look, Look, "state look")
         check_type(self.finish, Finish, "state finish")
         if not self.look.is_uniform:
@@ -124,14 +129,28 @@ class State:
 
         In light mode the light stays with the viewer, otherwise with the object.
         """
-        yaw = (self.yaw - dx / smaller_side * DEGREES + 180) % 360 - 180
         pitch = min(max(self.pitch + dy / smaller_side * DEGREES, -89.0), 89.0)
-        turned = replace(self, yaw=yaw, pitch=pitch)
+        return self.turned(self.yaw - dx / smaller_side * DEGREES, pitch, axis)
+
+    def turned(self, yaw: float, pitch: float, axis: Axis = VERTICAL) -> State:
+        """Return the state seen from elsewhere around the pivot, degrees. The light stays as after a drag."""
+        turned = replace(self, yaw=(yaw + 180) % 360 - 180, pitch=pitch)
         return (
             turned
             if self.light_mode
             else turned.with_light_direction(_turn(turned, axis).T @ _turn(self, axis) @ self.towards)
         )
+
+    def framed(self, stage: Stage, camera: Camera) -> State:
+        """Return the state with the object's middle in the middle of the picture, from as near as shows all of it."""
+        half = min(camera.width / camera.fx, camera.height / abs(camera.fy)) / 2
+        distance = stage.radius / math.sin(math.atan(half)) / stage.pivot[2]
+        middle = (
+            ((camera.width - 1) / 2 - camera.cx) / camera.fx,
+            ((camera.height - 1) / 2 - camera.cy) / abs(camera.fy),
+        )
+        x, y = (float(one) for one in middle - stage.pivot[:2] / stage.pivot[2])
+        return replace(self, pivot=(0.0, 0.0, 0.0), pan=(x, y), distance=float(distance))
 
     def panned(self, dx: float, dy: float, focal: float) -> State:
         """Return the state after a drag by (dx, dy) pixels; the picture's focal length is in pixels."""
@@ -189,7 +208,12 @@ class State:
     @property
     def is_lit(self) -> bool:
         """Return whether any light is visible."""
-        return self.lit and self.look.shading not in NOT_LIT
+        return self.lit and self.look.shading not in NOT_LIT and self.finish.is_light
+
+    @property
+    def reads(self) -> bool:
+        """Return whether values under the mouse are told."""
+        return not self.finish.is_light if self.readout is None else self.readout
 
     @property
     def is_behind(self) -> bool:
@@ -238,8 +262,8 @@ class State:
         return min(max(u, 0.0), camera.width - 1.0), min(max(v, 0.0), camera.height - 1.0)
 
     def reset_view(self, start: State) -> State:
-        """Return the state with view and light of another state; the look, the help and the panel stay."""
-        return replace(start, look=self.look, help=self.help, panel=self.panel)
+        """Return the state with view and light of another state; look, help, panel and readout stay."""
+        return replace(start, look=self.look, help=self.help, panel=self.panel, readout=self.readout)
 
 
 def _check_pair(value: Any, name: str) -> Pair:

@@ -23,6 +23,7 @@ from ..messages.validation import (
     check_point,
     is_a,
 )
+from .color_scale import SHOWS, Show
 from .css_colors import linear_color
 from .environment import NAMES, Environment, check_environment
 from .option_fields import LIGHT, PICTURE, number_or_text, opt, option_class
@@ -52,6 +53,7 @@ class FinishOptions(TypedDict, total=False):
     environment_intensity: float
     environment_rotation: float | Numbers
     ambient_occlusion: bool | float | None
+    show: Show
 
 
 def occlusion_of(text: str) -> bool | float | None:
@@ -178,6 +180,18 @@ class Finish:
         short="--ao",
         panel=LIGHT,
     )
+    show: Show = opt(
+        "light",
+        'what colours stand for: "light", or "normals" (red right, green up, blue towards the viewer), "depth" along '
+        'the viewer\'s axis (from blue, the nearest, to red, the farthest, even in 1/z), or "certainty" of the normals '
+        "(from blue, certain, to red, an expected error of 30 degrees or more; of several frames also what nobody "
+        "trusts). `Renderer.color_scale` has the range. These are pictures to look at: `render_depth` and "
+        "`estimate_normals` return numbers",
+        "What colours stand for: light, normals, depth (blue near, red far) or certainty of normals (blue certain).",
+        metavar="|".join(SHOWS),
+        known=SHOWS,
+        panel=PICTURE,
+    )
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "samples", check_samples(self.samples))
@@ -186,6 +200,7 @@ class Finish:
         object.__setattr__(self, "ground_height", _check_height(self.ground_height, self.ground))
         object.__setattr__(self, "exposure", check_exposure(self.exposure))
         check_choice(option("tone"), self.tone, TONES)
+        check_choice(option("show"), self.show, SHOWS)
         object.__setattr__(self, "environment", check_environment(self.environment))
         intensity = check_number(self.environment_intensity, option("environment_intensity"), 0)
         object.__setattr__(self, "environment_intensity", intensity)
@@ -201,6 +216,17 @@ class Finish:
     def is_plain(self) -> bool:
         """Return whether a single sample over nothing is the picture."""
         return self.samples == 1 and self.behind is None and self.ground is False and self.tone == "none"
+
+    @property
+    def is_light(self) -> bool:
+        """Return whether colours stand for light."""
+        return self.show == "light"
+
+    @property
+    def of_numbers(self) -> Finish:
+        """Return the finish of a picture whose colours stand for numbers: no light changes it."""
+        around = {"environment": None, "ambient_occlusion": False}
+        return replace(self, ground=False, ground_height=None, exposure=0.0, tone="none", **around)
 
     @property
     def up(self) -> Vector | None:

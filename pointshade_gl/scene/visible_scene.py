@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .appearance import NOT_LIT, Material
 from .camera import Camera, Eye
+from .color_scale import ColorScale
 from .graph import Scene
 from .light import Light, at_upper_left
 from .mesh import Mesh
@@ -33,6 +34,7 @@ class VisibleScene(NamedTuple):
     gain: float = 1.0  # factor on all light: the exposure
     surroundings: Surroundings = NOTHING_AROUND
     sample: int = 0  # of the picture
+    scale: ColorScale | None = None  # of colours that are no light
 
     @property
     def materials(self) -> list[Material]:

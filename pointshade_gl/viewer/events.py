@@ -25,7 +25,8 @@ class Event:
                "leave" (the pointer left the window), "drop" (files were dropped onto the window), "refresh" (the window
                lost its content)
     key        for "key": the letter, digit or sign on the user's keyboard, upper case, or "SPACE", "LEFT", "RIGHT",
-               "UP", "DOWN", "HOME", "END", "TAB", "ENTER", "BACKSPACE", "DELETE", "ESCAPE"; for "text": the character;
+               "UP", "DOWN", "HOME", "END", "TAB", "ENTER", "BACKSPACE", "DELETE", "ESCAPE", "F11",
+               and of the keypad "KP0" to "KP9" and "KP."; for "text": the character;
                for "press" and "release": "left", "middle" or "right"
     x, y       position of the pointer in pixels of the picture, from the upper left corner
     steps      of the wheel; above 0: away from the user
@@ -56,6 +57,11 @@ class Command(Enum):
     SAVE_PICTURE = "write the picture to a new file"
     TOGGLE_PANEL = "open or close the panel"
     REDRAW = "draw the window, which lost its content"
+    FRAME_OBJECT = "show all of the object, in the middle of the picture"
+    TOGGLE_FULL_SCREEN = "fill the screen, or go back to the window's own place and size"
+    OPEN_FILES = "ask for files, and show what they hold"
+    OPEN_FOLDER = "ask for a folder, and show what it holds"
+    LEAVE = "leave the full screen, or else close the window"
     CLOSE = "close the window"
 
 

@@ -17,7 +17,7 @@ PAUSE = 0.7  # seconds between two changes of one kind that are one step: of the
 
 
 class Moment(NamedTuple):
-    """All that is undone: view, lights, look and switches. Whether help and panel are open is not.
+    """All that is undone: view, lights, look and switches. Whether help, panel and readout are shown is not.
 
     held    the kind of light that the mouse holds
     lights  the others
@@ -39,8 +39,9 @@ class Moment(NamedTuple):
         return self.stage is other.stage and self.beside(other)._replace(stage=None) == other._replace(stage=None)
 
     def beside(self, now: Moment) -> Moment:
-        """The same, with help and panel as they are at another moment."""
-        return self._replace(state=replace(self.state, help=now.state.help, panel=now.state.panel))
+        """The same, with help, panel and readout as they are at another moment."""
+        state = now.state
+        return self._replace(state=replace(self.state, help=state.help, panel=state.panel, readout=state.readout))
 
 
 class History:

@@ -14,11 +14,27 @@ from .events import ChangeRate, Command, Effect, PlayCommand, ResizePoints, Seek
 from .history import Moment
 
 ESTIMATORS = ("auto", "star", "adaptive", "star-borrow", "triangles-8", "central", "one-sided", "plane-fit-5")
-TURN = 15.0  # degrees of the environment
+TURN = 15.0  # degrees of the environment, and of the view
+SIDES = {  # names, yaw, pitch: the front is what the frame's own camera looks at
+    "KP1": ("the front", 0.0, 0.0),
+    "KP3": ("the right", 90.0, 0.0),
+    "KP7": ("above", 0.0, 90.0),
+    "CTRL+KP1": ("the back", 180.0, 0.0),
+    "CTRL+KP3": ("the left", -90.0, 0.0),
+    "CTRL+KP7": ("below", 0.0, -90.0),
+}
+TURNS = {"KP4": (-1, 0), "KP6": (1, 0), "KP2": (0, -1), "KP8": (0, 1)}  # to the right, up
 SMALLEST, LARGEST = 0.25, 8.0  # points, pixels of the frame
 STAYS = "the light stays here: L lets it follow the mouse again"
 LATER = "; seen once lit again (B)"
 NOT_SHADED = "; seen once shaded (2, 3 or 4)"
+SEEN = (  # whether it is lit, what it shows, and what is said of it
+    (False, "light", "the photograph, without light"),
+    (True, "light", "lit"),
+    (True, "normals", "normals: red to the right, green up, blue to the viewer"),
+    (True, "depth", "depth: blue is near, red is far"),
+    (True, "certainty", "certainty of normals: blue is certain, red may be off by 30° or more"),
+)
 OWN_LOOKS = "the objects of a scene have a look of their own"
 assert set(ESTIMATORS) <= set(METHODS)
 Answer = tuple[State, tuple[Effect, ...]]
@@ -26,7 +42,9 @@ Answer = tuple[State, tuple[Effect, ...]]
 
 def when_seen(state: State) -> str:
     """When a change of the light is seen, to end a message; "" if it is now."""
-    return "" if state.is_lit else NOT_SHADED if state.lit else LATER
+    if state.is_lit:
+        return ""
+    return NOT_SHADED if _shows_light(state) else LATER
 
 
 class Key(NamedTuple):
@@ -74,6 +92,14 @@ def _one(**effects: Effect) -> Callable[[Moment, str], Answer]:
     return lambda now, name: (now.state, (effects[name],))
 
 
+def _shows_light(state: State) -> bool:
+    return state.lit and state.finish.is_light
+
+
+def _lit(state: State) -> State:
+    return replace(state.with_finish(show="light"), lit=True)
+
+
 def _toggle_light(now: Moment, _: str) -> Answer:
     on = not now.state.light_mode
     text = "the light follows the mouse" if on else STAYS
@@ -82,7 +108,23 @@ def _toggle_light(now: Moment, _: str) -> Answer:
 
 def _choose_shading(now: Moment, name: str) -> Answer:
     shading = SHADINGS[int(name) - 1]
-    return _say(f"shading: {shading}", replace(now.state.with_look(shading=shading), lit=True))
+    return _say(f"shading: {shading}", _lit(now.state.with_look(shading=shading)))
+
+
+def _next_seen(now: Moment, name: str) -> Answer:
+    """Photograph, light, normals, depth, certainty, and round again; with Shift the other way."""
+    state, step = now.state, -1 if name.startswith("SHIFT") else 1
+    shown = [(lit, show) for lit, show, _ in SEEN].index((state.lit or not state.finish.is_light, state.finish.show))
+    lit, show, text = SEEN[(shown + step) % len(SEEN)]
+    state = replace(state.with_finish(show=show), lit=lit)
+    return _say(text + (when_seen(state) if _shows_light(state) else ""), state)
+
+
+def _toggle_readout(now: Moment, _: str) -> Answer:
+    on = not now.state.reads
+    text = "the values under the mouse are told below" if on else "no values under the mouse"
+    is_usual = on != now.state.finish.is_light
+    return _say(text, replace(now.state, readout=None if is_usual else on))
 
 
 def _cycle_normals(now: Moment, _: str) -> Answer:
@@ -91,11 +133,14 @@ def _cycle_normals(now: Moment, _: str) -> Answer:
     normals = ESTIMATORS[following % len(ESTIMATORS)]
     is_flat_mesh = look.splat == "mesh" and look.shading == "flat"
     when = "; flat triangles have normals of their own" if is_flat_mesh else when_seen(now.state)
+    when = when if now.state.finish.is_light else ""
     return _say(f"normals: {normals}{when}", now.state.with_look(normals=normals))
 
 
 def _compare(now: Moment, _: str) -> Answer:
     state = now.state
+    if not state.finish.is_light:
+        return _say("lit" + when_seen(_lit(state)), _lit(state))
     if state.look.shading == "none" and not (state.look.unlight or state.look.remove_highlights):
         return _say("this is the unlit picture already: 2, 3 or 4 light it", state)
     again = "darker beside what is nearer" if state.look.shading == "edl" else "lit"
@@ -134,7 +179,7 @@ def _toggle_highlights(now: Moment, _: str) -> Answer:
 
 def _recolour(now: Moment, text: str, **changes: bool) -> Answer:
     """Other colours of a frame's surfaces, which also show without shading."""
-    return _say(text + ("" if now.state.lit else LATER), now.state.with_look(**changes))
+    return _say(text + ("" if _shows_light(now.state) else LATER), now.state.with_look(**changes))
 
 
 def _toggle_shadows(now: Moment, _: str) -> Answer:
@@ -177,34 +222,67 @@ def _toggle_help(now: Moment, _: str) -> Answer:
 
 
 def _leave(now: Moment, name: str) -> Answer:
-    return _toggle_help(now, name) if name == "ESCAPE" and now.state.help else (now.state, (Command.CLOSE,))
+    return _toggle_help(now, name) if now.state.help else (now.state, (Command.LEAVE,))
+
+
+def _look_from(now: Moment, name: str) -> Answer:
+    text, yaw, pitch = SIDES[name]
+    return _say(f"from {text}", now.state.turned(yaw, pitch, now.stage.axis))
+
+
+def _turn_by(now: Moment, name: str) -> Answer:
+    state, (right, up) = now.state, TURNS[name]
+    pitch = min(max(state.pitch + up * TURN, -90.0), 90.0)
+    return state.turned(state.yaw + right * TURN, pitch, now.stage.axis), ()
+
+
+def _look_from_behind(now: Moment, _: str) -> Answer:
+    state = now.state
+    return _say("from the other side", state.turned(state.yaw + 180, -state.pitch, now.stage.axis))
+
+
+def _look_as_taken(now: Moment, _: str) -> Answer:
+    """Where the frame's own camera was; the light stays with the viewer or with the object, as after a drag."""
+    state = now.state.turned(0.0, 0.0, now.stage.axis)
+    return _say("where the camera was", replace(state, distance=1.0, pan=(0.0, 0.0), pivot=(0.0, 0.0, 0.0)))
 
 
 KEYS = (
-    Key(("L",), "L", "light mode: the light follows the mouse", _toggle_light),
+    Key(("L",), "L", "the light follows the mouse, or stays", _toggle_light),
     Key(("1", "2", "3", "4", "5"), "1 to 5", "shading: none, flat, gouraud, phong, edl", _choose_shading),
+    Key(("V", "SHIFT+V"), "V, Shift+V", "photograph, lit, normals, depth, certainty", _next_seen),
+    Key(("D",), "D", "x, y, z, depth, normal under the mouse", _toggle_readout),
     Key(("B",), "B", "compare with the unlit picture", _compare),
     Key(("N",), "N", "next normal estimator", _cycle_normals, of_frame=True),
     Key(("+", "=", "-"), "+ -", "point size", _resize_points, of_frame=True, of_cloud=_resize_clouds),
     Key(("S",), "S", "shadows on or off", _toggle_shadows),
     Key(("U",), "U", "divide the light in the picture out", _toggle_unlight, of_frame=True),
     Key(("X",), "X", "take the highlights out of merged views", _toggle_highlights, of_frame=True),
-    Key(("E",), "E", "next light from all around: none, sky, studio", _next_environment),
+    Key(("E",), "E", "light from all around: none, sky, studio", _next_environment),
     Key(("SHIFT+LEFT", "SHIFT+RIGHT"), "Shift+left, right", "turn the environment", _turn_environment),
     Key(("A",), "A", "ambient occlusion: auto, yes, no", _next_occlusion),
     Key(("TAB",), "Tab", "take the next light", _next_light),
     Key(("R",), "R", "reset view, lights and look", _ask(Command.RESET, ShowMessage("all is as at the start"))),
-    Key(("CTRL+Z",), "Ctrl+Z", "undo a change of view, lights or look", _ask(Command.UNDO)),
-    Key(("CTRL+SHIFT+Z", "CTRL+Y"), "Ctrl+Shift+Z, Ctrl+Y", "redo it", _ask(Command.REDO)),
-    Key(("P",), "P", "save a picture; tell the command that makes it", _ask(Command.SAVE_PICTURE)),
+    Key(("CTRL+Z",), "Ctrl+Z", "undo view, lights or look", _ask(Command.UNDO)),
+    Key(("CTRL+SHIFT+Z", "CTRL+Y"), "Ctrl+Shift+Z, Y", "redo it", _ask(Command.REDO)),
+    Key(("P",), "P", "save a picture, and its command", _ask(Command.SAVE_PICTURE)),
+    Key(tuple(SIDES), "keypad 1, 3, 7", "from front, right, top; Ctrl: opposite", _look_from),
+    Key(tuple(TURNS), "keypad 2, 4, 6, 8", "turn the view by 15°", _turn_by),
+    Key(("KP9",), "keypad 9", "from the other side", _look_from_behind),
+    Key(("KP0",), "keypad 0", "from where the camera was", _look_as_taken),
+    Key(("KP.",), "keypad .", "show all of the object", _ask(Command.FRAME_OBJECT)),
+    Key(("O", "CTRL+O"), "O, Ctrl+O", "open files", _ask(Command.OPEN_FILES)),
+    Key(("SHIFT+O",), "Shift+O", "open a folder", _ask(Command.OPEN_FOLDER)),
+    Key(("F", "F11"), "F, F11", "full screen", _ask(Command.TOGGLE_FULL_SCREEN)),
     Key(("G",), "G", "open or close the panel", _ask(Command.TOGGLE_PANEL)),
     Key(("SPACE",), "space", "pause or play a sequence", _ask(PlayCommand.TOGGLE_PAUSE)),
     Key(("LEFT", "RIGHT"), "left, right", "step through a sequence", _one(LEFT=StepFrames(-1), RIGHT=StepFrames(1))),
     Key(("HOME", "END"), "Home, End", "its first, its last frame", _one(HOME=Seek(0), END=Seek(-1))),
     Key((",", "."), ", .", "play slower, faster", _one(**{",": ChangeRate(0.5), ".": ChangeRate(2.0)})),
-    Key(("O",), "O", "begin again at the end of a sequence, or stop", _ask(PlayCommand.TOGGLE_LOOP)),
+    Key(("SHIFT+SPACE",), "Shift+space", "repeat a sequence, or stop at its end", _ask(PlayCommand.TOGGLE_LOOP)),
     Key(("M",), "M", "merge views of a sequence, or play it", _ask(PlayCommand.TOGGLE_MERGE)),
     Key(("H",), "H", "this help", _toggle_help),
-    Key(("Q", "ESCAPE"), "Q, Esc", "quit", _leave),
+    Key(("Q",), "Q", "quit", _ask(Command.CLOSE)),
+    Key(("ESCAPE",), "Esc", "close this, leave the full screen, or quit", _leave),
 )
 BY_NAME = {name: key for key in KEYS for name in key.names}

@@ -17,6 +17,8 @@ SECONDS = 4.0
 CLOSES = "(a key or a click closes this)"
 BACKDROP, BRIGHT, DIM = (16, 17, 20, 200), (238, 238, 238, 255), (170, 176, 186, 255)
 Sections = Sequence[tuple[str, Sequence[tuple[str, str]]]]  # a title, and rows of two columns
+KEY_COLOR = (255, 214, 140, 255)
+MOST_STACKS = 3  # of the help, side by side
 POINTS = 14  # height of a letter's box, pixels at scale 1
 
 
@@ -122,28 +124,41 @@ def draw_strip(text: str, share: float | None, scale: float, width: int, high: i
 
 
 def draw_table(sections: Sections, scale: float, width: int, height: int) -> NDArray[np.uint8]:
-    """Sections with a title and rows of two columns: (h, w, 4) uint8, shrunk and if need be cut to fit the window."""
-    needed = _table(sections, scale)
-    fit = min(1.0, width / needed.shape[1], height / needed.shape[0])
-    return needed if fit == 1 else _table(sections, max(scale * fit * 0.98, 1 / POINTS))[:height, :width]
+    """Sections with a title and rows of two columns, in as few stacks side by side as fit the window, or in those that
+    shrink least; if need be cut: (h, w, 4) uint8."""
+    made = [_table(sections, scale, stacks) for stacks in range(1, MOST_STACKS + 1)]
+    fits = [min(1.0, width / one.shape[1], height / one.shape[0]) for one in made]
+    best = int(np.argmax(fits))
+    table, smaller = made[best], scale * fits[best]
+    while (table.shape[0] > height or table.shape[1] > width) and smaller > 1 / POINTS:  # letters shrink in steps
+        table, smaller = _table(sections, smaller, best + 1), 0.96 * smaller
+    return table[:height, :width]
 
 
-def _table(sections: Sections, scale: float) -> NDArray[np.uint8]:
+def _table(sections: Sections, scale: float, stacks: int) -> NDArray[np.uint8]:
     font = ImageFont.load_default(POINTS * scale)
-    rows = [row for _, section in sections for row in section]
-    pad, line = round(16 * scale), round(1.4 * POINTS * scale)
-    second = pad + max(font.getlength(left) for left, _ in rows) + round(20 * scale)
-    width = second + max(font.getlength(right) for _, right in rows) + pad
-    height = 2 * pad + (len(rows) + 1.6 * len(sections) - 0.6) * line
-    image = Image.new("RGBA", (round(width), round(height)), (*BACKDROP[:3], 232))
-    draw = ImageDraw.Draw(image)
-    y = pad + line / 2
-    for title, section in sections:
-        draw.text((pad, y), title, DIM, font, anchor="lm")
-        y += line
-        for left, right in section:
-            draw.text((pad, y), left, (255, 214, 140, 255), font, anchor="lm")
-            draw.text((second, y), right, BRIGHT, font, anchor="lm")
-            y += line
-        y += 0.6 * line
+    pad, line, apart = round(16 * scale), round(1.4 * POINTS * scale), round(20 * scale)
+    parts = _stacked(sections, stacks)
+    seconds = [apart + max([font.getlength(left) for left, right in part if right], default=0) for part in parts]
+    widths = [
+        max(second + max(font.getlength(right) for _, right in part), max(font.getlength(left) for left, _ in part))
+        for part, second in zip(parts, seconds, strict=True)
+    ]
+    size = round(sum(widths) + 2 * pad * len(parts)), round(2 * pad + max(map(len, parts)) * line)
+    image = Image.new("RGBA", size, (*BACKDROP[:3], 232))
+    draw, x = ImageDraw.Draw(image), float(pad)
+    for part, second, wide in zip(parts, seconds, widths, strict=True):
+        for k, (left, right) in enumerate(part):
+            y = pad + (k + 0.5) * line
+            draw.text((x, y), left, KEY_COLOR if right else DIM, font, anchor="lm")
+            draw.text((x + second, y), right, BRIGHT, font, anchor="lm")
+        x += wide + 2 * pad
     return np.asarray(image)
+
+
+def _stacked(sections: Sections, stacks: int) -> list[list[tuple[str, str]]]:
+    """All rows in stacks of the same height, each section after its title and a gap."""
+    lines = [line for title, rows in sections for line in (("", ""), (title, ""), *rows)][1:]
+    high = -(-len(lines) // stacks)
+    parts = [lines[start : start + high] for start in range(0, len(lines), high)]
+    return [part[1:] if part[0] == ("", "") else part for part in parts]

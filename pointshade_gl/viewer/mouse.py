@@ -17,16 +17,16 @@ MOMENT = 0.25  # seconds that the mouse stays where it holds the light on purpos
 NEAR = 0.1  # rims: who moves less in a moment, stays
 MOUSE = (
     ("mouse", "move the light (in light mode)"),
-    ("click", "place the light: it stays until L, clicks leave it alone"),
+    ("click", "place the light: it stays until L"),
     ("Ctrl+Shift+drag", "move the light (always)"),
     ("Shift+wheel", "move the light nearer or farther"),
     ("right drag", "turn the environment"),
     ("drag", "orbit"),
     ("Ctrl+drag, middle drag", "pan"),
     ("wheel", "zoom"),
-    ("double click", "turn around this point, or the object's middle"),
-    ("click, drag on the bar", "jump through a sequence"),
-    ("drop files", "open a folder, a depth file, a scene, clouds, or depth and colour"),
+    ("double click", "turn around this point, or the middle"),
+    ("click, drag the bar", "jump through a sequence"),
+    ("drop files", "open a folder, depth, a scene, clouds"),
 )
 
 

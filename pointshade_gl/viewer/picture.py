@@ -15,6 +15,7 @@ from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
+from ..scene.orbit_state import UPPER_LEFT
 from ..scene.render_settings import Metering
 from ..scene.shading_override import shaded, without_environment
 from .document import Dropped
@@ -41,7 +42,9 @@ class Picture:
     @property
     def content(self) -> tuple[Any, ...]:
         """Everything that it depends on, to be compared."""
-        state = replace(self.now.state, help=False, panel=False)
+        state = replace(self.now.state, help=False, panel=False, readout=None)
+        if not state.is_lit:  # the light may go on following the mouse
+            return replace(state, light_at=UPPER_LEFT), self.shown, self.camera
         return state, self.now.lights, self.now.held, self.shown, self.camera
 
     @property
@@ -74,7 +77,7 @@ class Picture:
     def preparation(self) -> Preparation | None:
         """Return what must be found before this can be drawn, and takes long; None if nothing does."""
         state, shown = self.now.state, self.shown
-        look = state.look if state.lit else state.look.as_taken
+        look = state.look if state.lit and state.finish.is_light else state.look.as_taken
         if isinstance(shown, Scene):
             contents = tuple(placed.content for placed in shown.things)
             return Preparation((contents,), "preparing the scene")
@@ -90,7 +93,7 @@ class Picture:
         state, stage = self.now.state, self.now.stage
         is_own = isinstance(self.shown, Frame) and self.camera == camera_of(self.shown)
         is_there = np.allclose(state.pose(stage), np.eye(4), rtol=0, atol=1e-9 * stage.radius)
-        is_plain = not state.lit or state.look.shading == "none"
+        is_plain = state.finish.is_light and (not state.lit or state.look.shading == "none")
         return 1 if is_own and is_there and is_plain else samples
 
 

@@ -23,11 +23,15 @@ from .panel import Panel
 from .panel_sections import Facts
 from .picture import Picture
 from .playing import Strip
+from .readout import draw_readout, legend, values_of
 from .window import Window
 
 MARKER = 7.0  # radius, pixels at scale 1
 BESIDE = 3  # pixels at scale 1 by which a double click may miss a surface: sensors leave holes
 HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.says) for key in KEYS))
+
+
+Told = tuple[tuple[str, str, str] | None, tuple[str, ...]]  # what colours stand for, and the values under the mouse
 
 
 class Overlay(NamedTuple):
@@ -38,6 +42,7 @@ class Overlay(NamedTuple):
     strip      of the timeline; None: there is none
     covered    pixels at the right that the panel stands on: nothing else is there
     scale      of everything, also of the panel
+    pointer    pixel whose values are told; None: of none
     """
 
     message: str
@@ -47,6 +52,7 @@ class Overlay(NamedTuple):
     panel: bool
     covered: int
     scale: float
+    pointer: tuple[int, int] | None = None
 
 
 class Screen:
@@ -67,6 +73,7 @@ class Screen:
             self._steps = Steps(self.gl, self.renderer.context.is_software)
         self._drawings: dict[str, tuple[Any, moderngl.Texture]] = {}
         self._drawn: moderngl.Texture | None = None  # by the renderer
+        self._told: Told = None, ()
         self._last: tuple[Picture, int] | None = None  # what that shows, of how many samples
         self._kept: moderngl.Texture | None = None  # a copy of that, while the renderer is lent
         self._panel: Panel | None = None
@@ -91,7 +98,7 @@ class Screen:
             with self.renderer.context.in_use():
                 self._drawn = self.renderer.draw(picture.request(samples, samples > 1 or most == 1))
                 self.renderer.steps.finish()  # before the window's context reads it
-            self._last = picture, samples
+            self._last, self._told = (picture, samples), self._read_values(picture, over)
         with self.window:
             self._steps.always("present", self._show, self._kept or self._drawn, picture, over)
             chosen = picture.now, []
@@ -159,6 +166,10 @@ class Screen:
             above = round(BAR * scale)
             drawing = self._drawing("strip", draw_strip, *over.strip, scale, wide, above)
             self._present.lay_over(self.gl.screen, drawing, 0, 0)
+        if any(self._told):
+            drawing = self._drawing("readout", draw_readout, *self._told, scale, wide)
+            self._present.lay_over(self.gl.screen, drawing, 0, above)
+            above += drawing.height
         if over.message:
             margin = round(10 * scale)
             line = self._drawing("message", draw_message, over.message, scale, max(wide - 2 * margin, 1))
@@ -169,6 +180,14 @@ class Screen:
         wide, high = max(picture.camera.width - over.covered, 1), picture.camera.height
         table = self._drawing("help", draw_table, HELP, over.scale, wide, high)
         self._present.lay_over(self.gl.screen, table, (wide - table.width) // 2, (high - table.height) // 2)
+
+    def _read_values(self, picture: Picture, over: Overlay) -> Told:
+        """What the colours of the picture that was drawn stand for, and the values under the mouse."""
+        ends = legend(self.renderer.color_scale)
+        if over.pointer is None:
+            return ends, ()
+        found = self.renderer.read_surface(*over.pointer, picture.camera, picture.pose)
+        return ends, values_of(picture, *over.pointer, found)
 
     def _drawing(self, name: str, draw: Callable[..., NDArray[np.uint8]], *arguments: Any) -> moderngl.Texture:
         """A texture of draw(*arguments), drawn again only when the arguments change."""

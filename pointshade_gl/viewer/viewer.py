@@ -33,6 +33,7 @@ from .document import Document, check_rates, check_sources
 from .events import Command, Effect, Event, Open, Remember, TurnAround
 from .history import Moment
 from .messages import Messages
+from .open_dialog import LOOK, OpenDialog
 from .panel import MISSING
 from .panel_sections import Facts
 from .picture import CommandLine, Picture, SavedPicture
@@ -120,6 +121,7 @@ class Viewer(Session):
         check_flag(panel, "panel")
         self.events: list[Event] = []  # of the next turn
         messages, self.redrawing = Messages(), Redrawing()
+        self._dialog: OpenDialog | None = None
         self.samples = SAMPLES  # of a picture in which nothing moves; 1 does not refine it
         self._notes = None if notes is None else check_function(notes, "notes")
         self._command_line = None if command_line is None else check_function(command_line, "command_line")
@@ -187,6 +189,7 @@ class Viewer(Session):
         for event in events:
             self.handle(event)
         self.background.poll()
+        self._take_chosen()
         now = time.perf_counter()
         self.seek()
         self.play(now)
@@ -215,6 +218,7 @@ class Viewer(Session):
             self.recorder.patience(now) if self.recorder else None,
             self._draws_in(now),
             self.messages.patience(now),
+            LOOK if self._dialog else None,
         ]
         return min((seconds for seconds in reasons if seconds is not None), default=None)
 
@@ -260,6 +264,15 @@ class Viewer(Session):
                 self.toggle_panel()
             case Command.REDRAW:
                 self.redrawing.forget()
+            case Command.FRAME_OBJECT:
+                if camera := self.camera:
+                    self.state = self.state.framed(self.stage, camera)
+            case Command.TOGGLE_FULL_SCREEN:
+                self.window.toggle_full_screen()
+            case Command.LEAVE:
+                self.window.toggle_full_screen() if self.window.is_full_screen else self.quit()
+            case Command.OPEN_FILES | Command.OPEN_FOLDER:
+                self.ask_for(is_folder=effect is Command.OPEN_FOLDER)
             case Command.CLOSE:
                 self.quit()
             case _:
@@ -307,10 +320,19 @@ class Viewer(Session):
     @property
     def _overlay(self) -> Overlay:
         state, turns = self.state, self.control.mouse.turns
-        places = state.help, state.panel, self.panel_covers, self.window.scale
+        places = state.help, state.panel, self.panel_covers, self.window.scale, self._pointer
         title, share = self.background.title, self.background.share
         strip = Strip(title, share) if title else self.strip
         return Overlay(self.messages.text, not turns, strip, *places)
+
+    @property
+    def _pointer(self) -> tuple[int, int] | None:
+        """The pixel whose values are told; None: of none."""
+        mouse = self.control.mouse
+        if not self.state.reads or mouse.drag or mouse.last is None:
+            return None
+        x, y = mouse.last
+        return round(x), round(y)
 
     @property
     def drawn(self) -> int:
@@ -445,6 +467,23 @@ class Viewer(Session):
             self.state = replace(self.state, panel=not self.state.panel)
             self.screen.renderer.steps.forget("surface")  # run it again, so that the panel has a time to show
 
+    def ask_for(self, is_folder: bool) -> None:
+        """Show the system's dialog for files or for a folder; what is chosen is opened while `step` runs."""
+        if self._dialog is not None:
+            self.say("a dialog is open already")
+            return
+        try:
+            self._dialog = OpenDialog(is_folder)
+        except RuntimeError as error:
+            self.say(str(error))
+
+    def _take_chosen(self) -> None:
+        dialog = self._dialog
+        if dialog is not None and dialog.is_done and not self.background.work:
+            self._dialog = None
+            if paths := dialog.chosen:
+                self.open(paths)
+
     def open(self, paths: Sequence[str]) -> None:
         """Show what files or folders hold, as `pointshade view` would. If that fails, say why and show the same."""
         state, title = self.state, " and ".join(paths)
@@ -520,5 +559,7 @@ class Viewer(Session):
         self.window.close()
 
     def release(self) -> None:
-        """Close the window, the stream and the film, and free everything."""
+        """Close the window, its dialog, the stream and the film, and free everything."""
+        if self._dialog is not None:
+            self._dialog.close()
         self._close.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable
@@ -72,6 +73,7 @@ class Window(GLContext):
             raise ContextError(f"no display ({_complaint(glfw)}): use `pointshade render` to draw without a window")
         self._on_event = on_event
         self._pointer_hidden = False
+        self._before: tuple[int, int, int, int] | None = None  # place and size, while it fills the screen
         self._pointer = (0.0, 0.0)  # by the last event that told it, screen coordinates
         self._unseen = 0.0  # seconds in which events may have come that were seen later
         self._looked = time.perf_counter()  # when `wait` ended
@@ -164,6 +166,33 @@ class Window(GLContext):
         """Gives the window another title."""
         self.glfw.set_window_title(self.handle, title)
 
+    @property
+    def is_full_screen(self) -> bool:
+        return self._before is not None
+
+    def toggle_full_screen(self) -> None:
+        """Fills the monitor on which most of the window is, or goes back to its place and size before."""
+        glfw, before = self.glfw, self._before
+        if before is not None:
+            self._before = None
+            glfw.set_window_monitor(self.handle, None, *before, glfw.DONT_CARE)
+            return
+        place, size = glfw.get_window_pos(self.handle), glfw.get_window_size(self.handle)
+        monitor = max(glfw.get_monitors(), key=lambda one: self._shared(one, place, size), default=None)
+        if monitor is None:
+            return
+        mode, self._before = glfw.get_video_mode(monitor), (*place, *size)
+        glfw.set_window_monitor(self.handle, monitor, 0, 0, *mode.size, mode.refresh_rate)
+
+    def _shared(self, monitor: Any, place: tuple[int, int], size: tuple[int, int]) -> int:
+        """How much of the window is on a monitor, in pixels of the screen."""
+        starts, sizes = self.glfw.get_monitor_pos(monitor), self.glfw.get_video_mode(monitor).size
+        spans = (
+            min(at + long, start + most) - max(at, start)
+            for at, long, start, most in zip(place, size, starts, sizes, strict=True)
+        )
+        return math.prod(max(span, 0) for span in spans)
+
     def copy(self, text: str) -> None:
         """Puts a text into the clipboard."""
         self.glfw.set_clipboard_string(None, text.replace("\0", ""))
@@ -242,13 +271,19 @@ def window_size(camera: Camera) -> tuple[int, int]:
 
 
 def key_name(glfw: Any, key: int, scancode: int) -> str:
-    """What is printed on the user's key, upper case; digits and named keys by their position. '' for all others."""
+    """What is printed on the user's key, upper case; digits, those of the keypad and named keys by their position.
+
+    "" for all others.
+    """
     named = {
         glfw.KEY_SPACE: "SPACE", glfw.KEY_ESCAPE: "ESCAPE", glfw.KEY_LEFT: "LEFT", glfw.KEY_RIGHT: "RIGHT",
         glfw.KEY_UP: "UP", glfw.KEY_DOWN: "DOWN", glfw.KEY_HOME: "HOME", glfw.KEY_END: "END", glfw.KEY_TAB: "TAB",
         glfw.KEY_BACKSPACE: "BACKSPACE", glfw.KEY_DELETE: "DELETE", glfw.KEY_ENTER: "ENTER",
-        glfw.KEY_KP_ENTER: "ENTER", glfw.KEY_KP_ADD: "+", glfw.KEY_KP_SUBTRACT: "-",
+        glfw.KEY_KP_ENTER: "ENTER", glfw.KEY_KP_ADD: "+", glfw.KEY_KP_SUBTRACT: "-", glfw.KEY_KP_DECIMAL: "KP.",
+        glfw.KEY_F11: "F11",
     }  # fmt: skip
+    if glfw.KEY_KP_0 <= key <= glfw.KEY_KP_9:
+        return f"KP{key - glfw.KEY_KP_0}"
     if glfw.KEY_0 <= key <= glfw.KEY_9:  # on French keyboards these keys show other signs
         return chr(key)
     return named.get(key) or (glfw.get_key_name(key, scancode) or "").upper()

@@ -2,8 +2,12 @@
 #ifndef COARSE
 #define COARSE 0  // 1: the sums are half floats, too coarse for depth: it is that of the front surface
 #endif
+#ifndef MARKED
+#define MARKED 0  // 1: to show doubts: normals are as long as those of the points agree
+#endif
 // The sums of blend.frag -> what the light pass reads, among the surfaces of other objects.
 #include "common/cloud_splat.glsl"
+#include "common/toksvig.glsl"
 
 uniform sampler2D geometry_map;
 uniform sampler2D albedo_map;
@@ -50,6 +54,7 @@ void main() {
     geometry /= colors.w;
     float certain = length(geometry.xyz);
     vec3 normal = is_lit && certain > 0.0 ? turned_as_beside(geometry.xyz / certain, geometry.w, pixel) : vec3(0.0);
+    if (MARKED == 1 && certain > 0.0) normal *= normal_certainty(WANDERING * max(1.0 / certain - 1.0, 0.0));
     float inverse_depth = COARSE == 1 ? 1.0 / texelFetch(front, pixel, 0).r : geometry.w;
     visibility = vec4(0.0, 0.0, 0.0, -1.0);
     surface = vec4(normal, 1.0 / inverse_depth);

@@ -5,7 +5,6 @@
 const float WANDERING = 4.0;  // times the variance of noisy normals: highlights wander with these, which is seen unless
                               // they are twice as wide. A wall in stereo noise: blotches of 13 steps of 255 without,
                               // 10 with 1, 7 with 4; more also dims what is true
-
 // Of a tilt with this variance, radians squared along each axis.
 float normal_certainty(float variance) {
     return 1.0 / (1.0 + variance);

@@ -11,6 +11,9 @@
 #ifndef CERTAINTY
 #define CERTAINTY 0  // 1: some frames have uncertain normals
 #endif
+#ifndef MARKED
+#define MARKED 0     // 1: to show doubts: what no frame is trusted for has the least certain normal
+#endif
 // The sums of set_accumulate.frag over all frames -> what the light pass reads, as resolve_surfaces.frag does of one frame.
 #include "common/parts.glsl"
 #include "common/toksvig.glsl"
@@ -29,13 +32,16 @@ layout(location = 0) out vec4 surface;
 layout(location = 1) out vec4 albedo;
 layout(location = 2) out vec4 visibility;
 
+const float LEAST_CERTAIN = 0.1;  // where no frame is trusted
+
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec4 geometry = texel_at(geometry_map, pixel), colors = texel_at(albedo_map, pixel);
     if (colors.w == 0.0) discard;
     float inverse_depth = merged_inverse_depth(key_at(pixel), geometry.w, colors.w);
     vec3 normal = geometry.xyz == vec3(0.0) ? vec3(0.0) : normalize(geometry.xyz / colors.w);  // weights may be tiny
-    if (CERTAINTY == 1) normal *= mean_certainty(length(geometry.xyz / colors.w), others);
+    if (CERTAINTY == 1) normal *= mean_certainty(length(geometry.xyz / colors.w), MARKED == 1 ? others / WANDERING : others);
+    if (MARKED == 1 && colors.w < 2.0 * FALLBACK * (others + 1.0)) normal *= LEAST_CERTAIN / max(length(normal), 1e-6);
     if (AT_TARGET == 1) normal = target_normal(texelFetch(target_map, pixel, 0), normal);
     visibility = vec4(0.0, 0.0, 0.0, -1.0);
     if (VISIBILITY == 1) visibility = texel_at(visibility_map, pixel) / colors.w;

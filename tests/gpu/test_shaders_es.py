@@ -22,6 +22,7 @@ AROUND = 0, 1, 2  # no environment, one for matt surfaces, one that highlights s
 CONSTANTS = {  # the values that the project builds each with
     "points/view_difference.frag": {"STRIDE": (STRIDE,)},
     "surface/depth_average.frag": {"MISPLACED": FLAG, "SNAP": FLAG},
+    "output/surface_colors.frag": {"SHOW": (0, 1, 2), "LINEAR": FLAG},
     "output/resolve_samples.frag": {"GROUND": FLAG, "TONE": FLAG},
     "surface/flat_cells.frag": {"SPREAD": FLAG},
     "surface/bumpy_windows.frag": {"SPREAD": FLAG, "MEASURE": FLAG},
@@ -47,7 +48,7 @@ CONSTANTS = {  # the values that the project builds each with
     "shading/ground.frag": {"VISIBILITY": FLAG, "ENVIRONMENT": AROUND},
     "surface/hidden_in_plane.frag": {"OBJECTS": FLAG},
     "surface/mean_hidden.frag": {"AGAIN": FLAG},
-    "points/set_resolve.frag": {"LOOK_UP": FLAG, "AT_TARGET": FLAG, "CERTAINTY": FLAG, "VISIBILITY": FLAG},
+    "points/set_resolve.frag": dict.fromkeys(("LOOK_UP", "AT_TARGET", "CERTAINTY", "VISIBILITY", "MARKED"), FLAG),
     "points/set_resolve_depth.frag": {"LOOK_UP": FLAG},
     "surface/noise_blocks.frag": {"MEASURED": (0, 1, 2)},
     "surface/noise_patches.frag": {"COARSE": FLAG},
@@ -89,7 +90,7 @@ CONSTANTS = {  # the values that the project builds each with
     "clouds/depth.frag": {"BALLS": FLAG},
     "clouds/blend.frag": {"BALLS": FLAG},
     "clouds/ball.frag": {"BALLS": FLAG},
-    "clouds/resolve.frag": {"COARSE": FLAG},
+    "clouds/resolve.frag": {"COARSE": FLAG, "MARKED": FLAG},
 }
 FOLDER = shader_folder()
 ENTRIES = sorted(path.relative_to(FOLDER).as_posix() for path in FOLDER.rglob("*") if path.suffix in STAGES)

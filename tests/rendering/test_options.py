@@ -29,7 +29,7 @@ FIELDS = {one.name: one for group in (ps.Look, ps.Material, ps.View, ps.Finish) 
 WORDS = {  # of the field: they also name arrays, steps, stages, files and fields of meshes and clouds, a command
     "material", "normals", "shading", "splat", "noise", "temporal", "ambient", "shininess", "lights", "pose", "yaw",
     "pitch", "look", "finish", "point_size", "samples", "background", "ground", "diffuse", "specular", "exposure",
-    "missing", "environment", "align",
+    "missing", "environment", "align", "show",
 }  # fmt: skip
 PASSED_BY = {"opt", "option", "Look", "Material", "View", "Finish", "RenderRequest"}
 HELD_BY = {"Look", "Material", "View", "Finish", "LookOptions", "FinishOptions", "MoveOptions", "SurfaceOptions"}

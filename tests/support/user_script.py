@@ -60,6 +60,7 @@ looks = [look.alone, look.as_taken, look.of_points, look.for_frame(frame.depth)]
 sizes, options = look.sizes_for(frame.depth), look.options
 finish = ps.Finish(16, "white", ground=True, ground_height=-1.2)
 mixed = ps.Finish(background=(0, 0, 1), ground=[0, 1, 0]), ps.Finish(background=np.ones(3), ground=np.ones(3))
+shown_as, no_light, is_light = ps.Finish(show="depth"), finish.of_numbers, (finish.is_light, finish.show)
 of_finish = finish.samples, finish.background, finish.ground, finish.ground_height, finish.exposure
 vectors, changed, plainly = (finish.behind, finish.up), finish.options, finish.is_plain
 brighter = ps.Finish(exposure=1.5, tone="neutral"), ps.Finish(exposure="auto"), finish.tone
@@ -142,6 +143,7 @@ with ps.Renderer(device=0, rasterizer="points", merge=0) as renderer:
     lit = renderer.render_points(frame)
     oriented = renderer.with_normals(point_cloud, noise=0.01, notes=print)
     hit = renderer.find_surface(320, 240, camera, matrix, reach=2)
+    surface, colored = renderer.read_surface(320, 240, camera, matrix), renderer.color_scale
     lines, choice, shares = renderer.explain(["a", "b"]), renderer.choice, renderer.weights
     aligned, poses = renderer.aligned, renderer.align_frames([frame, plain], max_depth_step="3%")
     doubts = [one.doubt for one in renderer.search_poses([frame, plain])]

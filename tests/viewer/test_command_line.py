@@ -124,6 +124,15 @@ class TestVase:
         words = again(viewer)
         assert words[words.index("--shading") + 1] == "edl" and "--light" not in words
 
+    @pytest.mark.parametrize("presses", [1, 2, 3])
+    def test_where_colours_are_no_light(self, open_viewer, again, presses):
+        viewer = open_vase(open_viewer, state=State(look=ps.Look(shading="gouraud", unlight=True)))
+        drag(viewer, (160, 120), (190, 100))
+        press(viewer, *["V"] * presses)
+        words = again(viewer)
+        assert words[words.index("--show") + 1] == ("normals", "depth", "certainty")[presses - 1]
+        assert "--light" not in words
+
     def test_under_an_environment(self, open_viewer, again, tmp_path):
         finish = ps.Finish(environment="sky", environment_intensity=0.7, ambient_occlusion=False, tone="neutral")
         viewer = open_vase(open_viewer, state=State(finish=finish))

@@ -1,5 +1,7 @@
 """What hands do to the window: real events of an X server, and what is seen of them."""
 
+import os
+import shlex
 import shutil
 import sys
 import time
@@ -11,7 +13,7 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit_state import DEGREES, State, marker_place
-from pointshade_gl.viewer import window
+from pointshade_gl.viewer import open_dialog, window
 
 from ..support import frames
 from ..support.view_sets import pose_at, seen_from
@@ -340,6 +342,126 @@ class TestPanel:
             one.key("z", "Control_L")
             assert len(viewer.lights) == count
         assert viewer.state.light_mode
+
+
+class TestFullScreen:
+    def place(self, one):
+        glfw, handle = one.viewer.window.glfw, one.viewer.window.handle
+        return glfw.get_window_pos(handle), glfw.get_window_size(handle)
+
+    @pytest.mark.parametrize(("there", "back"), [("f", "f"), ("F11", "F11"), ("f", "Escape")])
+    def test_it_fills_the_screen_and_comes_back_to_its_place_and_size(self, hands, there, back):
+        one = hands(window_size=(500, 400))
+        before = self.place(one)
+        one.key(there)
+        screen = one.server.screen()
+        assert self.place(one) == ((0, 0), (screen.width_in_pixels, screen.height_in_pixels))
+        assert shown(one.viewer).shape[:2] == (screen.height_in_pixels, screen.width_in_pixels)
+        one.key(back)
+        assert self.place(one) == before and not one.viewer.window.is_closing
+        one.key("Escape")
+        assert one.viewer.window.is_closing
+
+    def test_escape_closes_the_help_first(self, hands):
+        one = hands()
+        one.key("f")
+        one.key("h")
+        one.key("Escape")
+        assert one.viewer.window.is_full_screen and not one.viewer.state.help
+
+
+class TestKeypad:
+    def test_its_digits_are_sides_and_those_above_the_letters_shadings(self, hands):
+        one = hands()
+        for name, place in (("KP_3", (90, 0)), ("KP_7", (0, 90)), ("KP_1", (0, 0))):
+            one.key(name)
+            assert (one.viewer.state.yaw, one.viewer.state.pitch) == place
+            assert one.viewer.state.look.shading == "phong"
+        one.key("KP_3", "Control_L")
+        one.key("KP_8")
+        one.key("KP_6")
+        assert (one.viewer.state.yaw, one.viewer.state.pitch) == (-75, 15)
+        one.key("KP_9")
+        assert (one.viewer.state.yaw, one.viewer.state.pitch) == (105, -15)
+        one.key("2")
+        assert one.viewer.state.look.shading == "flat" and one.viewer.state.yaw == 105
+
+    def test_0_is_where_the_camera_was_and_the_dot_shows_all_of_the_object(self, hands):
+        one = hands()
+        before = seen(one)
+        one.point(160, 120)
+        one.button("up")
+        one.button("up")
+        one.key("KP_7")
+        one.key("KP_0")
+        assert (seen(one) == before).all()
+        for _ in range(20):
+            one.button("up")
+        one.key("KP_4")
+        one.key("KP_Decimal")
+        covered = (seen(one) > 70).any(-1)
+        v, u = np.nonzero(covered)
+        assert u.min() > 0 and u.max() < 319 and v.min() > 0 and v.max() < 239
+        assert (u.min() + u.max()) / 2 == pytest.approx(160, abs=40)
+
+
+class TestOpenDialog:
+    """zenity is a program of ours, which prints what a user would choose."""
+
+    @pytest.fixture
+    def zenity(self, tmp_path, monkeypatch):
+        pytest.importorskip("imgui_bundle")
+        program = tmp_path / "programs" / "zenity"
+        program.parent.mkdir()
+        monkeypatch.setenv("PATH", str(program.parent), prepend=os.pathsep)
+
+        def prints(*paths, first=""):
+            program.write_text("#!/bin/sh\n" + first + "\n" + f"printf '%s\\n' {shlex.join(map(str, paths))}\n")
+            program.chmod(0o755)
+
+        return prints
+
+    @pytest.mark.parametrize(("key", "held"), [("o", ()), ("o", ("Control_L",)), ("o", ("Shift_L",))])
+    def test_what_is_chosen_is_opened(self, hands, zenity, tmp_path, key, held):
+        ps.save_scene(tmp_path / "scene.gltf", SCENE)
+        zenity(tmp_path / "scene.gltf")
+        one = hands()
+        one.key(key, *held)
+        one.until(lambda: isinstance(one.viewer.frame, ps.Scene))
+
+    def test_the_window_goes_on_while_it_asks(self, hands, zenity, tmp_path):
+        gate = tmp_path / "gate"
+        zenity(first=f"while [ ! -e {shlex.quote(str(gate))} ]; do sleep 0.05; done")
+        one = hands()
+        frame = one.viewer.frame
+        one.key("o")
+        one.key("3")
+        assert one.viewer.state.look.shading == "gouraud"
+        one.key("o")
+        assert one.viewer.messages.text == "a dialog is open already"
+        gate.touch()
+        one.key("h")
+        one.until(lambda: one.viewer._dialog is None)
+        assert one.viewer.frame is frame and not one.viewer.messages.text.startswith("not opened")
+
+    def test_a_window_that_closes_takes_it_along(self, hands, zenity):
+        zenity(first="exec sleep 600")
+        one = hands()
+        one.key("o")
+        one.viewer._dialog.close()
+        one.until(lambda: one.viewer._dialog.is_done)
+
+    def test_without_a_program_for_it_a_message_tells_what_to_do(self, hands, tmp_path, monkeypatch):
+        one = hands()
+        monkeypatch.setenv("PATH", str(tmp_path))
+        one.key("o")
+        assert "zenity" in one.viewer.messages.text and "drop files" in one.viewer.messages.text
+
+    def test_without_the_extra_a_message_tells_what_to_do(self, hands, monkeypatch):
+        one = hands()
+        monkeypatch.setattr(open_dialog, "find_spec", lambda _: None)
+        one.key("o")
+        assert "pip install" in one.viewer.messages.text and "drop files" in one.viewer.messages.text
 
 
 class TestDrop:

@@ -236,7 +236,7 @@ class TestEverything:
 
     def test_no_field_is_forgotten(self):
         named = {name for name, _ in EVERYTHING}
-        assert {field.name for field in fields(State)} == {*OTHERS, "look", "finish", "help", "panel"}
+        assert {field.name for field in fields(State)} == {*OTHERS, "look", "finish", "help", "panel", "readout"}
         assert {field.name for field in fields(ps.Look)} == {*LOOKS, "upsample", "normals_at", "temporal"}  # no switch
         assert named >= set(Moment._fields) - {"state", "stage", "switches"}
 

@@ -153,7 +153,7 @@ class CloudObjects(FullscreenPasses):
             self._draw("blend", placed, eye, placed.inputs(eye) | {"front": image.front, "band": BAND})
         maps = {"geometry_map": image.sums[0], "albedo_map": image.sums[1], "front": image.front}
         with depth_tested(self._context, surfaces.shared_target, (0, 0, *surfaces.size)):
-            resolve = self.fullscreen("clouds/resolve.frag")
+            resolve = self.fullscreen("clouds/resolve.frag", None, MARKED=int(surfaces.marks_doubts))
             resolve.draw(surfaces.shared_target, maps, target=eye.camera.intrinsics, **shown)
 
     def add_shadow(self, tile: Tile, placed: PlacedCloud, eye: Eye) -> None:

@@ -46,6 +46,7 @@ class SurfaceImage(Images):
     has_eye_dome = False
     has_visibility = False  # what can hide light from all around is looked at
     knows_visibility = True  # of all surfaces
+    marks_doubts = False  # all normals are as long as they are certain, also where light would not show it
 
     @cached_property
     def surface(self) -> moderngl.Texture:
@@ -109,10 +110,10 @@ class SurfaceImage(Images):
         """(h, w, 4) float32, read-only: `surface`"""
         return read_texture(self._context, self.surface)
 
-    def read_depth(self, box: Box) -> np.ndarray:
-        """(h, w) float32 of a part of `surface`: nothing else leaves the GPU."""
+    def read_part(self, box: Box) -> np.ndarray:
+        """(h, w, 4) float32 of a part of `surface`: nothing else leaves the GPU."""
         pixels = np.frombuffer(self.target.read(box, 4, dtype="f4", alignment=1), np.float32)
-        return pixels.reshape(box[3], box[2], 4)[..., 3]
+        return pixels.reshape(box[3], box[2], 4)
 
 
 class SampleSums(Images):

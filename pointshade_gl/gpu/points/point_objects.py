@@ -176,8 +176,9 @@ class PointObjects(FullscreenPasses):
         if shown.estimator:
             normals = self._target_normals.find(sums, splats, look_up, eye.camera, shown.estimator)
         inputs = {"near": eye.near, "scale": points.scale, "material_number": float(number)}
-        inputs |= {"others": len(parts) - 1} if shown.has_doubts else {}
-        self._merge.draw_surfaces(target, sums, look_up, inputs, normals)
+        marks = target.surfaces.marks_doubts
+        inputs |= {"others": len(parts) - 1} if shown.has_doubts or marks else {}
+        self._merge.draw_surfaces(target, sums, look_up, inputs, normals, marks)
 
     def _draw_set(self, image: SplatImage, points: PointSet, eye: Eye, primary: np.ndarray) -> list[Box]:
         parts = [

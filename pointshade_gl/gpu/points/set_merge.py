@@ -50,18 +50,20 @@ class SetMergePass(FullscreenPasses):
         confine(sums.target, None)
 
     def draw_surfaces(
-        self, target: Target, sums: Image, look_up: bool, inputs: dict[str, Any], normals: moderngl.Texture | None
-    ) -> None:
+        self, target: Target, sums: Image, look_up: bool, inputs: dict[str, Any], normals: moderngl.Texture | None,
+        marks_doubts: bool,
+    ) -> None:  # fmt: skip
         """Divide the sums, and draw the resulting surfaces among those of other objects.
 
         inputs   near, scale, material_number; and others, the number of frames less one, if normals are uncertain
         normals  estimated in the view; None takes the mean of the frames'
+        marks_doubts  what no frame is trusted for has a short normal, too
         """
         names = "geometry_map", "albedo_map", "visibility_map"
         maps: dict[str, Any] = dict(zip(names, sums.textures, strict=False))  # the last one only where it is needed
         maps |= {} if normals is None else {"target_map": normals}
         constants = {"AT_TARGET": int(normals is not None), "CERTAINTY": int("others" in inputs)}
-        constants["VISIBILITY"] = int("visibility_map" in maps)
+        constants |= {"VISIBILITY": int("visibility_map" in maps), "MARKED": int(marks_doubts)}
         merged = self.fullscreen("points/set_resolve.frag", look_up, **constants)
         with depth_tested(self._context, target.surfaces.shared_target, target.splats.window):
             merged.draw(target.surfaces.shared_target, maps, **key_inputs(target.splats, look_up), **inputs)

@@ -347,6 +347,11 @@ class Look(Options):
         return replace(self, temporal=False)
 
     @property
+    def finds_light(self) -> bool:
+        """The light in the photograph is found before it is drawn, which takes long."""
+        return self.unlight
+
+    @property
     def as_taken(self) -> Look:
         """The look without light, in the photograph's own colours."""
         return replace(self, shading="none", unlight=False, remove_highlights=False)

@@ -82,7 +82,7 @@ class Picture:
             contents = tuple(placed.content for placed in shown.things)
             return Preparation((contents,), "preparing the scene")
         if isinstance(shown, Frame):
-            return Preparation((shown, look.unlight), "dividing the light out") if look.unlight else None
+            return Preparation((shown,), "dividing the light out") if look.finds_light else None
         needs = replace(look.of_points, shading="none", material=Material())
         what = f"{len(shown.shown)} views"
         titles = (look.remove_highlights, f"taking the highlights out of {what}"), (look.align, f"aligning {what}")

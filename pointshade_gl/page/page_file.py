@@ -33,6 +33,7 @@ from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject
 from .cloud_parts import cloud_part
 from .contents import surfaces_of
+from .page_command import command_of
 from .page_scene import Showing, look_of
 from .parts import QUALITIES, Part, Quality, QualityName, encoded, mesh_part, surface_part
 from .picture_coding import pack
@@ -44,8 +45,8 @@ if TYPE_CHECKING:
 
 FOLDER = Path(__file__).resolve().parent
 SCRIPTS = (
-    "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "upload.js", "paint.js", "around.js",
-    "clouds.js",    "draw.js", "controls.js",
+    "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "samples.js", "upload.js", "paint.js", "around.js",
+    "clouds.js", "draw.js", "pointers.js", "lamp_box.js", "command.js", "controls.js",
 )  # fmt: skip
 STILL = 85  # quality of the still's WebP
 LARGEST = 2048  # pixels a side: so many have the textures of every browser
@@ -60,6 +61,7 @@ def write_page(
     quality: QualityName = "exact",
     largest: int = LARGEST,
     title: str | None = None,
+    command: str | None = None,
     notes: Note | None = None,
     progress: Progress | None = None,
     **options: Unpack[RequestOptions],
@@ -89,6 +91,9 @@ def write_page(
         square is the most points of clouds.
     title : str, optional
         What the page calls itself; None is the name of a path, or "pointshade".
+    command : str, optional
+        A line `pointshade render ...` that draws the source, without lights, shading, view and sizes: with these, the
+        page copies the line of the picture that it shows. None: it has no button for that.
     progress : callable, optional
         As for `render`; the steps are those of the first picture, and each surface of the page. After `Cancelled` there
         is no file, or the one that was there before.
@@ -102,7 +107,8 @@ def write_page(
     """
     path = check_page_path(path)
     text = draw_page(
-        renderer, source, quality=quality, largest=largest, title=title, notes=notes, progress=progress, **options
+        renderer, source, quality=quality, largest=largest, title=title, command=command, notes=notes,
+        progress=progress, **options,
     )  # fmt: skip
     with written_whole(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
@@ -123,6 +129,7 @@ def draw_page(
     quality: QualityName = "exact",
     largest: int = LARGEST,
     title: str | None = None,
+    command: str | None = None,
     notes: Note | None = None,
     progress: Progress | None = None,
     **options: Unpack[RequestOptions],
@@ -152,6 +159,7 @@ def draw_page(
             parts.append(part)
             count.step()
         data: dict[str, Any] = showing.values() | {"exposure": gain, "things": [head for head, _ in parts]}
+        data["command"] = command_of(whole, command)
         for sentence in data["leftOut"]:
             print_note(f"in the page {sentence}")
     return _filled(named if title is None else title, still, data, b"".join(body for _, body in parts))

@@ -12,7 +12,7 @@ ENTRIES = (
     "surface/visibility.frag", "shading/view_visibility.frag", "shading/shadow.frag", "surface/hidden_planes.frag",
     "meshes/mesh.vert", "meshes/mesh.frag", "meshes/mesh_lit.vert", "meshes/mesh_lit.frag", "meshes/mesh_shadow.frag",
     "clouds/splat.vert", "clouds/depth.frag", "clouds/front.frag", "clouds/blend.frag", "clouds/resolve.frag",
-    "clouds/ball.frag",
+    "clouds/ball.frag", "output/resolve_samples.frag",
 )  # fmt: skip
 PRECISION = "".join(f"precision highp {kind};\n" for kind in ("float", "int", "sampler2D", "isampler2D"))
 _COMMENT = re.compile(r"[ \t]*//[^\n]*")

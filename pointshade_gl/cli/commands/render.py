@@ -46,6 +46,7 @@ from ..options import (
     spread,
 )
 from ..output import explainer, in_turn, open_renderer, progress, report, spinner, warn_skipped
+from ..page_line import page_line
 from ..page_options import PageOptions, is_page
 from ..photographs import as_one_frame, load_photographs
 from ..picture_options import PictureOptions, view_of
@@ -218,7 +219,9 @@ def _write_page(asked: Asked, view: View) -> None:
     check_stream(view.look, False)
     asked.page.check(asked.output, asked.film)
     source, tell = asked.read(view)
-    asked.page.write(source, view, asked.output, asked.frame, asked.device, tell)
+    words = dict(more=asked.more, views=asked.views, unlight_all=asked.unlight_all)
+    line = page_line(asked.frame, asked.look, asked.picture, **words)
+    asked.page.write(source, view, asked.output, asked.frame, line, asked.device, tell)
 
 
 def _write_points(asked: Asked, view: View) -> None:

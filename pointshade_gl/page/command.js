@@ -10,7 +10,7 @@ const numberText = (x) => String(Number(x.toPrecision(DIGITS)) + 0);
 const numbersText = (value) => [value].flat().map(numberText).join(",");
 const quoted = (word) => (/^[\w@%+=:,./-]+$/.test(word) ? word : `'${word.replaceAll("'", `'"'"'`)}'`);
 
-// data: that of the page, with its command: { line, shading, isScene, turns, home }; seen: { state, camera, lights, view, shading }.
+// data: that of the page, with its command: { line, shading, isScene, isOwn, turns, home }; seen: { state, camera, lights, view, shading }.
 function commandLine({ command, exposure, samples, around }, { state, camera, lights, view, shading }, name) {
   const words = shading === command.shading ? [] : ["--shading", shading];
   if (!NOT_LIT.includes(shading)) {
@@ -33,7 +33,8 @@ function lightText(light, shadows, { home, isScene }) {
 }
 
 // How the view is turned, if it only is; otherwise where it is.
-function poseWords({ yaw, pitch, distance, pan, pivot }, pose, { home, turns }) {
+function poseWords({ yaw, pitch, distance, pan, pivot }, pose, { home, isOwn, turns }) {
+  if (isOwn && pose.flat().every((x, k) => Math.abs(x - HOME.flat()[k]) < 1e-12)) return [];
   if (!turns || [...pan, ...pivot].some(Boolean)) return ["--pose", numbersText(poseNumbers(product(home, pose)))];
   const said = { yaw, pitch, dolly: 1 - distance };
   return Object.entries(said).flatMap(([name, value]) => (numberText(value) === "0" ? [] : [`--${name}`, numberText(value)]));

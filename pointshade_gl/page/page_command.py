@@ -8,6 +8,7 @@ import numpy as np
 
 from ..rendering.request import RenderRequest, Scenes
 from ..scene.appearance import Look
+from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.point_cloud import PointCloud
 
@@ -18,6 +19,9 @@ def command_of(request: RenderRequest, line: str | None) -> dict[str, Any] | Non
     """Return it for the JSON; None without a line, and where no `--picture-size` leads to the camera of the page.
 
     line  `pointshade render ...`, without lights, shading, view, size and samples
+
+    Of what it gives, isOwn says that the page's home is where the line looks from without `--pose`; turns, that the page
+    turns around the same point as `--yaw`.
     """
     scene, is_scene = Scenes().of(request), isinstance(request.source, Scene | PointCloud)
     camera, seen = request.seen_by(scene)
@@ -28,10 +32,12 @@ def command_of(request: RenderRequest, line: str | None) -> dict[str, Any] | Non
     mover = request.source if is_scene else scene.things[0].content.frame
     own_pose = np.asarray(mover.framed().pose if isinstance(mover, Scene) else mover.pose)
     home = seen if is_scene or request.pose is not None else own_pose
+    is_own = bool(np.allclose(home, own_pose, 0, 1e-12))
     return {
         "line": line,
         "shading": Look().shading,
         "isScene": is_scene,
-        "turns": bool(np.allclose(home, own_pose, 0, 1e-12)),
+        "isOwn": is_own,
+        "turns": is_own and isinstance(request.source, Frame),
         "home": home.tolist(),
     }

@@ -1,4 +1,4 @@
-"""The part of a `pointshade render ...` line that is the same for all pictures of a page: page/command.js adds the rest."""
+"""The part of a `pointshade render ...` line that all pictures of a page share: page/command.js adds the rest."""
 
 from __future__ import annotations
 

@@ -32,8 +32,9 @@ class Cell:
     def _repr_html_(self) -> str:
         """A frame whose scripts run and save pictures, and that can reach neither the notebook nor anything else."""
         return (
-            f'<iframe srcdoc="{html.escape(self.html)}" title="{html.escape(self._title)}" sandbox="allow-scripts '
-            f'allow-downloads" allow="clipboard-write" allowfullscreen style="display: block; width: 100%; height: {self._height}px; border: 0"></iframe>'
+            f'<iframe srcdoc="{html.escape(self.html)}" title="{html.escape(self._title)}" '
+            'sandbox="allow-scripts allow-downloads" allow="clipboard-write" allowfullscreen '
+            f'style="display: block; width: 100%; height: {self._height}px; border: 0"></iframe>'
         )
 
     def __repr__(self) -> str:

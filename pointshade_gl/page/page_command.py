@@ -20,8 +20,8 @@ def command_of(request: RenderRequest, line: str | None) -> dict[str, Any] | Non
 
     line  `pointshade render ...`, without lights, shading, view, size and samples
 
-    Of what it gives, isOwn says that the page's home is where the line looks from without `--pose`; turns, that the page
-    turns around the same point as `--yaw`.
+    Of what it gives, isOwn says that the page's home is where the line looks from without `--pose`; turns, that the
+    page turns around the same point as `--yaw`.
     """
     scene, is_scene = Scenes().of(request), isinstance(request.source, Scene | PointCloud)
     camera, seen = request.seen_by(scene)

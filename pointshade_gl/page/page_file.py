@@ -45,8 +45,8 @@ if TYPE_CHECKING:
 
 FOLDER = Path(__file__).resolve().parent
 SCRIPTS = (
-    "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "samples.js", "upload.js", "paint.js", "around.js",
-    "clouds.js", "draw.js", "pointers.js", "lamp_box.js", "command.js", "controls.js",
+    "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "samples.js", "upload.js", "paint.js",
+    "around.js", "clouds.js", "draw.js", "pointers.js", "lamp_box.js", "command.js", "controls.js",
 )  # fmt: skip
 STILL = 85  # quality of the still's WebP
 LARGEST = 2048  # pixels a side: so many have the textures of every browser
@@ -70,11 +70,11 @@ def write_page(
 
     The file asks for nothing from outside. It needs a browser with WebGL 2 (all since 2023); others show a picture.
     Depths and normals are those that `render` draws with: "auto" smooths noise in the page, too. Where something cannot
-    be shown (the size of lights, grounds, triangles between pixels, the mean of several frames), a note says so, and
-    the page's help.
+    be shown (grounds, triangles between pixels, the mean of several frames), a note says so, and the page's help.
 
     The page begins with the picture that `render` gives. The mouse holds the first light, the others stay where they
-    are. Samples and ground are those of the picture for browsers without WebGL 2.
+    are. Where nothing moves it shows the mean of 16 samples, or as many as are asked for, with smooth outlines and soft
+    shadows. The ground is in the picture for browsers without WebGL 2 only.
 
     Parameters
     ----------

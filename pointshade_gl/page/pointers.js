@@ -138,11 +138,13 @@ function listenToPointers(canvas, pointers, isEmbedded) {
   };
   const isFinger = (event) => event.pointerType === "touch";
   const on = (name, act) => canvas.addEventListener(name, act);
-  let focused = -Infinity; // when the page around it, or another window, gave the focus to this one
-  window.addEventListener("focus", () => (focused = performance.now()));
-  // Whether a press only takes the focus, or closes a box; browsers give the focus before or after they tell of the press.
+  let isAwake = document.hasFocus(), focused = -Infinity; // since when
+  window.addEventListener("focus", () => ([isAwake, focused] = [true, performance.now()]));
+  window.addEventListener("blur", () => (isAwake = false));
+  // Whether a press only takes the focus, or closes a box. Browsers give the focus before or after they tell of the press.
   const isTaken = (event) => {
-    const isFirst = isEmbedded && (!document.hasFocus() || event.timeStamp <= focused), isOpen = !byId("lamp-box").hidden;
+    const isFirst = isEmbedded && (!isAwake || event.timeStamp <= focused), isOpen = !byId("lamp-box").hidden;
+    isAwake = true;
     if (isOpen) toggleLamp(false);
     return isFirst || isOpen;
   };

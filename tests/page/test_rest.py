@@ -14,6 +14,11 @@ from ..support.page_functions import run_script
 from .test_pictures import drawn, moved
 
 SAMPLES = 16  # that a page has at rest
+MOVED = """async () => {
+  pointshade.state = { ...pointshade.state, yaw: 2 };
+  await new Promise(requestAnimationFrame);
+  return pointshade.drawing.count;
+}"""
 FIRST = """() => {
   const { drawing } = pointshade, { view, lights } = pointshade.seen();
   drawing.draw(view, lights, { shadows: true });
@@ -76,7 +81,9 @@ class TestPictures:
             opened.wait_until_drawn()
             check(opened, points, frame, {"yaw": 20}, (320, 240))
 
-    @pytest.mark.parametrize("options", [{"background": "#336699"}, {"tone": "neutral"}, {"ambient_occlusion": True}], ids=str)
+    @pytest.mark.parametrize(
+        "options", [{"background": "#336699"}, {"tone": "neutral"}, {"ambient_occlusion": True}], ids=str
+    )
     def test_it_is_finished_as_a_still(self, browser, points, options):
         frame, light = frames.sphere_before_wall(), ps.Light(position=(-0.5, -0.5, 0), intensity=2)
         with browser.opened(draw_page(points, frame, light=light, **options)) as opened:
@@ -114,8 +121,7 @@ class TestRefining:
     def test_what_moves_ends_it_at_once_and_rest_begins_it_again(self, opened):
         opened.page.evaluate("pointshade.state = { ...pointshade.state, yaw: 1 }")
         opened.wait_for("pointshade.drawing.count > 1")
-        moved = "pointshade.state = { ...pointshade.state, yaw: 2 }; new Promise(requestAnimationFrame).then(() => pointshade.drawing.count)"
-        assert opened.page.evaluate(moved) == 0
+        assert opened.page.evaluate(MOVED) == 0
         opened.wait_for("pointshade.drawing.isFine")
         assert opened.page.evaluate("pointshade.drawing.count") == SAMPLES
 
@@ -124,7 +130,8 @@ HOME = ps.orbit_pose(None, (0.3, 0.1, 1.5), 25, -40)
 SCRIPT = """
 const { lights, centre, toWorld } = value;
 return lights.map((light) => [...Array(20).keys()].map((k) => {
-  const { position, direction } = movedLight(light, k, centre, toWorld), { cx, cy } = shiftedCamera({ cx: 0, cy: 0 }, k);
+  const { position, direction } = movedLight(light, k, centre, toWorld);
+  const { cx, cy } = shiftedCamera({ cx: 0, cy: 0 }, k);
   return [position ?? direction, [-cx, -cy]];
 }));
 """

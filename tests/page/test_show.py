@@ -99,6 +99,12 @@ class TestInANotebook:
         assert frame.evaluate("pointshade.state.distance") > 1
         assert opened.page.evaluate("scrollY") == scrolled
 
+    def test_it_saves_pictures(self, notebook):
+        opened, inside = notebook
+        with opened.page.expect_download() as found:
+            inside.locator("#save").click()
+        assert found.value.suggested_filename == "a -sphere- & more.png"
+
     def test_the_first_click_only_takes_the_focus(self, notebook):
         opened, _ = notebook
         frame, mouse = opened.page.frames[1], opened.page.mouse

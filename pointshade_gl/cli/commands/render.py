@@ -219,8 +219,7 @@ def _write_page(asked: Asked, view: View) -> None:
     check_stream(view.look, False)
     asked.page.check(asked.output, asked.film)
     source, tell = asked.read(view)
-    words = dict(more=asked.more, views=asked.views, unlight_all=asked.unlight_all)
-    line = page_line(asked.frame, asked.look, asked.picture, **words)
+    line = page_line(asked.frame, asked.look, asked.picture, asked.more, asked.views, asked.unlight_all)
     asked.page.write(source, view, asked.output, asked.frame, line, asked.device, tell)
 
 

@@ -29,8 +29,7 @@ def command_of(request: RenderRequest, line: str | None) -> dict[str, Any] | Non
     own = scene.camera
     if line is None or not np.allclose(camera.fitted(own.width, own.height).intrinsics, own.intrinsics, 0, CLOSE):
         return None
-    mover = request.source if is_scene else scene.things[0].content.frame
-    own_pose = np.asarray(mover.framed().pose if isinstance(mover, Scene) else mover.pose)
+    own_pose = np.asarray(scene.pose if is_scene else scene.things[0].content.frame.pose)
     home = seen if is_scene or request.pose is not None else own_pose
     is_own = bool(np.allclose(home, own_pose, 0, 1e-12))
     return {

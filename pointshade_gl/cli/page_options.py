@@ -97,9 +97,13 @@ class PageOptions:
         return Path(str(frame.input or frame.depth or "vase")).stem if self.title is None else self.title
 
     def write(
-        self, source: Any, view: View, output: Path, frame: FrameOptions, device: int, tell: Callable[[Renderer], None]
-    ) -> None:
-        """Writes the page. A size smaller than that of the source is that of the points in the page, too."""
+        self, source: Any, view: View, output: Path, frame: FrameOptions, line: str, device: int,
+        tell: Callable[[Renderer], None],
+    ) -> None:  # fmt: skip
+        """Writes the page. A size smaller than that of the source is that of the points in the page, too.
+
+        line  as `page_line` makes it
+        """
         from ..page.page_file import largest_of, write_page
 
         request = RenderRequest.seen(source, view)
@@ -107,6 +111,6 @@ class PageOptions:
         start = time.perf_counter()
         with open_renderer(device) as renderer, spinner("writing"):
             largest = largest_of(request)
-            write_page(renderer, output, request, quality=self.exactness, largest=largest, title=title)
+            write_page(renderer, output, request, quality=self.exactness, largest=largest, title=title, command=line)
             tell(renderer)
             report(output, f"a page of {output.stat().st_size / 1e6:.2f} MB", renderer, time.perf_counter() - start)

@@ -17,6 +17,12 @@ function turnedBands(bands, turn) {
   ];
 }
 
+// By how many pixels the planes that are searched are moved in a sample (gpu/shading/view_visibility.py).
+function planeShift(sample) {
+  const spread = [0, 2, 1, 3];
+  return [spread[Math.floor(sample / 4) % 4], spread[sample % 4]];
+}
+
 class Around {
   // around: { occlusion, bands, toSky, lobes }, in home axes; occlusion: the radius in world units, 0 for none.
   constructor(gl, painter, around) {
@@ -61,10 +67,10 @@ class Around {
     return this.occlusion === true ? thing.middle * thing.scale : this.occlusion;
   }
 
-  // What hides light in a view of several things: { surface, albedo, visibility, size, intrinsics, distance }.
-  ofView({ surface, albedo, visibility, size, intrinsics, distance }) {
+  // What hides light in a view of several things: { surface, albedo, visibility, size, intrinsics, distance, sample }.
+  ofView({ surface, albedo, visibility, size, intrinsics, distance, sample }) {
     const { gl, painter } = this, radius = this.occlusion === true ? distance : this.occlusion;
-    const own = { surface_map: surface, numbers_map: albedo, visibility_map: visibility, intrinsics, radius, shift: [0, 0] };
+    const own = { surface_map: surface, numbers_map: albedo, visibility_map: visibility, intrinsics, radius, shift: planeShift(sample) };
     const found = this.search(own, ...size, { OBJECTS: 1 });
     gl.deleteTexture(this.whole || null);
     this.whole = makeTexture(gl, "rgba32f", ...size);

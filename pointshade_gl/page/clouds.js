@@ -28,10 +28,7 @@ class CloudPainter {
     this.findFront(thing, eye);
     painter.begin(this.sums, [0, 0, ...size], false);
     for (const k of [0, 1]) gl.clearBufferfv(gl.COLOR, k, [0, 0, 0, 0]);
-    gl.enable(gl.BLEND);
-    gl.blendFunc(gl.ONE, gl.ONE);
-    this.drawPoints("blend", thing, eye, { ...inputs, front: this.front, band: thing.rules.band });
-    gl.disable(gl.BLEND);
+    painter.adding(true, () => this.drawPoints("blend", thing, eye, { ...inputs, front: this.front, band: thing.rules.band }));
     const maps = { geometry_map: this.geometry, albedo_map: this.albedo, front: this.front };
     const constants = { COARSE: this.format === "rgba16f" ? 1 : 0 };
     painter.fill(target, [0, 0, ...size], "clouds/resolve.frag", constants, { ...inputs, ...maps });

@@ -1,10 +1,11 @@
 // Draws a page's things: what is seen of them, then light once a pixel (pipeline/pipeline.py). What has not changed stays.
+// At rest more samples are added to a picture, and their mean is shown (pipeline/accumulation.py).
 
 const NEAR = 0.001; // share of the distance to what is looked at
 
-// What is on the page -> { draw(view, lights, options) }. Throws an error where WebGL 2 cannot draw it.
+// What is on the page -> { draw(view, lights, options), refine() }. Throws an error where WebGL 2 cannot draw it.
 async function createDrawing(canvas, data) {
-  const gl = canvas.getContext("webgl2", { antialias: false, depth: false });
+  const gl = canvas.getContext("webgl2", { antialias: false, depth: false, premultipliedAlpha: false });
   if (!gl) throw new Error("this browser has no WebGL 2");
   if (!gl.getExtension("EXT_color_buffer_float")) throw new Error("this GPU cannot draw to pictures of floats");
   const [texts, bytes] = await Promise.all([unpacked(data.shaders), unpacked(data.parts)]);
@@ -16,7 +17,7 @@ async function createDrawing(canvas, data) {
 
 class Drawing {
   constructor(gl, programs, things, data) {
-    Object.assign(this, { gl, things, data, size: [0, 0], seen: "", shadowsOf: "" });
+    Object.assign(this, { gl, things, data, size: [0, 0], seen: "", shadowLayout: "", shadowsOf: [], count: 0 });
     this.painter = new Painter(gl, programs);
     this.around = new Around(gl, this.painter, data.around);
     this.clouds = new CloudPainter(gl, programs, this.painter);
@@ -28,20 +29,69 @@ class Drawing {
     }
   }
 
+  // One sample of a picture: as it is while something moves.
   // view: { camera, pose }, the pose in home axes; lights with positions and directions there, too.
   // options: { shading, shadows, hurries }; a shading other than phong is for all things; without shadows no light casts
   // any; in a hurry every second point of a film is drawn where the view is too small to show each.
   draw(view, lights, { shading, shadows, hurries } = {}) {
-    const { camera, pose } = view, gl = this.gl, { width, height } = camera;
-    this.fit(width, height);
+    this.fit(view.camera.width, view.camera.height);
     const shadings = this.things.map((thing) => (shading && shading !== "phong" ? shading : thing.shading));
-    const lamps = this.hangUp(lights.map((one) => ({ ...one, shadow: one.shadow && shadows !== false })));
-    const early = shadings.some((one) => LIT_EARLY.includes(one));
+    this.shown = { view, lights: lights.map((one) => ({ ...one, shadow: one.shadow && shadows !== false })), shadings };
     this.hurries = hurries;
-    const seen = JSON.stringify([camera, pose, shadings, hurries, early && [lights, shadows]]);
-    if (seen !== this.seen) this.drawSurfaces(view, shadings, lamps);
+    this.count = 0;
+    this.drawSample(0, this.picture, false);
+    this.present();
+  }
+
+  // Adds a sample to what was drawn. The mean is shown where it lies in the middle of the first sample's pixels: pairs of
+  // samples face each other.
+  refine() {
+    this.fitSums();
+    if (!this.count) this.painter.clear(this.sums);
+    this.drawSample(this.count++, this.sums, true);
+    if (this.count % 2 || this.isFine) {
+      this.develop();
+      this.present();
+    }
+    this.fence = this.gl.fenceSync(this.gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    this.gl.flush();
+  }
+
+  // Whether the picture has all its samples.
+  get isFine() {
+    return this.count >= this.data.samples;
+  }
+
+  // Whether the last added sample is still being drawn.
+  get isBusy() {
+    const { gl, fence } = this;
+    if (!fence || gl.getSyncParameter(fence, gl.SYNC_STATUS) !== gl.SIGNALED) return Boolean(fence);
+    gl.deleteSync(fence);
+    this.fence = null;
+    return false;
+  }
+
+  // Draws a sample, or adds it to a sum of linear light.
+  drawSample(k, target, isSummed) {
+    const { shadings, view } = this.shown, { pose } = view, camera = shiftedCamera(view.camera, k);
+    const lights = this.shown.lights.map((one) => movedLight(one, k, this.data.bounds.centre, this.data.toWorld));
+    const lamps = this.hangUp(lights), early = shadings.some((one) => LIT_EARLY.includes(one));
+    const seen = JSON.stringify([camera, pose, shadings, this.hurries, early && lights]);
+    if (seen !== this.seen) this.drawSurfaces({ camera, pose }, shadings, lamps);
     this.seen = seen;
-    this.lightPixels(view, shadings, lamps);
+    this.lightPixels({ camera, pose }, shadings, lamps, k, target, isSummed);
+  }
+
+  // The mean of the samples as a picture.
+  develop() {
+    const background = this.data.behind ? [...this.data.behind, 1] : [0, 0, 0, 0], sums = this.sum;
+    const inputs = { sums, grounds: sums, count: this.count, background };
+    this.painter.fill(this.picture, [0, 0, ...this.size], "output/resolve_samples.frag", { TONE: this.rollsOff ? 1 : 0 }, inputs, false);
+  }
+
+  // Shows the picture on the page.
+  present() {
+    const gl = this.gl, [width, height] = this.size;
     gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.picture);
     gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
     gl.blitFramebuffer(0, 0, width, height, 0, height, width, 0, gl.COLOR_BUFFER_BIT, gl.NEAREST);
@@ -51,6 +101,11 @@ class Drawing {
   // The film shows another frame.
   changeFrame({ bounds, distance }) {
     Object.assign(this, { data: { ...this.data, bounds, distance }, seen: "", shadowsOf: "" });
+  }
+
+  // Whether light above white rolls off in what is shown.
+  get rollsOff() {
+    return this.data.tone === "neutral" && this.shown.shadings.some((one) => !NOT_LIT.includes(one));
   }
 
   // The last picture: RGBA bytes, top row first.
@@ -74,7 +129,9 @@ class Drawing {
     const gl = this.gl;
     if (this.size[0] === width && this.size[1] === height) return;
     for (const texture of this.textures || []) gl.deleteTexture(texture);
-    for (const target of [this.splats, this.surfaces, this.picture]) gl.deleteFramebuffer(target || null);
+    for (const target of [this.splats, this.surfaces, this.picture, this.sums]) gl.deleteFramebuffer(target || null);
+    gl.deleteTexture(this.sum || null);
+    this.sums = this.sum = null;
     const formats = ["r32i", "depth", "rgba32f", "rgba16f", "depth", "rgba8", "rgba32f"];
     this.textures = formats.map((format) => makeTexture(gl, format, width, height));
     [this.ids, this.depth, this.surface, this.albedo, this.nearest, this.color, this.visibility] = this.textures;
@@ -86,27 +143,48 @@ class Drawing {
     [gl.canvas.width, gl.canvas.height] = this.size;
   }
 
-  // The lights with their shadow map, which is drawn when it has to be other than the last.
+  // The sum of samples, from when there is one.
+  fitSums() {
+    if (this.sums) return;
+    this.sum = makeTexture(this.gl, this.clouds.format, ...this.size);
+    this.sums = makeTarget(this.gl, [this.sum]);
+  }
+
+  // The lights with their shadow map, of which is drawn what has to be other than the last.
   hangUp(lights) {
     const plan = shadowViews(lights, this.data.bounds, this.data.toWorld);
     const isPlain = !plan.views.length && !lights.some((one) => one.position && one.direction);
-    const key = JSON.stringify(plan.views);
-    if (key !== this.shadowsOf) this.drawShadows(plan);
-    this.shadowsOf = key;
+    if (plan.views.length) this.drawShadows(plan);
     return { lights, ...plan, isPlain };
   }
 
   drawShadows({ views, side, size }) {
+    const gl = this.gl, layout = JSON.stringify([views.length, side]);
+    if (layout !== this.shadowLayout) this.fitShadows(views.length, side, size);
+    this.shadowLayout = layout;
+    views.forEach((view, k) => {
+      const key = JSON.stringify(view);
+      if (key === this.shadowsOf[k]) return;
+      this.shadowsOf[k] = key;
+      gl.bindFramebuffer(gl.FRAMEBUFFER, this.shadows);
+      gl.enable(gl.SCISSOR_TEST);
+      gl.scissor(...view.first, side, side);
+      gl.clearBufferfv(gl.DEPTH, 0, [1]);
+      gl.disable(gl.SCISSOR_TEST);
+      for (const thing of this.things) if (thing.shadow) this.drawShadow(thing, view, side);
+    });
+  }
+
+  // Room for the views of lights, all of one size.
+  fitShadows(count, side, size) {
     const gl = this.gl;
     for (const texture of [this.shadowMap, ...(this.scratch || [])]) gl.deleteTexture(texture || null);
     for (const target of [this.shadows, this.scratchTarget]) gl.deleteFramebuffer(target || null);
     this.shadowMap = makeTexture(gl, "depth", Math.max(size[0], 1), Math.max(size[1], 1));
     this.shadows = makeTarget(gl, [], this.shadowMap);
-    this.scratch = views.length ? [makeTexture(gl, "r32i", side, side), makeTexture(gl, "depth", side, side)] : [];
-    this.scratchTarget = views.length ? makeTarget(gl, [this.scratch[0]], this.scratch[1]) : null;
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.shadows);
-    gl.clearBufferfv(gl.DEPTH, 0, [1]);
-    for (const view of views) for (const thing of this.things) if (thing.shadow) this.drawShadow(thing, view, side);
+    this.scratch = count ? [makeTexture(gl, "r32i", side, side), makeTexture(gl, "depth", side, side)] : [];
+    this.scratchTarget = count ? makeTarget(gl, [this.scratch[0]], this.scratch[1]) : null;
+    this.shadowsOf = [];
   }
 
   drawShadow(thing, { camera, pose, near, first }, side) {
@@ -190,39 +268,38 @@ class Drawing {
       material: thing.material, certainty_map: thing.certainty, visibility_map: this.around.ofPoints(thing),
     };
     const constants = { POINTS: 1, CERTAINTY: thing.certainty ? 1 : 0 };
+    this.painter.clear(thing.litTarget);
     this.fillLight(thing.litTarget, [thing.width, thing.height], constants, own, lamps, thing.axes);
   }
 
-  lightPixels({ camera, pose }, shadings, lamps) {
+  lightPixels({ camera, pose }, shadings, lamps, sample, target, isSummed) {
     const own = {
       surface_map: this.surface, albedo_map: this.albedo, intrinsics: [camera.fx, camera.fy, camera.cx, camera.cy],
       eye: [0, 0, 0], material: this.things[0].material, materials: this.materials,
     };
-    if (this.around.occlusion) own.visibility_map = this.visibilityOf(camera, pose);
+    if (this.around.occlusion) own.visibility_map = this.visibilityOf(camera, pose, sample);
     const constants = {
       POINTS: 0, MATERIALS: this.things.length > 1 ? 1 : 0,
       CERTAINTY: this.things.some((thing) => thing.certainty) ? 1 : 0,
-      EDL: shadings.includes("edl") ? 1 : 0,
-      TONE: this.data.tone === "neutral" && shadings.some((one) => !NOT_LIT.includes(one)) ? 1 : 0,
+      EDL: shadings.includes("edl") ? 1 : 0, LINEAR: isSummed ? 1 : 0, TONE: this.rollsOff && !isSummed ? 1 : 0,
     };
-    this.fillLight(this.picture, this.size, constants, own, lamps, pose);
+    if (!isSummed) this.painter.clear(target);
+    this.painter.adding(isSummed, () => this.fillLight(target, this.size, constants, own, lamps, pose));
   }
 
   // What all that is seen sees of the light from all around.
-  visibilityOf({ fx, fy, cx, cy }, pose) {
+  visibilityOf({ fx, fy, cx, cy }, pose, sample) {
     if (this.things.length === 1 && this.things[0].kind === "points") return this.visibility;
     const { surface, albedo, visibility, size } = this, distance = this.near(pose) / NEAR;
-    if (this.hiddenIn !== this.seen) this.hiding = this.around.ofView({ surface, albedo, visibility, size, intrinsics: [fx, fy, cx, cy], distance });
+    if (this.hiddenIn !== this.seen) this.hiding = this.around.ofView({ surface, albedo, visibility, size, intrinsics: [fx, fy, cx, cy], distance, sample });
     this.hiddenIn = this.seen;
     return this.hiding;
   }
 
-  // Lights all pixels of a target: light.frag.
+  // Lights all pixels of a cleared target: light.frag.
   fillLight(target, size, constants, own, lamps, axes) {
-    const gl = this.gl, inputs = { ...own, ...this.lightInputs(lamps, axes, !lamps.isPlain), ...this.around.inputs(axes, this.data.exposure) };
+    const inputs = { ...own, ...this.lightInputs(lamps, axes, !lamps.isPlain), ...this.around.inputs(axes, this.data.exposure) };
     const variant = { ...constants, ...this.around.constants, SHADOWS: lamps.isPlain ? 0 : 1, ALONE: inputs.only_light ? 1 : 0 };
-    this.painter.begin(target, [0, 0, ...size], false);
-    gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
     this.painter.fill(target, [0, 0, ...size], "shading/light.frag", variant, inputs, false);
   }
 

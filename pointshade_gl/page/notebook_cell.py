@@ -30,10 +30,11 @@ class Cell:
         self.html, self._title, self._height = page, title, height
 
     def _repr_html_(self) -> str:
-        """A frame whose scripts run, and that can reach neither the notebook nor anything else."""
+        """A frame whose scripts run and save pictures, and that can reach neither the notebook nor anything else."""
         return (
-            f'<iframe srcdoc="{html.escape(self.html)}" title="{html.escape(self._title)}" sandbox="allow-scripts" '
-            f'allowfullscreen style="display: block; width: 100%; height: {self._height}px; border: 0"></iframe>'
+            f'<iframe srcdoc="{html.escape(self.html)}" title="{html.escape(self._title)}" '
+            'sandbox="allow-scripts allow-downloads" allow="clipboard-write" allowfullscreen '
+            f'style="display: block; width: 100%; height: {self._height}px; border: 0"></iframe>'
         )
 
     def __repr__(self) -> str:

@@ -32,6 +32,7 @@ from ..scene.view import View
 from .cloud_parts import cloud_part
 from .contents import surfaces_of
 from .film_file import draw_film, frames_of
+from .page_command import command_of
 from .page_scene import Showing, arranged, look_of
 from .parts import QUALITIES, Part, Quality, QualityName, mesh_part, surface_part
 from .reduced_frames import cloud_points, reduced
@@ -54,6 +55,7 @@ def write_page(
     quality: QualityName = "exact",
     largest: int = LARGEST,
     title: str | None = None,
+    command: str | None = None,
     notes: Note | None = None,
     progress: Progress | None = None,
     **options: Unpack[RequestOptions],
@@ -62,11 +64,12 @@ def write_page(
 
     The file asks for nothing from outside. It needs a browser with WebGL 2 (all since 2023); others show a picture.
     Depths and normals are those that `render` draws with: "auto" smooths noise in the page, too. Where something cannot
-    be shown (the size of lights, grounds, triangles between pixels), a note says so, and the page's help. Of several
-    frames each part of the surface is sent once: from the frame that sees it best, the mean of all that see it.
+    be shown (grounds, triangles between pixels), a note says so, and the page's help. Of several frames each part of
+    the surface is sent once: from the frame that sees it best, the mean of all that see it.
 
     The page begins with the picture that `render` gives. The mouse holds the first light, the others stay where they
-    are. Samples and ground are those of the picture for browsers without WebGL 2.
+    are. Where nothing moves it shows the mean of 16 samples, or as many as are asked for, with smooth outlines and soft
+    shadows. The ground is in the picture for browsers without WebGL 2 only.
 
     Parameters
     ----------
@@ -88,6 +91,9 @@ def write_page(
         square is the most points of clouds.
     title : str, optional
         What the page calls itself; None is the name of a path, or "pointshade".
+    command : str, optional
+        A line `pointshade render ...` that draws the source, without lights, shading, view and sizes: with these, the
+        page copies the line of the picture that it shows. None: it has no button for that.
     progress : callable, optional
         As for `render`; the steps are those of the first picture, and each surface of the page. After `Cancelled` there
         is no file, or the one that was there before.
@@ -101,8 +107,8 @@ def write_page(
     """
     path = check_page_path(path)
     text = draw_page(
-        renderer, source, fps=fps, quality=quality, largest=largest, title=title, notes=notes, progress=progress,
-        **options,
+        renderer, source, fps=fps, quality=quality, largest=largest, title=title, command=command, notes=notes,
+        progress=progress, **options,
     )  # fmt: skip
     with written_whole(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
@@ -124,6 +130,7 @@ def draw_page(
     quality: QualityName = "exact",
     largest: int = LARGEST,
     title: str | None = None,
+    command: str | None = None,
     notes: Note | None = None,
     progress: Progress | None = None,
     **options: Unpack[RequestOptions],
@@ -156,6 +163,7 @@ def draw_page(
             parts.append(part)
             count.step()
         data: dict[str, Any] = showing.values() | {"exposure": gain, "things": [head for head, _ in parts]}
+        data["command"] = command_of(whole, command)
         for sentence in data["leftOut"]:
             print_note(f"in the page {sentence}")
     return filled(named if title is None else title, still, data, b"".join(body for _, body in parts))

@@ -21,7 +21,7 @@ from ..scene.orbit_state import State
 from ..scene.orbit_target import Stage
 from ..scene.placed import Placed
 from ..scene.point_cloud import PointCloud
-from ..scene.render_settings import Finish
+from ..scene.render_settings import STILL, Finish
 from ..scene.srgb import linear_to_srgb
 from ..scene.surroundings import FAR_AS_SEEN, NOTHING_AROUND, Surroundings
 from ..scene.visible_scene import is_alone, material_of, shading_of
@@ -84,8 +84,10 @@ class Showing:
             "toWorld": self.home[:3, :3].tolist(),
             "distance": self.distance,
             "background": self._background(),
+            "behind": self.finish.behind,
+            "samples": max(self.finish.samples, STILL),
             "tone": self.finish.tone,
-            "leftOut": list(left_out(self.scene, self.lights, self.finish, self.points)),
+            "leftOut": list(left_out(self.scene, self.finish, self.points)),
         }
 
     def start(self, stage: Stage) -> State:
@@ -110,6 +112,8 @@ class Showing:
             "intensity": light.intensity,
             "attenuation": list(light.attenuation),
             "cone": list(light.cone),
+            "radius": light.radius,
+            "angle": light.angle,
             "size": light.size and list(light.size),
             "shadow": light.shadow,
         }

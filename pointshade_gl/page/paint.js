@@ -32,6 +32,20 @@ class Painter {
     else gl.disable(gl.DEPTH_TEST);
   }
 
+  clear(target) {
+    this.gl.bindFramebuffer(this.gl.FRAMEBUFFER, target);
+    this.gl.clearBufferfv(this.gl.COLOR, 0, [0, 0, 0, 0]);
+  }
+
+  // What is drawn meanwhile is added to what is there, if so asked.
+  adding(isAdded, draw) {
+    const gl = this.gl;
+    if (isAdded) gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE);
+    draw();
+    gl.disable(gl.BLEND);
+  }
+
   // Runs a fragment shader on all pixels of a box.
   fill(target, box, fragment, constants, inputs, depthTest = true) {
     this.begin(target, box, depthTest);

@@ -6,6 +6,7 @@ const NARROWEST = 1e-4; // radii of the scene, or distances
 const SHADOW_SIDE = 1024, SHADOW_MAP = 8192; // pixels of a view, and of all of them side by side
 const SHADOW_RIM = 2; // pixels round a view that stay empty
 const WIDEST_VIEW = radians(70);
+const TURNS = 3; // towards the middle of what is seen
 const FACES = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
 
 const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
@@ -38,10 +39,13 @@ function shadowDirections({ position, direction, cone, size }, { corners, centre
 
 // Near this direction, the one to the middle of all corners, and half the angle that shows them.
 function narrowestView(position, direction, corners, toWorld) {
-  const [turn, ...places] = placesSeen(position, direction, corners, toWorld);
-  const middle = unit(applied(turn, [...places.map(middleOf), 1]));
-  const [, x, y] = placesSeen(position, middle, corners, toWorld);
-  return [middle, Math.atan(Math.max(...x.map(Math.abs), ...y.map(Math.abs), NARROWEST))];
+  for (let k = 0; k < TURNS; ++k) {
+    const [turn, ...places] = placesSeen(position, direction, corners, toWorld);
+    const towards = places.map((values) => Math.tan(middleOf(values.map(Math.atan))));
+    direction = unit(applied(turn, [...towards, 1]));
+  }
+  const [, x, y] = placesSeen(position, direction, corners, toWorld);
+  return [direction, Math.atan(Math.max(...x.map(Math.abs), ...y.map(Math.abs), NARROWEST))];
 }
 
 // The turn of who looks in a direction, and where it sees the corners: x and y at depth 1.

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from ..messages.formatting import counted
 from ..scene.graph import Scene
-from ..scene.light import Light
 from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject
 from ..scene.render_settings import Finish
 
 
-def left_out(scene: Scene, lights: Iterable[Light], finish: Finish, points: int) -> Iterator[str]:
-    """Of a scene under these lights, finished like this. points: of its clouds, before some were left out."""
+def left_out(scene: Scene, finish: Finish, points: int) -> Iterator[str]:
+    """Of a scene, finished like this. points: of its clouds, before some were left out."""
     objects = [p.content for p in scene.things if isinstance(p.content, PointObject)]
     shown = sum(len(p.content) for p in scene.things if isinstance(p.content, PointCloud))
     if shown < points:
@@ -22,8 +21,6 @@ def left_out(scene: Scene, lights: Iterable[Light], finish: Finish, points: int)
         yield "the ground and its shadows are in the still picture only"
     if not finish.is_light:
         yield f"{finish.show} in colours is in the still picture only"
-    if any(light.is_soft for light in lights):
-        yield "lights have no size: their shadows are hard"
     if any(one.look.splat == "mesh" for one in objects):
         yield "triangles between pixels are drawn as splats"
     if not all(one.is_single for one in objects):

@@ -13,12 +13,13 @@ from ..support import frames
 
 pytestmark = [pytest.mark.browser, pytest.mark.gl]
 PSNR, COVERAGE = 55, 0.001  # at least, where both draw; at most, by how much the covered share differs
-DRAW = """([changes, size, others]) => {
+DRAW = """([changes, size, others, samples]) => {
   const { data, drawing } = pointshade, state = { ...START, ...data.start, ...changes };
   const camera = size ? fitted(data.camera, ...size) : data.camera;
   const place = pose(state, data.stage), own = [light(state, data.stage, HOME, data.held), ...data.lights];
   const lights = others ?? own;
   drawing.draw({ camera, pose: place }, lights, { shading: state.shading, shadows: state.shadows });
+  while (samples > 1 && drawing.count < samples) drawing.refine();
   const pixels = drawing.read();
   let text = "";
   for (let k = 0; k < pixels.length; k += 8192) text += String.fromCharCode(...pixels.subarray(k, k + 8192));
@@ -37,9 +38,9 @@ def points():
         yield made
 
 
-def drawn(opened, changes, size=None, lights=None):
+def drawn(opened, changes, size=None, lights=None, samples=1):
     """A picture of the page, (h, w, 4), the pose of who looks, in home axes, and the lights there."""
-    found = opened.page.evaluate(DRAW, [changes, size, lights and list(map(vars, lights))])
+    found = opened.page.evaluate(DRAW, [changes, size, lights and list(map(vars, lights)), samples])
     picture = np.frombuffer(base64.b64decode(found["pixels"]), np.uint8)
     lights = [ps.Light(**{name: as_given(value) for name, value in light.items()}) for light in found["lights"]]
     return picture.reshape(found["height"], found["width"], 4), np.array(found["place"]), lights

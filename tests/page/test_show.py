@@ -29,7 +29,7 @@ def notebook(browser, made):
 @pytest.mark.gl
 def test_it_is_the_page_in_a_frame_that_can_reach_nothing(made):
     text = made._repr_html_()
-    assert text.count("<") == 2 and 'sandbox="allow-scripts"' in text and "height: 300px" in text
+    assert text.count("<") == 2 and 'sandbox="allow-scripts allow-downloads"' in text and "height: 300px" in text
     assert 'title="a &quot;sphere&quot; &amp; more"' in text
     assert repr(made) == f"Cell({len(made.html) / 1e6:.1f} MB, 300 pixels high)"
 
@@ -92,8 +92,30 @@ class TestInANotebook:
         assert frame.evaluate("pointshade.state.distance") == 1
         opened.page.mouse.down()
         opened.page.mouse.up()
+        opened.page.mouse.move(box["x"] + 210, box["y"] + 100)
         scrolled = opened.page.evaluate("scrollY")
         opened.page.mouse.wheel(0, 100)
         inside.locator("body.live").evaluate("() => new Promise((done) => setTimeout(done, 300))")
         assert frame.evaluate("pointshade.state.distance") > 1
         assert opened.page.evaluate("scrollY") == scrolled
+
+    def test_it_saves_pictures(self, notebook):
+        opened, inside = notebook
+        with opened.page.expect_download() as found:
+            inside.locator("#save").click()
+        assert found.value.suggested_filename == "a -sphere- & more.png"
+
+    def test_the_first_click_only_takes_the_focus(self, notebook):
+        opened, _ = notebook
+        frame, mouse = opened.page.frames[1], opened.page.mouse
+        box = opened.page.locator("iframe").bounding_box()
+        x, y = box["x"] + 200, box["y"] + 100
+        mouse.move(x, y)
+        before = frame.evaluate("pointshade.state")
+        mouse.down()
+        mouse.move(x + 90, y + 30, steps=4)
+        mouse.up()
+        assert frame.evaluate("document.hasFocus()")
+        assert frame.evaluate("pointshade.state") == before
+        mouse.click(x, y)
+        assert not frame.evaluate("pointshade.state.lightMode")

@@ -62,18 +62,20 @@ class TestOfItself:
 
     def test_it_draws_only_when_something_has_changed(self, opened):
         counted = """async () => {
-          await new Promise((resolve) => setTimeout(resolve, 100));
-          let count = 0;
+          while (!pointshade.drawing.isFine) await new Promise(requestAnimationFrame);
+          let count = 0, refined = 0;
           const drawing = pointshade.drawing, draw = drawing.draw.bind(drawing);
           drawing.draw = (...given) => { ++count; return draw(...given); };
+          drawing.refine = () => ++refined;
           const frames = async (n) => { for (let k = 0; k < n; ++k) await new Promise(requestAnimationFrame); };
           await frames(5);
-          const idle = count;
+          const idle = count + refined;
           for (let k = 0; k < 10; ++k) pointshade.state = { ...pointshade.state, yaw: k };
           await frames(3);
           delete drawing.draw;
+          delete drawing.refine;
           pointshade.state = { ...pointshade.state, yaw: 0 };
-          return [idle, count - idle];
+          return [idle, count];
         }"""
         assert opened.page.evaluate(counted) == [0, 1]
 
@@ -113,12 +115,12 @@ class TestForEveryone:
         page.evaluate("document.body.prepend(Object.assign(document.createElement('a'), {id: 'top', tabIndex: 0}))")
         page.evaluate("top => (top.focus(), top.remove())", page.query_selector("#top"))  # Tab goes on from there
         ring = "getComputedStyle(document.activeElement)"
-        for _ in range(7):
+        for _ in range(9):
             page.keyboard.press("Tab")
             reached.append(page.evaluate("document.activeElement.id"))
             is_seen = f"{ring}.outlineStyle !== 'none' || {ring}.boxShadow !== 'none'"
             assert page.evaluate(is_seen), reached
-        assert reached == ["picture", "follow", "unlit", "shading", "reset", "full", "ask"]
+        assert reached == ["picture", "follow", "unlit", "shading", "lamp", "reset", "save", "full", "ask"]
 
     def test_help_opens_and_closes_by_keys_and_gives_the_focus_back(self, opened):
         page = opened.page
@@ -149,6 +151,7 @@ class TestForEveryone:
             opened.page.emulate_media(reduced_motion=motion)
             found = opened.page.evaluate("getComputedStyle(document.querySelector('#message')).transitionDuration")
             assert found == seconds
+        opened.wait_for("pointshade.drawing.isFine")
         before = picture_of(opened.page)
         opened.page.wait_for_timeout(200)
         np.testing.assert_array_equal(picture_of(opened.page), before)
@@ -187,6 +190,7 @@ class TestWhereItCannotDraw:
         page.mouse.move(300, 470)
         page.evaluate("pointshade.state = { ...pointshade.state, yaw: 20 }")
         page.wait_for_timeout(100)
+        opened.wait_for("pointshade.drawing.isFine")
         before = picture_of(page)
         page.evaluate("window.loss = picture.getContext('webgl2').getExtension('WEBGL_lose_context')")
         page.evaluate("loss.loseContext()")
@@ -196,5 +200,6 @@ class TestWhereItCannotDraw:
         page.keyboard.press("ArrowRight")
         page.evaluate("loss.restoreContext()")
         opened.wait_until_drawn()
+        opened.wait_for("pointshade.drawing.isFine")
         np.testing.assert_array_equal(picture_of(page), before)
         opened.complaints[:] = [text for text in opened.complaints if "CONTEXT_LOST" not in text]

@@ -46,6 +46,7 @@ from ..options import (
     spread,
 )
 from ..output import explainer, in_turn, open_renderer, progress, report, spinner, warn_skipped
+from ..page_line import page_line
 from ..page_options import PageOptions, is_page
 from ..photographs import as_one_frame, load_photographs
 from ..picture_options import PictureOptions, view_of
@@ -226,7 +227,8 @@ def _write_page(asked: Asked, view: View) -> None:
         return
     if asked.film.frames is not None:
         raise ValueError(f"{asked.output} shows one thing that nothing moves: leave out {option('frames')}")
-    asked.page.write(source, view, asked.output, asked.frame, asked.device, tell)
+    line = page_line(asked.frame, asked.look, asked.picture, asked.more, asked.views, asked.unlight_all)
+    asked.page.write(source, view, asked.output, asked.frame, line, asked.device, tell)
 
 
 def _write_points(asked: Asked, view: View) -> None:

@@ -26,6 +26,7 @@ from ..scene.light import Light
 from ..scene.option_fields import FILM, FRAME, LIGHT, VIEW
 from ..scene.point_cloud import UPS
 from ..scene.render_settings import SIMPLE, Finish
+from ..scene.turntable import TURNTABLES
 from ..scene.view import SIZES, View
 from .completion import complete_input
 from .option_groups import group_of, said, typed
@@ -224,9 +225,10 @@ class FilmOptions:
     """What a film or a series of pictures shows."""
 
     turntable: str | None = said(
-        "Move the light or the camera once around the object.",
-        metavar="light|camera",
-        known=("light", "camera"),
+        "Move the light around the object, or the camera: all around (360), or 25 degrees to either side and back "
+        "(swing, or other degrees). camera: a swing of a single frame, else 360.",
+        metavar="light|camera|swing[:DEG]|360",
+        known=TURNTABLES,
         panel=FILM,
     )
     frames: int | None = said(

@@ -20,7 +20,7 @@ from ..files.sources import prefetched
 from ..files.writing.film import Film
 from ..messages.formatting import option
 from ..messages.progress import Count, Progress
-from ..messages.validation import check_choice, check_type
+from ..messages.validation import check_type
 from ..scene.appearance import SurfaceOptions
 from ..scene.frame import Frame
 from ..scene.graph import Scene
@@ -46,7 +46,7 @@ def jobs_of(
 ) -> tuple[Generator[Job, None, None], int]:
     """The jobs of a film of the source, and how many there are.
 
-    turntable  "light" or "camera" moves once around the object in `count` pictures (default 75); None shows the
+    turntable  moves the light or the camera in `count` pictures (default 75), see `views_of_turn`; None shows the
                sequence, or its first `count` frames
     renderer   that corrects the poses of a sequence, if its look asks for it; None leaves them
 
@@ -54,9 +54,8 @@ def jobs_of(
     """
     if isinstance(source, Frame | Scene):
         if turntable is None:
-            turn = option("turntable", *TURNTABLES)
+            turn = option("turntable", *TURNTABLES[:2])
             raise ValueError(f"a single frame cannot become a film: pass {turn}, or write a single picture")
-        check_choice(option("turntable"), turntable, tuple(TURNTABLES))
         views = views_of_turn(source, view, turntable, count or TURN)
         return ((k, RenderRequest.seen(source, view)) for k, view in enumerate(views)), count or TURN
     source = source[:count]

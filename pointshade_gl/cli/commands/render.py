@@ -18,6 +18,7 @@ from ...messages.notes import print_note
 from ...rendering.renderer import Renderer
 from ...rendering.request import RenderRequest
 from ...scene.graph import Scene
+from ...scene.turntable import check_turntable, moves_camera
 from ...scene.view import View
 from ..inputs import (
     Together,
@@ -93,6 +94,8 @@ class Asked:
     def check_inputs(self) -> None:
         """Raises ValueError for several INPUTs where there can be one, and for one where several are needed."""
         check_folders(self.more or [])
+        if self.film.turntable is not None:
+            check_turntable(self.film.turntable)
         is_sequence = self.film.turntable is None and is_series(self.output)
         is_one = self.views is not None or is_sequence or self.output.suffix.lower() in POINTS
         if self.more and is_one:
@@ -116,7 +119,7 @@ class Asked:
             self.look, self.place, self.picture, self.output,
             is_scene=self.are_clouds or (not self.is_set and self.is_scene), is_cloud=self.are_clouds,
             is_film=not is_page(self.output) and (turns or is_series(self.output)),
-            is_changed=self.is_set or self.film.turntable == "camera",
+            is_changed=self.is_set or moves_camera(self.film.turntable),
         )  # fmt: skip
 
     def read(self, view: View, is_many: bool = False) -> tuple[Any, Callable[[Renderer], None]]:

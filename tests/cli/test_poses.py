@@ -1,6 +1,7 @@
 """--poses, --align and --save-poses: poses of several frames are read, corrected and written."""
 
 import json
+import re
 import shlex
 
 import numpy as np
@@ -75,6 +76,15 @@ class TestViews:
         code, out, errors = typed(line)
         assert code == 0 and "saved.txt: 2 poses" in out, errors
         assert len(read_poses(tmp_path / "saved.txt").poses) == 2
+
+    @pytest.mark.parametrize("suffix", [".ply", ".glb"])
+    def test_their_points_are_one_cloud_at_the_corrected_poses(self, typed, tmp_path, suffix):
+        code, out, errors = typed(f"render walk --views all --align -o out{suffix} --save-poses saved.txt")
+        assert code == 0 and "saved.txt: 3 poses" in out, errors
+        saved = [frame.at(pose) for frame, pose in zip(GIVEN, read_poses(tmp_path / "saved.txt").poses, strict=True)]
+        cloud = ps.render_points(saved, missing="complete")
+        (count,) = re.findall(r": (\d+) points", out)
+        assert abs(int(count) / len(cloud) - 1) < 0.01 and len(cloud) < 0.7 * sum(one.points_known for one in GIVEN)
 
     def test_corrections_are_explained_by_the_frames_numbers(self, draw):
         _, out = draw("walk --views 0,2 --align --explain")

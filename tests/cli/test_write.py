@@ -170,7 +170,7 @@ def test_what_cannot_be_is_one_sentence(folder, tmp_path, monkeypatch, arguments
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["render", "demo", "-o", "out.ply"], "holds the points of frames, demo is a scene: write a picture of it"),
+        (["render", "demo", "-o", "out.ply"], "holds the points of frames, demo is a scene: write a picture"),
         (["depth", "demo", "-o", "out.exr", "--normals", "star"], "leave out --normals"),
     ],
 )

@@ -97,10 +97,10 @@ class Asked:
         if self.film.turntable is not None:
             check_turntable(self.film.turntable)
         is_sequence = self.film.turntable is None and is_series(self.output)
-        is_one = self.views is not None or is_sequence or self.output.suffix.lower() in POINTS
-        if self.more and is_one:
+        if self.more and (self.views is not None or is_sequence):
             raise ValueError(
-                f"several INPUTs are drawn as one object, in a picture or a turntable: pass one INPUT to {self.output}"
+                "several INPUTs are drawn as one object, in a picture, a turntable or a file of points: pass one INPUT "
+                f"to {self.output}"
             )
         if self.are_clouds and (self.views is not None or self.unlight_all):
             name = "unlight_all" if self.unlight_all else "views"
@@ -150,8 +150,8 @@ def render(asked: Asked) -> None:
 
     Write an .html to look at in a browser: there the light and the object can be moved, and a sequence plays.
     Write all frames of a sequence, or a turntable, to an .mp4, a .gif or numbered files such as %04d.png.
-    Write the points of a frame, lit (or not: --shading none), in world coordinates to a .ply; or those of a point
-    cloud, in their own colours, with normals.
+    Write the points of a frame, or of --views each place once, lit (or not: --shading none), in world coordinates to a
+    .ply or .glb; or those of a point cloud, in their own colours, with normals.
     """
     asked.check_inputs()
     view = asked.view()
@@ -238,10 +238,10 @@ def _write_points(asked: Asked, view: View) -> None:
     from ..written_maps import write_points
 
     output, film = asked.output, asked.film
-    if asked.views is not None:
-        raise ValueError(f"{output} holds the points of frames: leave out {option('views')}")
-    if asked.save_poses is not None:
-        raise ValueError(f"{option('save_poses')} is for pictures and films, {output} holds points: leave it out")
+    if asked.save_poses is not None and not asked.is_set:
+        raise ValueError(
+            f"{option('save_poses')} is for several views, pictures and films; {output} holds points: leave it out"
+        )
     asked.picture.check_none(output)
     asked.page.check_none(output)
     check_points_path(first_of(output))
@@ -252,8 +252,13 @@ def _write_points(asked: Asked, view: View) -> None:
         return
     source = asked.load(view, sequence=is_numbered(output) and film.turntable is None)
     if isinstance(source, Scene):
-        raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture of it")
+        raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture")
     tell = explainer(asked.explain)
+    if isinstance(source, Together):
+        if is_numbered(output) or film.turntable is not None:
+            raise ValueError(f"the points of several views are one cloud: write one file, such as out{output.suffix}")
+        tell = in_turn(explainer(asked.explain, source.names), poses_saver(asked.save_poses, source))
+        source = source.frames
     write_points(source, view, output, film, asked.device, tell)
 
 
@@ -261,6 +266,8 @@ def _write_cloud(asked: Asked, view: View) -> None:
     """The points of a cloud, with normals."""
     from ..written_clouds import check_unlit, write_cloud
 
+    if asked.more:
+        raise ValueError(f"{asked.output} holds the points of one cloud: pass one INPUT")
     if is_numbered(asked.output) or asked.film.turntable is not None or asked.film.frames is not None:
         raise ValueError(f"a point cloud is one file of points: write it to one, such as out{asked.output.suffix}")
     check_unlit(asked.output, asked.look, asked.place)

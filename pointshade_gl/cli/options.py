@@ -38,7 +38,9 @@ def _output(suffixes: tuple[str, ...], help: str = "The file to write, such as o
     return typer.Option("-o", "--output", metavar="FILE", help=f"{help}; it ends with {', '.join(suffixes)}.")
 
 
-RenderOutput = Annotated[Path, _output(RENDERED)]
+RenderOutput = Annotated[
+    Path | None, _output(RENDERED, "The file to write, such as out.png (default: a new one here, called like INPUT)")
+]
 NormalsOutput = Annotated[Path, _output((*NORMALS, *POINTS))]
 DepthOutput = Annotated[Path, _output(DEPTH)]
 AlbedoOutput = Annotated[Path, _output(IMAGES)]

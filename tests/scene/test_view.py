@@ -95,7 +95,7 @@ def test_a_swing_of_impossible_degrees_is_refused(what):
 
 @pytest.mark.parametrize("what", ["light:5", "camera:360", "around", 360, None])
 def test_an_unknown_turntable_is_refused(what):
-    with pytest.raises(ValueError, match="unknown turntable .*: known are light, camera, swing, 360"):
+    with pytest.raises(ValueError, match=r"unknown turntable .*: known are light, camera, swing, 360"):
         views_of_turn(wall(), View(), what, 4)
 
 

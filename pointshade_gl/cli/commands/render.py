@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ...files.access.numbered_names import first_of, is_numbered
-from ...files.access.written_suffixes import NUMBERED, POINTS, RENDERED, check_suffix
+from ...files.access.written_suffixes import FILMS, NUMBERED, POINTS, RENDERED, check_suffix
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing.film import check_series, is_series
 from ...messages.formatting import option
@@ -46,7 +46,7 @@ from ..options import (
     Views,
     spread,
 )
-from ..output import explainer, in_turn, open_renderer, progress, report, spinner, warn_skipped
+from ..output import explainer, in_turn, new_beside, open_renderer, progress, report, spinner, warn_skipped
 from ..page_options import PageOptions, is_page
 from ..photographs import as_one_frame, load_photographs
 from ..picture_options import PictureOptions, view_of
@@ -58,13 +58,13 @@ from ..usage_errors import check_folders
 class Asked:
     """What was typed. more: INPUTs after the first."""
 
-    output: RenderOutput
     frame: FrameOptions
     look: LookOptions
     place: ViewOptions
     picture: PictureOptions
     film: FilmOptions
     page: PageOptions
+    written: RenderOutput = None
     more: MoreInputs = None
     views: Views = None
     save_poses: SavePoses = None
@@ -73,6 +73,13 @@ class Asked:
     small: Small = False
     device: Device = 0
     quiet: Quiet = False
+
+    @cached_property
+    def output(self) -> Path:
+        """Where to write: unless that was typed, to a new file in the working directory, called like INPUT."""
+        if self.written is not None:
+            return self.written
+        return new_beside(self.frame, ".png" if self.film.turntable is None else FILMS[0])
 
     @cached_property
     def are_clouds(self) -> bool:
@@ -148,6 +155,7 @@ class Asked:
 def render(asked: Asked) -> None:
     """Light a frame, point clouds or a scene (.gltf, .glb, 'demo'): a picture. Without INPUT: the built-in vase.
 
+    Without -o, write a new file here: NAME.png of INPUT, or NAME.mp4 of a turntable.
     Write an .html to look at in a browser: there the light and the object can be moved, and a sequence plays.
     Write all frames of a sequence, or a turntable, to an .mp4, a .gif or numbered files such as %04d.png.
     Write the points of a frame, or of --views each place once, lit (or not: --shading none), in world coordinates to a

@@ -35,8 +35,8 @@ def save_points(path: FilePath, cloud: PointCloud) -> None:
         The file, .ply or .glb. In a .glb up is y, as glTF has it, and the colours are shown without light.
     cloud : PointCloud
         In a .ply its points become vertices with x y z (float; double where the world's origin is far away), nx ny nz
-        (float) and red green blue (uchar): the names that MeshLab, CloudCompare, Blender and Open3D know; of what it has
-        also radius and confidence. Comments say which axis points up, and the origin: `load_cloud` gives the same cloud.
+        (float) and red green blue (uchar): the names that MeshLab, CloudCompare, Blender and Open3D know; of what it
+        has also radius and confidence. Comments say which axis points up, and the origin: `load_cloud` gives the same.
 
     Raises
     ------

@@ -6,6 +6,7 @@ A command takes whole groups as parameters; `spread` shows their fields to Typer
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import wraps
@@ -20,6 +21,7 @@ from ..files.clouds.found_points import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
 from ..files.depth_models.families import PIXELS
 from ..files.frames.film_scale import SCALES
+from ..messages.formatting import option
 from ..messages.notes import note_new_name, silence
 from ..scene.appearance import Look
 from ..scene.light import Light
@@ -209,17 +211,38 @@ class FrameOptions(CloudOptions, ReadingOptions, InputOptions):
         check_exist(self.input, **{name: getattr(self, name) for name in names})
 
 
+*_PLACE, _SIZE = typed(View, (VIEW,))
+
+
 @dataclass(frozen=True)
-class ViewOptions(group_of(typed(View, (VIEW,)))):
+class PlaceOptions(group_of(_PLACE)):
+    """From where objects are seen."""
+
+    zoom: float | None = said(
+        "In place of --dolly: how many times as large the object is seen.", metavar="N", panel=VIEW
+    )
+
+    def place(self) -> dict[str, Any]:
+        """Pose, yaw, pitch and dolly that were typed, by these names. Raises ValueError or OSError."""
+        pose = {} if self.pose is None else {"pose": pose_from(self.pose)}
+        return self.values_of(View) | pose | ({} if self.zoom is None else {"dolly": self._dolly(self.zoom)})
+
+    def _dolly(self, zoom: float) -> float:
+        if self.dolly:
+            raise ValueError(f"pass {option('zoom')} or {option('dolly')}, not both: each says how near the camera is")
+        if not 0 < zoom < math.inf:
+            raise ValueError(f"{option('zoom')} must be above 0, such as 2 for twice as large, got {zoom:g}")
+        return 1 - 1 / zoom
+
+
+@dataclass(frozen=True)
+class ViewOptions(group_of([_SIZE]), PlaceOptions):
     """From where objects are seen, and how large the picture is."""
 
     def view(self, look: Look, lights: Sequence[Light] = (), finish: Finish = SIMPLE) -> View:
         """The View, with a look, lights and a finish. Raises ValueError or OSError."""
-        place = self.values_of(View) | {
-            "pose": None if self.pose is None else pose_from(self.pose),
-            "picture_size": size_from(self.picture_size, "picture_size", SIZES),
-        }
-        return View(lights, look=look, finish=finish, **place)
+        size = size_from(self.picture_size, "picture_size", SIZES)
+        return View(lights, look=look, finish=finish, **self.place() | {"picture_size": size})
 
 
 @dataclass(frozen=True)

@@ -147,7 +147,7 @@ WRONG = [  # typed, and the sentence
     ("render ball.ply -o out.png --unlight-all", "--unlight-all is about frames, and ball.ply is a point cloud"),
     ("render ball.ply -o out.png --frame 3", "--frame is one of a sequence, and ball.ply is a point cloud"),
     ("render ball.ply -o out.png --fov 50", "ball.ply is a point cloud, and no frame: leave out --fov"),
-    ("render ball.ply bal.ply -o out.png", "got bal.ply: it does not exist (did you mean ball.ply?)"),
+    ("render ball.ply bal.ply -o out.png", "bal.ply does not exist (did you mean ball.ply?)"),
     ("render ball.ply frames -o out.png", "ball.ply is a point cloud and frames is none: pass INPUTs of one kind"),
     ("render frames ball.ply -o out.png", "ball.ply is a point cloud and frames is none: pass INPUTs of one kind"),
     ("render ball.ply ball.ply -o out.ply", "holds the points of one cloud: pass one INPUT"),

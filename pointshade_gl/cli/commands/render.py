@@ -17,6 +17,7 @@ from ...messages.formatting import option
 from ...messages.notes import print_note
 from ...rendering.renderer import Renderer
 from ...rendering.request import RenderRequest
+from ...scene.appearance import LIT_EARLY
 from ...scene.graph import Scene
 from ...scene.turntable import check_turntable, moves_camera
 from ...scene.view import View
@@ -129,6 +130,13 @@ class Asked:
             is_changed=self.is_set or moves_camera(self.film.turntable),
         )  # fmt: skip
 
+    def tell_alike(self) -> None:
+        """A note where a shading is asked for that cannot be told from phong, as each pixel is a point."""
+        is_moved = self.place != ViewOptions() or moves_camera(self.film.turntable)
+        if self.look.shading in LIT_EARLY and not (is_moved or self.is_set or self.are_clouds or self.is_scene):
+            shading, turned = option("shading", self.look.shading), option("yaw", 20)
+            print_note(f"{shading} looks like phong from the frame's own camera: each pixel is a point. Try {turned}")
+
     def read(self, view: View, is_many: bool = False) -> tuple[Any, Callable[[Renderer], None]]:
         """What is drawn, and what is to be called after each picture."""
         source = self.load(view, sequence=is_many and self.film.turntable is None)
@@ -175,6 +183,7 @@ def render(asked: Asked) -> None:
 
 def _write_picture(asked: Asked, view: View) -> None:
     check_stream(view.look, False)
+    asked.tell_alike()
     _check_picture(asked.output, asked.film)
     asked.page.check_none(asked.output)
     source, tell = asked.read(view)
@@ -205,6 +214,7 @@ def _write_series(asked: Asked, view: View) -> None:
     from ...rendering.image_sequence import jobs_of, write_series
 
     check_stream(view.look, asked.film.turntable is None)
+    asked.tell_alike()
     if is_numbered(asked.output):
         check_suffix(asked.output, NUMBERED)
     check_series(asked.output)

@@ -15,7 +15,7 @@ from ...scene.frame import Frame
 from ...scene.graph import Scene
 from ...scene.render_settings import Finish
 from ..command_words import words_of
-from ..inputs import are_clouds, as_scene, check_align, check_stream, load, load_clouds, load_several
+from ..inputs import are_clouds, as_scene, check_align, check_different, check_stream, load, load_clouds, load_several
 from ..look_options import LookOptions
 from ..options import FrameOptions, MoreInputs, Quiet, Views, WindowOptions, spread
 from ..output import announce
@@ -84,6 +84,7 @@ def _read(frame: FrameOptions, look: Look, inputs: Sequence[str], views: str | N
     if are_clouds(frame, inputs) and views is None:
         return load_clouds(frame, look, plain, inputs), []
     if inputs:
+        check_different([str(frame.input), *inputs], [0] * (1 + len(inputs)))
         source, *others = load_several(frame, inputs)
         return source, others
     source = as_scene(load(frame, sequence=True, scene=not views), look, plain)

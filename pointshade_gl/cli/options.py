@@ -40,6 +40,7 @@ def _output(suffixes: tuple[str, ...], help: str = "The file to write, such as o
     return typer.Option("-o", "--output", metavar="FILE", help=f"{help}; it ends with {', '.join(suffixes)}.")
 
 
+NoOutput = Annotated[Path | None, typer.Option("-o", "--output", hidden=True, help="Of `pointshade render`.")]
 RenderOutput = Annotated[
     Path | None, _output(RENDERED, "The file to write, such as out.png (default: a new one here, called like INPUT)")
 ]
@@ -266,7 +267,17 @@ class FilmOptions:
 class WindowOptions:
     """The window of `pointshade view`."""
 
-    window_size: str | None = said("Size of the window.", metavar="WxH", was="size", panel=VIEW)
+    window_size: str | None = said(
+        "Size of the window.", "--window-size", "--picture-size", metavar="WxH", was="size", panel=VIEW
+    )
+    samples: int | None = said(
+        "Pictures that are averaged where nothing moves (default 64).", metavar="N", min=1, panel=VIEW
+    )
+    exposure: float | None = said(
+        "Multiply all light by 2^N. Default: as bright as the photograph, where the depth has sensor noise.",
+        metavar="N",
+        panel=LIGHT,
+    )
     panel: bool = said("Open the panel (needs the extra 'gui').", "--panel", default=False)
     fps: str = said(
         "Frames of a sequence per second; of several INPUTs also one number for each.",

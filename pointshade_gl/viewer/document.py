@@ -56,7 +56,7 @@ class Document:
     playing  closed here if it has nothing to show; afterwards whoever opened it does that
     dropped  what of it came by a drop onto the window; None: the program opened it
     merge    frames of a sequence are read to be merged
-    place    from where it is seen at first: of it pose, yaw, pitch and dolly count; None: as the state says
+    place    from where it is seen at first, of which only the pose or how it is moved counts; None: as the state says
 
     title    what was dropped, in words
     first    what was shown first: the user may have hidden something since

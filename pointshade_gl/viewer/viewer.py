@@ -76,7 +76,8 @@ class Viewer(Session):
     others  more sources of frames of the same thing, as the source: they play at once and are drawn as one object, by
             their poses
     fps     frames of a stream per second, or of each source, in a sequence; None: as fast as they come
-    place   from where it is seen at first, a View of which pose, yaw, pitch and dolly count; None: as the state says
+    place   a View from where it is seen at first, of which only the pose or how it is moved counts; None: as the state
+            says
     views   how many frames of a sequence, evenly chosen, or "all", or their numbers: drawn as one object, by their
             poses, as soon as they are read; the key M switches between that and playing. None plays at first, and M
             draws 8 as one object

@@ -277,6 +277,6 @@ def _points_of_set(thing: ShownSet) -> list[LitPoints]:
     found = []
     for view, one, kept, gain in zip(views, every, kept_once(every, consensus.band), consensus.gains, strict=True):
         assert view.light is not None
-        light = view.light.read() * np.float32([*gain, 1])
+        light = view.light.read() * np.array([*gain, 1], np.float32)
         found.append(LitPoints(one.frame, np.where(kept[..., None], one.surface, np.float32(0)), light))
     return found

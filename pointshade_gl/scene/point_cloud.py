@@ -285,7 +285,9 @@ def cloud_of(found: Iterable[tuple[Frame, NDArray[np.float32], NDArray[np.float3
     found  each frame, with (h, w, 4) unit normal and depth, camera axes, depth 0 where there is no point; and (h, w, 4)
            linear light, cut off at 1
     """
-    return PointCloud(*(np.concatenate(arrays) for arrays in zip(*(_arrays_of(*one) for one in found), strict=True)))
+    every = zip(*(_arrays_of(*one) for one in found), strict=True)
+    positions, normals, colors = (np.concatenate(arrays) for arrays in every)
+    return PointCloud(positions, normals, colors)
 
 
 def _arrays_of(

@@ -33,8 +33,10 @@ def reopened(typed, monkeypatch):
     seen = []
 
     def look(viewer):
+        viewer.background.grace = 60.0
         while viewer.document.playing.is_merging:
             viewer.step()
+        viewer.step(wait=False)
         picture = viewer.picture
         seen.append(viewer.screen.read(picture, picture.most_samples(viewer.samples)).astype(int))
         viewer.release()

@@ -23,6 +23,7 @@ from ..files.writing.film import check_film
 from ..messages.formatting import option
 from ..messages.validation import check_choice, check_fps
 from ..scene.cloud_scene import check_of_clouds, given_by
+from ..scene.turntable import check_turntable, moves_camera
 from ..scene.view import View
 from .batch_options import Asked
 from .inputs import check_look
@@ -84,7 +85,7 @@ def _check_kinds(asked: Asked, kinds: set[Kind]) -> None:
 
 def _view(asked: Asked, folder: Path, of: Kind) -> View:
     """From where, under which lights and how one kind of source is drawn."""
-    kind, turns, of_scene = asked.how.to, asked.film.turntable == "camera", of is not Kind.FRAMES
+    kind, turns, of_scene = asked.how.to, moves_camera(asked.film.turntable), of is not Kind.FRAMES
     if kind in NORMALS:
         return asked.place.view(asked.look.look(), asked.look.lights(shadow=of_scene))
     return view_of(
@@ -110,6 +111,8 @@ def _check(asked: Asked) -> None:
         raise ValueError(f"pass {option('resume', True)} or {option('overwrite', True)}, not both")
     if kind in FILMS:
         check_fps(asked.film.fps, option("fps"), "pictures")
+        if asked.film.turntable is not None:
+            check_turntable(asked.film.turntable)
         if asked.look.align and asked.film.turntable is not None:
             raise ValueError(
                 f"{option('align', True)} is of several frames, {option('turntable')} shows one: leave one out"

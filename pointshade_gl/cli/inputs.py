@@ -96,10 +96,21 @@ def load_together(frame: FrameOptions, look: Look, inputs: Sequence[str]) -> Tog
     """One frame of each of several inputs, the first or that with the number given, as one object."""
     every = [str(frame.input), *inputs]
     numbers = [0] * len(every) if frame.frame is None else frames_from(frame.frame, len(every))
+    check_different(every, numbers)
     names = [f"{name} {number}" if every.count(name) > 1 else name for name, number in zip(every, numbers, strict=True)]
     sources = load_several(replace(frame, frame=None), inputs, names)
     found = [_numbered(source, number) for source, number in zip(sources, numbers, strict=True)]
     return Together.of(found, look, every, list(range(len(every))))
+
+
+def check_different(inputs: Sequence[str], numbers: Sequence[int]) -> None:
+    """Raises ValueError if the same frame is given twice. numbers: of the frame in each of the inputs."""
+    found = [(Path(path).resolve(), number) for path, number in zip(inputs, numbers, strict=True)]
+    twice = next((path for k, path in enumerate(inputs) if found[k] in found[:k]), None)
+    if twice is not None:
+        raise ValueError(
+            f"{twice} is given twice: pass folders that differ, or {option('views', 'N')} for frames of one folder"
+        )
 
 
 def _numbered(source: Any, number: int) -> Frame:

@@ -6,6 +6,7 @@ A command takes whole groups as parameters; `spread` shows their fields to Typer
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import wraps
@@ -20,12 +21,14 @@ from ..files.clouds.found_points import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
 from ..files.depth_models.families import PIXELS
 from ..files.frames.film_scale import SCALES
+from ..messages.formatting import option
 from ..messages.notes import note_new_name, silence
 from ..scene.appearance import Look
 from ..scene.light import Light
 from ..scene.option_fields import FILM, FRAME, LIGHT, VIEW
 from ..scene.point_cloud import UPS
 from ..scene.render_settings import SIMPLE, Finish
+from ..scene.turntable import TURNTABLES
 from ..scene.view import SIZES, View
 from .completion import complete_input
 from .option_groups import group_of, said, typed
@@ -37,7 +40,10 @@ def _output(suffixes: tuple[str, ...], help: str = "The file to write, such as o
     return typer.Option("-o", "--output", metavar="FILE", help=f"{help}; it ends with {', '.join(suffixes)}.")
 
 
-RenderOutput = Annotated[Path, _output(RENDERED)]
+NoOutput = Annotated[Path | None, typer.Option("-o", "--output", hidden=True, help="Of `pointshade render`.")]
+RenderOutput = Annotated[
+    Path | None, _output(RENDERED, "The file to write, such as out.png (default: a new one here, called like INPUT)")
+]
 NormalsOutput = Annotated[Path, _output((*NORMALS, *POINTS))]
 DepthOutput = Annotated[Path, _output(DEPTH)]
 AlbedoOutput = Annotated[Path, _output(IMAGES)]
@@ -206,17 +212,38 @@ class FrameOptions(CloudOptions, ReadingOptions, InputOptions):
         check_exist(self.input, **{name: getattr(self, name) for name in names})
 
 
+*_PLACE, _SIZE = typed(View, (VIEW,))
+
+
 @dataclass(frozen=True)
-class ViewOptions(group_of(typed(View, (VIEW,)))):
+class PlaceOptions(group_of(_PLACE)):
+    """From where objects are seen."""
+
+    zoom: float | None = said(
+        "In place of --dolly: how many times as large the object is seen.", metavar="N", panel=VIEW
+    )
+
+    def place(self) -> dict[str, Any]:
+        """Pose, yaw, pitch and dolly that were typed, by these names. Raises ValueError or OSError."""
+        pose = {} if self.pose is None else {"pose": pose_from(self.pose)}
+        return self.values_of(View) | pose | ({} if self.zoom is None else {"dolly": self._dolly(self.zoom)})
+
+    def _dolly(self, zoom: float) -> float:
+        if self.dolly:
+            raise ValueError(f"pass {option('zoom')} or {option('dolly')}, not both: each says how near the camera is")
+        if not 0 < zoom < math.inf:
+            raise ValueError(f"{option('zoom')} must be above 0, such as 2 for twice as large, got {zoom:g}")
+        return 1 - 1 / zoom
+
+
+@dataclass(frozen=True)
+class ViewOptions(group_of([_SIZE]), PlaceOptions):
     """From where objects are seen, and how large the picture is."""
 
     def view(self, look: Look, lights: Sequence[Light] = (), finish: Finish = SIMPLE) -> View:
         """The View, with a look, lights and a finish. Raises ValueError or OSError."""
-        place = self.values_of(View) | {
-            "pose": None if self.pose is None else pose_from(self.pose),
-            "picture_size": size_from(self.picture_size, "picture_size", SIZES),
-        }
-        return View(lights, look=look, finish=finish, **place)
+        size = size_from(self.picture_size, "picture_size", SIZES)
+        return View(lights, look=look, finish=finish, **self.place() | {"picture_size": size})
 
 
 @dataclass(frozen=True)
@@ -224,9 +251,10 @@ class FilmOptions:
     """What a film or a series of pictures shows."""
 
     turntable: str | None = said(
-        "Move the light or the camera once around the object.",
-        metavar="light|camera",
-        known=("light", "camera"),
+        "Move the light around the object, or the camera: all around (360), or 25 degrees to either side and back "
+        "(swing, or other degrees). camera: a swing of a single frame, else 360.",
+        metavar="light|camera|swing[:DEG]|360",
+        known=TURNTABLES,
         panel=FILM,
     )
     frames: int | None = said(
@@ -239,7 +267,17 @@ class FilmOptions:
 class WindowOptions:
     """The window of `pointshade view`."""
 
-    window_size: str | None = said("Size of the window.", metavar="WxH", was="size", panel=VIEW)
+    window_size: str | None = said(
+        "Size of the window.", "--window-size", "--picture-size", metavar="WxH", was="size", panel=VIEW
+    )
+    samples: int | None = said(
+        "Pictures that are averaged where nothing moves (default 64).", metavar="N", min=1, panel=VIEW
+    )
+    exposure: float | None = said(
+        "Multiply all light by 2^N. Default: as bright as the photograph, where the depth has sensor noise.",
+        metavar="N",
+        panel=LIGHT,
+    )
     panel: bool = said("Open the panel (needs the extra 'gui').", "--panel", default=False)
     fps: str = said(
         "Frames of a sequence per second; of several INPUTs also one number for each.",

@@ -5,12 +5,16 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 from typing import NoReturn
 
+from ..files.access.builtin import FRAMES
+from ..files.access.numbered_names import is_numbered
 from ..messages.notes import print_note, print_warning
 from ..messages.progress import Progress
 from ..rendering.renderer import Renderer
+from .options import FrameOptions
 
 SOFTWARE = "{} is a software renderer: pictures are right, but slow"
 
@@ -28,6 +32,15 @@ def complain(text: str) -> None:
 def report(output: Path, what: str, renderer: Renderer, spent: float) -> None:
     """The line about a written file: what is in it, what drew it, in how many seconds."""
     print(f"{output}: {what}, {renderer.context.renderer}, {spent * 1e3:.0f} ms")
+
+
+def new_beside(frame: FrameOptions, suffix: str) -> Path:
+    """The path of a new file in the working directory, called like what is read, with a number where that is taken."""
+    source = Path(str(frame.input or frame.depth or frame.color or FRAMES[0]))
+    name = source.resolve().name if source.is_dir() else source.stem
+    name = "out" if is_numbered(Path(name)) or not name else name
+    names = (name if k == 1 else f"{name}_{k}" for k in count(1))
+    return next(path for one in names if not (path := Path(f"{one}{suffix}")).exists())
 
 
 def explainer(wanted: bool, names: Sequence[str] = ()) -> Callable[[Renderer], None]:

@@ -65,10 +65,16 @@ def check_exist(folder: str | None = None, **given: str | Path | None) -> None:
 
 
 def check_folders(inputs: Sequence[str]) -> None:
-    """Raises ValueError for an INPUT after the first that is no folder and no cloud: it was meant for an option."""
+    """Raises ValueError for an INPUT after the first that is no folder and no cloud: it was meant for an option.
+
+    FileNotFoundError if it does not exist.
+    """
     from ..files.sources import is_cloud
 
     for path in inputs:
+        is_path = split_numbers(path) is None and not _LIGHT_WORD.search(path) and path not in (*FRAMES, *SCENES)
+        if is_path and not Path(path).exists():
+            raise FileNotFoundError(f"{path} does not exist{near_path(Path(path)) or listed_beside(Path(path))}")
         if not (Path(path).is_dir() or is_cloud(path)):
             raise ValueError(f"more INPUTs must be folders of frames, or point clouds, got {path}: {_way_out(path)}")
 

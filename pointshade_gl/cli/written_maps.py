@@ -58,6 +58,8 @@ def write_depth(source: Source, view: View, output: Path, device: int) -> None:
         return f"{depth.shape[1]}x{depth.shape[0]} pixels, {known.size} with depth"
 
     note = once(print_note)
+    if output.suffix.lower() == ".png":
+        note(f"{output} holds millimetres, nearly black in picture viewers: 1.5 m is 1500 of 65535")
     _write_files(source, view, output, draw, partial(save_depth, notes=note), what, device, FilmOptions())
 
 

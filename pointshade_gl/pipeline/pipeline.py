@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..estimation.ground_plane import up_and_floor
+from ..estimation.merged_points import FramePoints, kept_once
 from ..estimation.pose_search import Found
 from ..gpu.context.context import Context
 from ..gpu.core.canvas import Canvas
+from ..gpu.core.frame_textures import frame_of
 from ..gpu.core.images import Box
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Target
 from ..gpu.drawables import Drawables, Objects
 from ..gpu.output.surface_colors import SurfaceColorsPass
-from ..gpu.points.point_objects import ShownPoints
+from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.points.rasterizers import Rasterizers
 from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass
@@ -42,6 +45,18 @@ from .frame_pass import FramePass
 from .gpu_scene import GpuScene, merged_frames
 from .light_setup import LightSetup
 from .pose_search import search, search_steps
+
+
+class LitPoints(NamedTuple):
+    """The lit points of a frame.
+
+    surface  (h, w, 4) unit normal and depth, camera axes; depth 0 where there is no point
+    light    (h, w, 4) linear light
+    """
+
+    frame: Frame
+    surface: NDArray[np.float32]
+    light: NDArray[np.float32]
 
 
 class Pipeline:
@@ -196,24 +211,26 @@ class Pipeline:
         count.step()
         return target
 
-    def read_points(
-        self, scene: Scene, lights: Sequence[Light], pose: Matrix
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Light the points of a frame whose shading is flat, as somebody at a pose (4, 4) sees them.
+    def read_points(self, scene: Scene, lights: Sequence[Light], pose: Matrix) -> list[LitPoints]:
+        """Light the points of one object whose shading is flat, as somebody at a pose (4, 4) sees them.
 
-        Returns (h, w, 4) unit normal and depth, camera axes, and (h, w, 4) their linear light. Both are read-only;
-        depth 0 where there is no point.
+        Of several frames a point that several of them see is there once, and none that others contradict.
         """
-        visible = compose(scene, lights, scene.things[0].content.frame.camera, pose)
+        scene = self._aligner.aligned(scene)
+        content = scene.things[0].content
+        visible = compose(scene, lights, content.frame.camera, pose)._replace(shown=scene.things)
         drawables = self.gpu_scene.prepare(visible)
+        self._aligner.watch(drawables)
         light_set = self._light_setup.prepare(visible, drawables)
         self._light_setup.light_points(visible, drawables, light_set)
         thing = drawables[visible.shown[0]]
         if isinstance(thing, TiledPoints):
             read = (lambda part: part.textures.surface.read()), (lambda part: part.textures.lit.read())
-            return thing.gather(read[0]), thing.gather(read[1])
+            return [LitPoints(content.frame, thing.gather(read[0]), thing.gather(read[1]))]
+        if isinstance(thing, ShownSet):
+            return _points_of_set(thing)
         assert isinstance(thing, ShownPoints) and thing.light is not None
-        return thing.points.surface.read(), thing.light.read()
+        return [LitPoints(content.frame, thing.points.surface.read(), thing.light.read())]
 
     def prepare_all(self, scene: Scene, camera: Camera, pose: Matrix) -> Drawables:
         """Put all objects of a scene on the GPU, also those that this view does not show, and return them."""
@@ -248,3 +265,18 @@ class Pipeline:
             self._objects,
         ):
             part.release()
+
+
+def _points_of_set(thing: ShownSet) -> list[LitPoints]:
+    """Return the points of several frames of one object, each place once, in one exposure."""
+    views, trusts, consensus = thing.views, thing.points.trusts, thing.consensus
+    every = [
+        FramePoints(frame_of(view.textures), view.points.surface.read(), trust.read()[..., 0] > 0)
+        for view, trust in zip(views, trusts, strict=True)
+    ]
+    found = []
+    for view, one, kept, gain in zip(views, every, kept_once(every, consensus.band), consensus.gains, strict=True):
+        assert view.light is not None
+        light = view.light.read() * np.array([*gain, 1], np.float32)
+        found.append(LitPoints(one.frame, np.where(kept[..., None], one.surface, np.float32(0)), light))
+    return found

@@ -9,7 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +18,10 @@ from ..files.access.numbered_names import is_numbered, numbered
 from ..files.pictures.picture_files import save_image
 from ..files.sources import prefetched
 from ..files.writing.film import Film
-from ..messages.formatting import option
+from ..messages.formatting import counted, option
+from ..messages.notes import print_note
 from ..messages.progress import Count, Progress
-from ..messages.validation import check_choice, check_type
+from ..messages.validation import check_type
 from ..scene.appearance import SurfaceOptions
 from ..scene.frame import Frame
 from ..scene.graph import Scene
@@ -46,7 +47,7 @@ def jobs_of(
 ) -> tuple[Generator[Job, None, None], int]:
     """The jobs of a film of the source, and how many there are.
 
-    turntable  "light" or "camera" moves once around the object in `count` pictures (default 75); None shows the
+    turntable  moves the light or the camera in `count` pictures (default 75), see `views_of_turn`; None shows the
                sequence, or its first `count` frames
     renderer   that corrects the poses of a sequence, if its look asks for it; None leaves them
 
@@ -54,9 +55,8 @@ def jobs_of(
     """
     if isinstance(source, Frame | Scene):
         if turntable is None:
-            turn = option("turntable", *TURNTABLES)
+            turn = option("turntable", *TURNTABLES[:2])
             raise ValueError(f"a single frame cannot become a film: pass {turn}, or write a single picture")
-        check_choice(option("turntable"), turntable, tuple(TURNTABLES))
         views = views_of_turn(source, view, turntable, count or TURN)
         return ((k, RenderRequest.seen(source, view)) for k, view in enumerate(views)), count or TURN
     source = source[:count]
@@ -79,12 +79,47 @@ def sequence_jobs(
 
     with closing(prefetched(source, skip, THREADS)) as frames:
         surface = {name: getattr(view.look, name) for name in keys_of(SurfaceOptions)}
-        for frame in renderer.align_sequence(frames, **surface) if renderer and view.look.align else frames:
+        moves = Corrections()
+        for frame in moves.noted(renderer, frames, surface) if renderer and view.look.align else frames:
             check_type(frame, Frame, "what the source gives")
             if ahead is None:
                 ahead = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])
             yield number, RenderRequest.seen(frame, view, frame.pose[:3, :3] @ ahead + frame.pose[:3, 3])
             number += 1
+    if moves.count > 1:
+        print_note(moves.sentence)
+
+
+class Corrections:
+    """By how much poses of a sequence were corrected."""
+
+    def __init__(self) -> None:
+        self.count, self._farthest, self._widest = 0, 0.0, 0.0
+
+    def noted(
+        self, renderer: Renderer, frames: Iterable[Frame], surface: dict[str, Any]
+    ) -> Generator[Frame, None, None]:
+        """Yield the frames with corrected poses."""
+        given: deque[NDArray[np.float64]] = deque()
+
+        def read() -> Generator[Frame, None, None]:
+            for frame in frames:
+                given.append(frame.pose)
+                yield frame
+
+        for frame in renderer.align_sequence(read(), **surface):
+            between = np.linalg.inv(given.popleft()) @ frame.pose
+            angle = float(np.degrees(np.arccos(np.clip((np.trace(between[:3, :3]) - 1) / 2, -1, 1))))
+            self.count += 1
+            self._farthest = max(self._farthest, float(np.linalg.norm(between[:3, 3])))
+            self._widest = max(self._widest, angle)
+            yield frame
+
+    @property
+    def sentence(self) -> str:
+        """What was done, in one sentence."""
+        how = f"by up to {1e3 * self._farthest:.3g} mm and {self._widest:.2g} degrees"
+        return f"{counted(self.count - 1, 'pose')} corrected {how}; that of the first frame stays"
 
 
 def write_series(

@@ -408,7 +408,7 @@ class Renderer:
     @takes(PointsOptions, *GROUPS, like=render)
     def render_points(
         self,
-        frame: Frame | FilePath | RenderRequest,
+        frame: Frame | Sequence[Frame] | FilePath | RenderRequest,
         light: Light | Sequence[Light] | None = None,
         material: Material | None = None,
         pose: Numbers | None = None,
@@ -420,10 +420,13 @@ class Renderer:
     ) -> PointCloud:
         """Return all points of a frame in the world, with the depth and the light that `render` draws them with.
 
-        It raises as `render`.
+        Of several frames of one thing it returns each place once, by the points of the frame that has them most densely
+        there. Points that other frames see through are left out. It raises as `render`.
 
         Parameters
         ----------
+        frame : Frame, sequence of Frame, path or RenderRequest
+            Whose points.
         pose : Numbers, optional
             (4, 4) camera-to-world of who looks: highlights and the default light depend on it; None is the frame's own
             pose.
@@ -432,14 +435,13 @@ class Renderer:
         """
         with taken_by(notes):
             request = RenderRequest.of(
-                _single(loaded(frame)), light=light, material=material, pose=pose, normals=normals, shading=shading,
+                _some(loaded(frame)), light=light, material=material, pose=pose, normals=normals, shading=shading,
                 **options,
             )  # fmt: skip
-            frame = check_type(request.source, Frame, "frame")
-            scene = self._scenes.of_frames((frame,), request.look.of_points)
+            scene = self._scenes.of_frames(check_frames(_some(request.source)), request.look.of_points)
             _, pose = request.seen_by(scene)
             with self._in_use():
-                return cloud_of(frame, *self._pipeline.read_points(scene, check_lights(request.lights), pose))
+                return cloud_of(self._pipeline.read_points(scene, check_lights(request.lights), pose))
 
     @takes(SurfaceOptions, Look, like=render)
     def estimate_normals(
@@ -737,3 +739,8 @@ def _free_dropped(context: Context) -> None:
 def _single(source: Any) -> Frame | RenderRequest:
     """Return a frame, or a request. Raises TypeError for anything else."""
     return source if isinstance(source, RenderRequest) else check_type(source, Frame, "frame")
+
+
+def _some(source: Any) -> Any:
+    """Return a request, or what may be one frame or several. Raises TypeError for scenes and clouds."""
+    return check_type(source, Frame, "frame") if isinstance(source, Scene | PointCloud) else source

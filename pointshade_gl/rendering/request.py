@@ -47,6 +47,8 @@ class DepthOptions(MoveOptions, FormOptions, SurfaceOptions, total=False):
 class PointsOptions(MoveOptions, SurfaceOptions, ColorOptions, total=False):
     """Those of `render_points`."""
 
+    align: bool
+
 
 class RequestOptions(LookOptions, MoveOptions, FinishOptions, total=False):
     """All options of a request."""

@@ -360,7 +360,8 @@ class Look(Options):
     def of_points(self) -> Look:
         """The look of single points, each lit once: what only splats show has its default."""
         material = UNLIT if self.shading in NOT_LIT else self.material
-        kept = {name: getattr(self, name) for name in ("normals", *keys_of(SurfaceOptions), *keys_of(ColorOptions))}
+        names = "normals", "align", *keys_of(SurfaceOptions), *keys_of(ColorOptions)
+        kept = {name: getattr(self, name) for name in names}
         return Look(material, shading="flat", upsample="none", **kept)
 
 

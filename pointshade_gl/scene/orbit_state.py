@@ -45,6 +45,7 @@ class State:
     """Everything that decides what the window shows, except the frame and the window's size.
 
     yaw, pitch    degrees around the pivot, as in `orbit_pose`
+    roll          degrees about the viewer's own axis
     distance      from the pivot, 1 = that of the object's middle from the frame's own camera
     pan           shift of the pivot in the picture, in focal lengths
     pivot         what orbits turn around: from the object's middle, in view axes of the frame's own camera
@@ -64,6 +65,7 @@ class State:
 
     yaw: float = 0.0
     pitch: float = 0.0
+    roll: float = 0.0
     distance: float = 1.0
     pan: Pair = (0.0, 0.0)
     pivot: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -84,7 +86,7 @@ class State:
         def checked(check: Callable[..., Any], name: str, *limits: float) -> None:
             object.__setattr__(self, name, check(getattr(self, name), f"state {name}", *limits))
 
-        for name in ("yaw", "pitch"):
+        for name in ("yaw", "pitch", "roll"):
             checked(check_number, name, -LARGEST)
         for name in ("distance", "light_reach"):
             checked(check_number, name, NEAREST)
@@ -129,6 +131,7 @@ class State:
 
         In light mode the light stays with the viewer, otherwise with the object.
         """
+        dx, dy, _ = _rolled(self.roll) @ (dx, dy, 0.0)
         pitch = min(max(self.pitch + dy / smaller_side * DEGREES, -89.0), 89.0)
         return self.turned(self.yaw - dx / smaller_side * DEGREES, pitch, axis)
 
@@ -151,6 +154,25 @@ class State:
         )
         x, y = (float(one) for one in middle - stage.pivot[:2] / stage.pivot[2])
         return replace(self, pivot=(0.0, 0.0, 0.0), pan=(x, y), distance=float(distance))
+
+    def seen_from(self, pose: NDArray[np.float64], stage: Stage) -> State:
+        """Return the state whose viewer stands at a pose (4, 4), to the axes of the frame's camera.
+
+        It orbits around the same point, or around what is straight ahead where that point is behind the viewer.
+        """
+        turn = stage.upright @ pose[:3, :3] @ stage.upright
+        yaw, pitch, roll = _angles_of(turn, stage.axis)
+        eye, pivot = stage.upright @ pose[:3, 3], np.asarray(self.pivot)
+        seen = turn.T @ (stage.pivot + pivot - eye)
+        if seen[2] <= NEAREST * stage.pivot[2]:
+            seen = np.array([0.0, 0.0, stage.pivot[2]])
+            pivot = eye + turn @ seen - stage.pivot
+        distance = float(seen[2] / stage.pivot[2])
+        pan = seen[:2] / seen[2] - stage.pivot[:2] / stage.pivot[2]
+        return replace(
+            self, yaw=yaw, pitch=pitch, roll=roll, distance=distance, pan=tuple(map(float, pan)),
+            pivot=tuple(map(float, pivot)),
+        )  # fmt: skip
 
     def panned(self, dx: float, dy: float, focal: float) -> State:
         """Return the state after a drag by (dx, dy) pixels; the picture's focal length is in pixels."""
@@ -285,4 +307,28 @@ def marker_place(state: State, stage: Stage, camera: Camera) -> Pair:
 
 
 def _turn(state: State, axis: Axis) -> NDArray[np.float64]:
-    return orbit_pose(None, (0, 0, 1), state.yaw, state.pitch, upright=axis)[:3, :3]
+    turn = orbit_pose(None, (0, 0, 1), state.yaw, state.pitch, upright=axis)[:3, :3]
+    return turn @ _rolled(state.roll) if state.roll else turn
+
+
+def _rolled(degrees: float) -> NDArray[np.float64]:
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _angles_of(turn: NDArray[np.float64], axis: Axis) -> tuple[float, float, float]:
+    """Yaw about an axis, then pitch and roll, degrees, that together make a turn (3, 3)."""
+
+    def unturned(yaw: float) -> NDArray[np.float64]:
+        return orbit_pose(None, (0, 0, 1), math.degrees(yaw), upright=axis)[:3, :3].T @ turn
+
+    across = np.array([unturned(angle)[0, 2] for angle in (0.0, math.pi / 2, math.pi)])  # = a + b cos(yaw) + c sin(yaw)
+    middle, cosine = (across[0] + across[2]) / 2, (across[0] - across[2]) / 2
+    sine = across[1] - middle
+    toward, reach = math.atan2(sine, cosine), math.hypot(cosine, sine)
+    aside = math.acos(min(max(-middle / reach, -1.0), 1.0)) if reach > 1e-12 else 0.0
+    either = (toward + aside, toward - aside)
+    yaw = max(either, key=lambda angle: (unturned(angle)[2, 2] > 0, unturned(angle)[0, 0]))  # ahead, then upright
+    left = unturned(yaw)
+    pitch, roll = math.atan2(left[1, 2], left[2, 2]), math.atan2(-left[0, 1], left[0, 0])
+    return tuple(math.degrees(math.remainder(angle, 2 * math.pi)) for angle in (yaw, pitch, roll))  # pyright: ignore

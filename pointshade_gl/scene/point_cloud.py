@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, get_args
@@ -278,22 +279,28 @@ def _words(shape: tuple[int | None, ...]) -> str:
     )
 
 
-def cloud_of(frame: Frame, surface: NDArray[np.float32], light: NDArray[np.float32]) -> PointCloud:
-    """The points of a frame, row by row.
+def cloud_of(found: Iterable[tuple[Frame, NDArray[np.float32], NDArray[np.float32]]]) -> PointCloud:
+    """The points of frames, each row by row.
 
-    surface  (h, w, 4) unit normal and depth, camera axes; depth 0 where there is no point
-    light    (h, w, 4) linear light, cut off at 1
+    found  each frame, with (h, w, 4) unit normal and depth, camera axes, depth 0 where there is no point; and (h, w, 4)
+           linear light, cut off at 1
     """
+    every = zip(*(_arrays_of(*one) for one in found), strict=True)
+    positions, normals, colors = (np.concatenate(arrays) for arrays in every)
+    return PointCloud(positions, normals, colors)
+
+
+def _arrays_of(
+    frame: Frame, surface: NDArray[np.float32], light: NDArray[np.float32]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.uint8]]:
+    """The positions, normals and colours of a frame's points, in the world."""
     v, u = np.nonzero(surface[..., 3])
     normals, z = surface[v, u, :3], surface[v, u, 3].astype(np.float64)
     x, y = frame.camera.ray_at(u, v)
     turned = normals @ frame.pose[:3, :3].T
     turned /= np.linalg.norm(turned, axis=-1, keepdims=True)  # poses of text files are rotations to 1 % only
-    return PointCloud(
-        moved(np.stack([x * z, y * z, z], -1), frame.pose),
-        turned,
-        _srgb()[np.rint(np.clip(light[v, u, :3], 0, 1) * 65535).astype(np.uint16)],
-    )
+    colors = _srgb()[np.rint(np.clip(light[v, u, :3], 0, 1) * 65535).astype(np.uint16)]
+    return moved(np.stack([x * z, y * z, z], -1), frame.pose), turned, colors
 
 
 @cache

@@ -57,11 +57,19 @@ class View(Options):
         0.0,
         "degrees to the right by which the frame's own camera moves around its pivot, as in `orbit_pose`; not "
         "with a pose",
-        "Degrees to the right around the object.",
+        "Degrees by which the camera moves to its right around the object, as VTK's azimuth.",
         metavar="DEG",
         panel=VIEW,
+        short="--azimuth",
     )
-    pitch: float = opt(0.0, "degrees upwards, as yaw", "Degrees upwards around the object.", metavar="DEG", panel=VIEW)
+    pitch: float = opt(
+        0.0,
+        "degrees upwards, as yaw",
+        "Degrees by which it moves upwards, as VTK's elevation.",
+        metavar="DEG",
+        panel=VIEW,
+        short="--elevation",
+    )
     dolly: float = opt(
         0.0,
         "share of the way to the pivot, as yaw; below 0 moves away",

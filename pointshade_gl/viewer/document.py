@@ -24,6 +24,7 @@ from ..scene.light import Light
 from ..scene.orbit_state import OWN_LIGHT, State
 from ..scene.orbit_target import Stage
 from ..scene.render_settings import Metering
+from ..scene.view import View
 from .history import History, Moment
 from .playing import Playing
 from .switches import switches_of
@@ -55,6 +56,7 @@ class Document:
     playing  closed here if it has nothing to show; afterwards whoever opened it does that
     dropped  what of it came by a drop onto the window; None: the program opened it
     merge    frames of a sequence are read to be merged
+    place    from where it is seen at first, of which only the pose or how it is moved counts; None: as the state says
 
     title    what was dropped, in words
     first    what was shown first: the user may have hidden something since
@@ -70,6 +72,7 @@ class Document:
         lights: Sequence[Light] = (),
         merge: bool = False,
         dropped: Dropped | None = None,
+        place: View | None = None,
     ):
         self.playing, self.dropped = playing, dropped
         self.title = " and ".join(dropped.paths) if dropped else ""
@@ -80,7 +83,7 @@ class Document:
             names: Sequence[str] = ()
             if isinstance(first, Scene) and not lights:
                 names, lights = first.light_names, first.lights
-            self.start_at(_moment(first, state, lights, names), first)
+            self.start_at(_moment(first, _placed(state, first, place), lights, names), first)
             undo.pop_all()
 
     def instead(self, paths: Sequence[str], state: State) -> Document:
@@ -104,6 +107,14 @@ class Document:
         if held is not OWN_LIGHT:  # it stands in the world, not beside the viewer
             state = state.with_light(state.light(before, self._pose, held), stage, pose)
         return start._replace(state=state, stage=stage)
+
+
+def _placed(state: State, shown: Shown, place: View | None) -> State:
+    """Return the state as it is seen from a place."""
+    if place is None:
+        return state
+    _, pose = place.seen(home_of(shown))
+    return state.seen_from(np.linalg.inv(pose_of(shown)) @ pose, Stage.of(home_of(shown)))
 
 
 def _moment(shown: Shown, state: State, lights: Sequence[Light], names: Sequence[str]) -> Moment:

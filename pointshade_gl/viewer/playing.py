@@ -68,6 +68,9 @@ class Playing:
             return self._source
         frame = self.playback.first()
         if self.merger and merge:
+            assert isinstance(self.playback, Playback)
+            if isinstance(self._count, Sequence):  # then the first of the merged ones is at home
+                frame = self.playback.seek(self._count[0]) or frame
             self.merger.start(self.playback.index)
         return frame
 

@@ -26,6 +26,7 @@ from ..scene.light import Light, check_lights
 from ..scene.option_fields import renamed
 from ..scene.orbit_state import State
 from ..scene.point_cloud import PointCloud
+from ..scene.view import View
 from .background import Background, Work
 from .clouds import clouds_of
 from .controller import Surroundings, controller, hides_pointer, is_for_timeline, turned_around
@@ -75,6 +76,8 @@ class Viewer(Session):
     others  more sources of frames of the same thing, as the source: they play at once and are drawn as one object, by
             their poses
     fps     frames of a stream per second, or of each source, in a sequence; None: as fast as they come
+    place   a View from where it is seen at first, of which only the pose or how it is moved counts; None: as the state
+            says
     views   how many frames of a sequence, evenly chosen, or "all", or their numbers: drawn as one object, by their
             poses, as soon as they are read; the key M switches between that and playing. None plays at first, and M
             draws 8 as one object
@@ -103,6 +106,7 @@ class Viewer(Session):
         lights: Sequence[Light] = (),
         others: Sequence[Frame | Iterable[Frame]] = (),
         fps: float | Sequence[float | None] | None = None,
+        place: View | None = None,
         views: int | Literal["all"] | Sequence[int] | None = None,
         record: str | Path | None = None,
         panel: bool = False,
@@ -116,6 +120,7 @@ class Viewer(Session):
         size = None if window_size is None else check_size(window_size, "window_size")
         state = State() if state is None else check_type(state, State, "state")
         lights = check_lights(lights)
+        place = None if place is None else check_type(place, View, "place")
         rates = check_rates(fps, 1 + len(others))
         count = VIEWS if views is None else check_views(views)
         check_flag(panel, "panel")
@@ -130,7 +135,7 @@ class Viewer(Session):
             if self.recorder:
                 undo.callback(self.recorder.close)
             playing = Playing(source, others, rates, count, messages.skip)
-            super().__init__(Document(playing, state, lights, merge=views is not None), messages)
+            super().__init__(Document(playing, state, lights, merge=views is not None, place=place), messages)
             undo.callback(lambda: self.document.playing.close())
             size = size or size_for(self.own_camera)
             self._open_window(title, size, undo)

@@ -100,7 +100,7 @@ class TestWithGl:
             assert film.info["loop"] == 0
 
     def test_the_camera_goes_round_in_numbered_pictures(self, folder, tmp_path):
-        done = run("render", folder, "--turntable", "camera", "--frames", "4", "-o", tmp_path / "%d.png")
+        done = run("render", folder, "--turntable", "360", "--frames", "4", "-o", tmp_path / "%d.png")
         assert done.returncode == 0, done.stderr
         pictures = [np.asarray(Image.open(tmp_path / f"{k}.png").copy()) for k in range(4)]
         assert (pictures[0][..., 3] > 0).all() and not np.array_equal(pictures[0], pictures[1])
@@ -237,7 +237,7 @@ def test_a_place_that_cannot_be_written_is_said_before_any_work(folder, tmp_path
     [
         ("out.gif", [], "a single frame cannot become a film: pass --turntable light or camera"),
         ("out%d.png", [], "a single frame cannot become a film"),
-        ("out.gif", ["--turntable", "table"], "unknown --turntable 'table': known are light, camera"),
+        ("out.gif", ["--turntable", "table"], "unknown --turntable 'table': known are light, camera, swing, 360"),
         ("out.gif", ["--turntable", "light", "--frames", "3", "--fps", "0"], "--fps must be pictures per second"),
         ("no/out.mp4", ["--turntable", "light"], "create it first"),
         ("out.avi", ["--turntable", "light"], "many pictures need a film (.mp4, .gif)"),

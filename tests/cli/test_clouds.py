@@ -130,7 +130,7 @@ class TestWrittenClouds:
 
 
 WRONG = [  # typed, and the sentence
-    ("normals ball.ply -o out.png", "the suffix of a point cloud's normals must be .ply or .npy"),
+    ("normals ball.ply -o out.png", "the suffix of a point cloud's normals must be one of .ply, .glb, .npy"),
     ("normals ball.ply -o out.npy --axes opengl", "--axes is of pictures, and ball.ply is a point cloud: leave it out"),
     ("normals ball.ply -o out.npy --normals star", "--normals is for frames: of a point cloud leave it out"),
     ("normals ball.ply -o out.npy --noise kinect", "--noise of a point cloud is one number of world units, got kinect"),
@@ -147,10 +147,10 @@ WRONG = [  # typed, and the sentence
     ("render ball.ply -o out.png --unlight-all", "--unlight-all is about frames, and ball.ply is a point cloud"),
     ("render ball.ply -o out.png --frame 3", "--frame is one of a sequence, and ball.ply is a point cloud"),
     ("render ball.ply -o out.png --fov 50", "ball.ply is a point cloud, and no frame: leave out --fov"),
-    ("render ball.ply bal.ply -o out.png", "got bal.ply: it does not exist (did you mean ball.ply?)"),
+    ("render ball.ply bal.ply -o out.png", "bal.ply does not exist (did you mean ball.ply?)"),
     ("render ball.ply frames -o out.png", "ball.ply is a point cloud and frames is none: pass INPUTs of one kind"),
     ("render frames ball.ply -o out.png", "ball.ply is a point cloud and frames is none: pass INPUTs of one kind"),
-    ("render ball.ply ball.ply -o out.ply", "pass one INPUT to out.ply"),
+    ("render ball.ply ball.ply -o out.ply", "holds the points of one cloud: pass one INPUT"),
     ("render vase --up z -o out.png", "vase is no point cloud: leave out --up"),
     ("render empty.ply -o out.png", "empty.ply"),
     ("render short.ply -o out.png", "short.ply"),

@@ -121,7 +121,6 @@ NEXT = [  # typed, what is said, and what that makes one type next
         "write an .mp4, a .gif or %04d.png",
         "render sequence -o %04d.png --frames 2",
     ),
-    ("render vase", "-o is missing: the file to write, such as out.png", VASE),
     ("render vase out.png -o", "requires an argument", VASE),
     ("render vase -o out.obj", "its suffix must be one of .png, ", VASE),
     (

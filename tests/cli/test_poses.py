@@ -1,6 +1,7 @@
 """--poses, --align and --save-poses: poses of several frames are read, corrected and written."""
 
 import json
+import re
 import shlex
 
 import numpy as np
@@ -76,6 +77,15 @@ class TestViews:
         assert code == 0 and "saved.txt: 2 poses" in out, errors
         assert len(read_poses(tmp_path / "saved.txt").poses) == 2
 
+    @pytest.mark.parametrize("suffix", [".ply", ".glb"])
+    def test_their_points_are_one_cloud_at_the_corrected_poses(self, typed, tmp_path, suffix):
+        code, out, errors = typed(f"render walk --views all --align -o out{suffix} --save-poses saved.txt")
+        assert code == 0 and "saved.txt: 3 poses" in out, errors
+        saved = [frame.at(pose) for frame, pose in zip(GIVEN, read_poses(tmp_path / "saved.txt").poses, strict=True)]
+        cloud = ps.render_points(saved, missing="complete")
+        (count,) = re.findall(r": (\d+) points", out)
+        assert abs(int(count) / len(cloud) - 1) < 0.01 and len(cloud) < 0.7 * sum(one.points_known for one in GIVEN)
+
     def test_corrections_are_explained_by_the_frames_numbers(self, draw):
         _, out = draw("walk --views 0,2 --align --explain")
         lines = [line for line in out.splitlines() if line.startswith("aligned")]
@@ -142,7 +152,12 @@ class TestSeveralInputs:
         ("render A B -o out.png --align --save-poses out.json", "cannot write out.json: the suffix of poses must be"),
         ("render A B -o out.png --align --save-poses none/out.txt", "cannot write none/out.txt: there is no"),
         ("render A B -o out.png --poses none.json", "--poses: none.json does not exist"),
-        ("render A none -o out.png --poses rig.json", "more INPUTs must be folders"),
+        ("render A none -o out.png --poses rig.json", "pointshade: none does not exist"),
+        ("render A walc -o out.png --poses rig.json", "walc does not exist (did you mean walk?)"),
+        ("render A rig.json -o out.png", "more INPUTs must be folders of frames, or point clouds, got rig.json"),
+        ("render walk ./walk -o out.png", "./walk is given twice: pass folders that differ, or --views N"),
+        ("render walk walk -o out.png --frame 1,1", "walk is given twice"),
+        ("view walk walk", "walk is given twice"),
         ("render A walk -o out.png --poses rig.json", "holds 3 poses (C, B, A), expected one for each of 2 INPUTs"),
         ("render walk -o out.png --poses A/intrinsics.txt", "holds no poses"),
         ("render A -o out.png --depth A/depth/0.png --poses rig.json", "--poses is about the frames of a folder"),

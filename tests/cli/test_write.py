@@ -99,6 +99,39 @@ class TestFiles:
         done = run("normals", sequence, "-o", tmp_path / "%d.npy", "--normals", "central", "--explain")
         assert done.returncode == 0 and done.stdout.count("central") == 4  # three frames, and the last line
 
+    def test_millimetres_in_a_png_are_said_to_look_black_and_metres_are_not(self, folder, sequence, tmp_path):
+        words = "holds millimetres, nearly black in picture viewers: 1.5 m is 1500 of 65535"
+        assert run("depth", sequence, "-o", tmp_path / "%d.png").stderr.count(words) == 1
+        assert words not in run("depth", folder, "-o", tmp_path / "d.npy").stderr
+
+    def test_a_picture_without_a_name_is_called_like_its_input_and_replaces_none(self, folder, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        small = "--picture-size", "8x6", "--samples", "1"
+        for words in ((folder,), (folder,), (), ("--depth", folder / "depth.png")):
+            done = run("render", *words, *small)
+            assert done.returncode == 0, done.stderr
+        assert written(tmp_path) == ["depth.png", "frame.png", "frame_2.png", "vase.png"]
+        monkeypatch.chdir(folder)
+        assert run("render", ".", "--turntable", "swing", "--frames", "2", *small).returncode == 0
+        assert (folder / "frame.mp4").exists()
+
+    def test_shadings_that_look_alike_are_told_where_they_do(self, folder, tmp_path):
+        alike = "flat looks like phong from the frame's own camera: each pixel is a point. Try --yaw 20"
+        for words, is_told in (
+            (("--shading", "flat"), True),
+            (("--shading", "flat", "--yaw", "5"), False),
+            (("--shading", "none"), False),
+            ((), False),
+        ):
+            assert (alike in run("render", folder, "-o", tmp_path / "a.png", *words).stderr) == is_told
+
+    def test_zoom_azimuth_and_elevation_are_dolly_yaw_and_pitch(self, folder, tmp_path):
+        other = "--zoom", "2", "--azimuth", "20", "--elevation", "10"
+        assert run("render", folder, "-o", tmp_path / "a.png", *other).returncode == 0
+        words = "--dolly", "0.5", "--yaw", "20", "--pitch", "10"
+        assert run("render", folder, "-o", tmp_path / "b.png", *words).returncode == 0
+        assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
     def test_depth_of_a_view(self, folder, tmp_path):
         done = run("depth", folder, "-o", tmp_path / "d.png")
         assert done.returncode == 0, done.stderr
@@ -156,6 +189,8 @@ class TestFiles:
         (["depth", "-o", "out####.png"], "is a name for many files, but INPUT is a single frame"),
         (["depth", "-o", "out.png", "--yaw", "nan"], "--yaw and --pitch must be finite"),
         (["render", "-o", "no/out.ply"], "create it first"),
+        (["render", "-o", "out.png", "--zoom", "0"], "--zoom must be above 0, such as 2 for twice as large, got 0"),
+        (["render", "-o", "out.png", "--zoom", "2", "--dolly", "0.1"], "pass --zoom or --dolly, not both"),
         (["render", "-o", "out{:04d}.ply"], "is a name for many files, but INPUT is a single frame"),
         (["render", "-o", "out.ply", "--picture-size", "4x4"], "--picture-size is of a picture: leave it out"),
         (["render", "-o", "out.ply", "--turntable", "light"], "need a number in the name, such as %04d.ply"),
@@ -170,7 +205,7 @@ def test_what_cannot_be_is_one_sentence(folder, tmp_path, monkeypatch, arguments
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["render", "demo", "-o", "out.ply"], "holds the points of frames, demo is a scene: write a picture of it"),
+        (["render", "demo", "-o", "out.ply"], "holds the points of frames, demo is a scene: write a picture"),
         (["depth", "demo", "-o", "out.exr", "--normals", "star"], "leave out --normals"),
     ],
 )

@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial import cKDTree
 
 import pointshade_gl as ps
 from pointshade_gl.files.arrays.ply import read_ply
 
 from ..support import frames
+from ..support.posed_views import corner, disturbed, views
 
+CAMERA = ps.Camera(80, 80, 39.5, 29.5, 80, 60)
 LIGHT = ps.Light(position=(-0.8, -0.9, 0.2))
 
 
@@ -17,6 +20,11 @@ def read(path):
     cloud = trimesh.load(path)
     raw = cloud.metadata["_ply_raw"]["vertex"]["data"]
     return np.asarray(cloud.vertices), np.stack([raw[name] for name in ("nx", "ny", "nz")], -1), cloud.colors[:, :3]
+
+
+def pose_back(z):
+    """Looks along z from where z = 0 is so far ahead."""
+    return np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, -z], [0, 0, 0, 1.0]])
 
 
 def moved(frame):
@@ -110,6 +118,63 @@ class TestPoints:
             renderer.render_points(ps.Scene((ps.Node(ps.PointObject(frames.sphere())),)))
         with pytest.raises(ValueError, match="unknown shading 'toon'"):
             renderer.render_points(frames.sphere(), shading="toon")
+
+
+class TestSeveralFrames:
+    VIEWS = views(corner(), 3)
+
+    def test_each_place_is_there_once_and_nothing_is_lost(self, renderer):
+        every = [renderer.render_points(frame, shading="none") for frame in self.VIEWS]
+        merged = renderer.render_points(self.VIEWS, shading="none")
+        assert len(merged) < 0.6 * sum(map(len, every))
+        found = cKDTree(merged.positions)
+        spacing = np.median(cKDTree(every[0].positions).query(every[0].positions, 2)[0][:, 1])
+        away = np.concatenate([found.query(one.positions)[0] for one in every])
+        assert (away < 3 * spacing).mean() > 0.995
+        pairs = cKDTree(np.concatenate([one.positions for one in every])).count_neighbors(found, 0.3 * spacing)
+        own = found.count_neighbors(found, 0.3 * spacing) - len(merged)
+        assert own < 0.02 * len(merged) < pairs
+
+    def test_who_sees_a_place_most_densely_has_it(self, renderer):
+        near, far = (ps.Frame(None, np.full((60, 80), z, np.float32), CAMERA, pose_back(z)) for z in (1, 2))
+        merged = renderer.render_points([far, near], shading="none")
+        middle = np.abs(merged.positions[:, :2]).max(1) < 0.2
+        assert abs(len(merged) - 1.75 * 60 * 80) < 100  # a quarter of what the far one sees is the near one's
+        found, alone = cKDTree(merged.positions[middle, :2]), renderer.render_points(near, shading="none")
+        own = alone.positions[np.abs(alone.positions[:, :2]).max(1) < 0.19]
+        assert found.query(own[:, :2])[0].max() < 1e-6
+
+    def test_what_other_views_see_through_is_left_out(self, renderer):
+        depth = np.array(self.VIEWS[0].depth)
+        depth[55:65, 75:85] = 1.5  # hangs in the air
+        first = ps.Frame(self.VIEWS[0].color, depth, self.VIEWS[0].camera, self.VIEWS[0].pose)
+        clean = renderer.render_points(self.VIEWS, shading="none")
+        merged = renderer.render_points([first, *self.VIEWS[1:]], shading="none")
+        assert cKDTree(clean.positions).query(merged.positions)[0].max() < 0.1
+
+    def test_they_are_lit_as_each_frame_is_but_in_one_exposure(self, renderer):
+        dark = ps.Frame(self.VIEWS[1].color // 2, self.VIEWS[1].depth, self.VIEWS[1].camera, self.VIEWS[1].pose)
+        plain, mixed = (renderer.render_points([self.VIEWS[0], one], LIGHT) for one in (self.VIEWS[1], dark))
+        ratio = mixed.colors.mean() / plain.colors.mean()
+        assert 0.6 < ratio < 1 and np.ptp([part.mean() for part in np.array_split(mixed.colors, 2)]) < 25
+
+    def test_poses_are_corrected_before(self, renderer):
+        wrong = disturbed(self.VIEWS, 0.02, 0.5)
+        true = cKDTree(np.concatenate([renderer.render_points(one).positions for one in self.VIEWS]))
+        aligned, given = (renderer.render_points(wrong, align=align).positions for align in (True, False))
+        assert np.median(true.query(aligned)[0]) < 0.5 * np.median(true.query(given)[0])
+
+
+def test_a_glb_stands_upright_shows_the_colours_as_they_are_and_opens_as_the_ply_does(renderer, tmp_path):
+    cloud = renderer.render_points(moved(frames.sphere()), LIGHT)
+    pictures = []
+    for suffix in (".ply", ".glb"):
+        ps.save_points(tmp_path / f"a{suffix}", cloud)
+        shading = {"shading": "none"} if suffix == ".ply" else {}
+        pictures.append(renderer.render(tmp_path / f"a{suffix}", **shading).astype(int))
+    assert pictures[0][..., 3].any() and (np.abs(pictures[0] - pictures[1]).max(-1) > 2).mean() < 1e-3
+    mesh = next(iter(trimesh.load(tmp_path / "a.glb").dump()))
+    np.testing.assert_allclose(mesh.vertices * (1, -1, -1), cloud.positions, atol=1e-6)
 
 
 class TestPly:

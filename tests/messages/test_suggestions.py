@@ -85,7 +85,7 @@ def things(tmp_path):
         ),
         ("render --fov 0 -o out.png", "--fov must lie between 0 and 180 degrees (vertical: from top to bottom), got 0"),
         ("render --fov wide -o out.png", "--fov must be a number, got 'wide' (Vertical field of view"),
-        ("render", "-o is missing: the file to write, such as out.png; it ends with .png, "),
+        ("normals", "-o is missing: the file to write, such as out.png; it ends with .png, "),
         (
             "normals vase demo -o out.png",
             "there is one INPUT, got also demo: pass files as --depth FILE, --color FILE and",

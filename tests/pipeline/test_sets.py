@@ -336,7 +336,7 @@ class TestCommandLine:
             ("vase -o a.png --views 3", "single frame"),
             ("demo -o a.png --views 3", "is a scene"),
             ("'{folder}' -o a.png --views 1", "or frames such as 0,5,9, got '1'"),
-            ("'{folder}' -o a.ply --views 3", "leave out --views"),
+            ("'{folder}' -o %d.ply --views 3 --depth-scale 1000", "are one cloud: write one file, such as out.ply"),
         ],
     )
     def test_what_cannot_be_merged_is_said_in_one_sentence(self, typed, folder, line, sentence):

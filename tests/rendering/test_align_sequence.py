@@ -1,5 +1,7 @@
 """The poses of a sequence are corrected frame by frame, in films and in Python."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -126,6 +128,8 @@ def test_a_film_on_the_command_line_saves_its_poses(typed, tmp_path, true, drift
         code, out, errors = typed(f"render walk -o {name}%d.png --pose {pose} --shading none --samples 1 {more}")
         assert code == 0, errors
         assert (name == "aligned") == ("poses.txt: 5 poses" in out)
+        told = re.search(r"note: 4 poses corrected by up to [\d.]+ mm and [\d.]+ degrees; that of the first", errors)
+        assert (name == "aligned") == bool(told)
     given, aligned, again = ((tmp_path / f"{name}4.png").read_bytes() for name in ("given", "aligned", "again"))
     assert given != aligned and again == aligned
     found = read_poses(tmp_path / "poses.txt").poses

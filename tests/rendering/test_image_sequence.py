@@ -160,7 +160,7 @@ def test_a_single_frame_without_a_turntable_cannot_become_a_film():
         ValueError, match="a single frame cannot become a film: pass turntable='light' or 'camera', or write"
     ):
         jobs_of(grey(1), View(), None, None, refuse)
-    with pytest.raises(ValueError, match="unknown turntable 'table': known are light, camera"):
+    with pytest.raises(ValueError, match="unknown turntable 'table': known are light, camera, swing, 360"):
         jobs_of(grey(1), View(), "table", None, refuse)
 
 

@@ -191,4 +191,4 @@ def test_older_names_on_the_command_line(typed, tmp_path, monkeypatch, line, new
 
 def test_the_command_line_has_every_option():
     typed = {one.name for group in (TypedLook, ViewOptions, PictureOptions) for one in fields(group)}
-    assert set(FIELDS) - {"material", "look", "finish", "lights"} | {"light"} == typed
+    assert set(FIELDS) - {"material", "look", "finish", "lights"} | {"light", "zoom"} == typed

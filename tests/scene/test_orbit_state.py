@@ -183,3 +183,25 @@ def test_a_frame_with_rows_that_run_upwards_is_handled_as_it_looks():
 
 def test_a_frame_without_any_depth_has_a_stage():
     assert Stage.of(frames.all_missing()).radius > 0
+
+
+@pytest.mark.parametrize("axis", [(0.0, 1.0, 0.0), (0.0, 0.9, 0.4358898943540673)])
+@pytest.mark.parametrize("fy", [1, -1])
+def test_a_viewer_stands_where_it_is_put_at_any_roll_and_also_beyond_the_object(axis, fy):
+    stage = Stage(np.array([0.1, -0.2, 1.5]), 1.0, np.diag([1.0, fy, 1.0]), axis)
+    rng = np.random.default_rng(4)
+    for _ in range(50):
+        pose = np.eye(4)
+        pose[:3, :3] = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        pose[:3, :3] *= np.sign(np.linalg.det(pose[:3, :3]))
+        pose[:3, 3] = rng.normal(size=3)
+        np.testing.assert_allclose(State().seen_from(pose, stage).pose(stage), pose, atol=1e-12)
+        turned = State(yaw=rng.uniform(-179, 179), pitch=rng.uniform(-89, 89), distance=0.7, pan=(0.1, -0.05))
+        again = State().seen_from(turned.pose(stage), stage)
+        assert (again.yaw, again.pitch, again.roll) == pytest.approx((turned.yaw, turned.pitch, 0))
+        assert (again.distance, *again.pan) == pytest.approx((turned.distance, *turned.pan))
+
+
+def test_with_a_roll_a_drag_still_turns_what_the_mouse_holds():
+    plain, rolled = (State(roll=roll).orbited(30, 0, 300) for roll in (0, 90))
+    assert (plain.yaw, plain.pitch) == (-12, 0) and (rolled.yaw, rolled.pitch) == pytest.approx((0, 12))

@@ -7,7 +7,7 @@ import pytest
 from pytest import approx
 
 import pointshade_gl as ps
-from pointshade_gl.scene.turntable import with_camera_turned, with_light_turned
+from pointshade_gl.scene.turntable import views_of_turn, with_camera_turned, with_light_turned
 from pointshade_gl.scene.view import View
 
 CAMERA = ps.Camera(50, 50, 19.5, 14.5, 40, 30)
@@ -67,6 +67,36 @@ def test_the_users_lights_go_round_together_and_keep_their_light():
     assert point.position == approx((2 * frame.pivot[0] - 0.5, -1, 2)) and point.color == (1, 0, 0)
     assert far.direction == approx((0, 0.2, -1)) and far.intensity == 2
     assert default == ps.Light()
+
+
+def test_a_swing_goes_to_both_sides_slows_down_where_it_turns_and_loops_without_a_jump():
+    angles = [view.yaw for view in views_of_turn(wall(), View(yaw=10), "swing", 100)]
+    assert (angles[0], max(angles), min(angles)) == approx((10, 35, -15))
+    steps = np.diff([*angles, angles[0]])  # and on to the first again
+    assert np.abs(steps).max() == approx(25 * 2 * np.pi / 100, rel=1e-2) and steps[0] == approx(steps[-1])
+    assert np.abs(np.diff(steps)).max() < 0.11 and np.abs(steps[[24, 25]]).max() < 0.06
+
+
+def test_the_camera_swings_before_a_single_frame_and_goes_around_what_has_a_back():
+    def yaws(source, what):
+        return [view.yaw for view in views_of_turn(source, View(), what, 4)]
+
+    scene = ps.Scene((ps.Node(ps.PointObject(wall())),), camera=CAMERA)
+    assert yaws(wall(), "camera") == yaws(scene, "swing") == approx([0, 25, 0, -25])
+    assert yaws(scene, "camera") == yaws(wall(), "360") == [0, 90, 180, 270]
+    assert yaws(wall(), "swing:7.5") == approx([0, 7.5, 0, -7.5])
+
+
+@pytest.mark.parametrize("what", ["swing:", "swing:x", "swing:0", "swing:-5", "swing:nan", "swing:181"])
+def test_a_swing_of_impossible_degrees_is_refused(what):
+    with pytest.raises(ValueError, match="swing:DEG takes degrees to either side, above 0 and at most 180, got"):
+        views_of_turn(wall(), View(), what, 4)
+
+
+@pytest.mark.parametrize("what", ["light:5", "camera:360", "around", 360, None])
+def test_an_unknown_turntable_is_refused(what):
+    with pytest.raises(ValueError, match=r"unknown turntable .*: known are light, camera, swing, 360"):
+        views_of_turn(wall(), View(), what, 4)
 
 
 def test_the_camera_goes_round_from_where_the_view_stands():

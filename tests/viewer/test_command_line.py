@@ -28,8 +28,32 @@ from ..support.viewing import drag, move, press, quiet
 
 
 @pytest.fixture
-def again(typed, capsys, tmp_path):
-    """again(viewer) presses P, runs the line that it prints, and compares the pictures: the words of the line.
+def reopened(typed, monkeypatch):
+    """reopened(words) runs `pointshade view` with these words: the picture of its window, at rest."""
+    seen = []
+
+    def look(viewer):
+        viewer.background.grace = 60.0
+        while viewer.document.playing.is_merging:
+            viewer.step()
+        viewer.step(wait=False)
+        picture = viewer.picture
+        seen.append(viewer.screen.read(picture, picture.most_samples(viewer.samples)).astype(int))
+        viewer.release()
+
+    def run(words):
+        monkeypatch.setattr("pointshade_gl.viewer.Viewer.run", look)
+        code, _, errors = typed(shlex.join(["view", *words]))
+        assert code == 0 and f"-o {words[-1]} is left out" in errors, errors
+        return seen.pop()
+
+    return run
+
+
+@pytest.fixture
+def again(typed, capsys, tmp_path, reopened):
+    """again(viewer) presses P, runs the line that it prints, with `render` and with `view`, and compares the pictures:
+    the words of the line.
 
     A window whose views changed keeps how far they were found to agree as long as that is nearly right
     (estimation/multi_view.py): `but` says how large a share of the pixels may then differ.
@@ -47,7 +71,10 @@ def again(typed, capsys, tmp_path):
         with Image.open(saved) as one, Image.open(tmp_path / "again.png") as other:
             pictures = [np.asarray(picture).astype(int) for picture in (one, other)]
         assert pictures[0][..., 3].any() and pictures[0].shape == pictures[1].shape
-        assert (np.abs(pictures[0] - pictures[1]).max(-1) > 1).mean() <= but
+        pictures.append(reopened(words[2:]))
+        for other in pictures[1:]:
+            assert pictures[0].shape == other.shape
+            assert (np.abs(pictures[0] - other).max(-1) > 1).mean() <= but
         return words[2:-2]
 
     return run

@@ -191,6 +191,7 @@ class TestUndo:
 OTHERS = {
     "yaw": 20,
     "pitch": 10,
+    "roll": 5,
     "distance": 2,
     "pan": (0.1, 0),
     "pivot": (0, 0, 0.1),

@@ -10,14 +10,16 @@ from pathlib import Path
 from typing import Any
 
 from ...files.access.numbered_names import first_of, is_numbered
-from ...files.access.written_suffixes import NUMBERED, POINTS, RENDERED, check_suffix
+from ...files.access.written_suffixes import FILMS, NUMBERED, POINTS, RENDERED, check_suffix
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing.film import check_series, is_series
 from ...messages.formatting import option
 from ...messages.notes import print_note
 from ...rendering.renderer import Renderer
 from ...rendering.request import RenderRequest
+from ...scene.appearance import LIT_EARLY
 from ...scene.graph import Scene
+from ...scene.turntable import check_turntable, moves_camera
 from ...scene.view import View
 from ..inputs import (
     Together,
@@ -45,7 +47,7 @@ from ..options import (
     Views,
     spread,
 )
-from ..output import explainer, in_turn, open_renderer, progress, report, spinner, warn_skipped
+from ..output import explainer, in_turn, new_beside, open_renderer, progress, report, spinner, warn_skipped
 from ..page_line import page_line
 from ..page_options import PageOptions, is_page
 from ..photographs import as_one_frame, load_photographs
@@ -58,13 +60,13 @@ from ..usage_errors import check_folders
 class Asked:
     """What was typed. more: INPUTs after the first."""
 
-    output: RenderOutput
     frame: FrameOptions
     look: LookOptions
     place: ViewOptions
     picture: PictureOptions
     film: FilmOptions
     page: PageOptions
+    written: RenderOutput = None
     more: MoreInputs = None
     views: Views = None
     save_poses: SavePoses = None
@@ -73,6 +75,13 @@ class Asked:
     small: Small = False
     device: Device = 0
     quiet: Quiet = False
+
+    @cached_property
+    def output(self) -> Path:
+        """Where to write: unless that was typed, to a new file in the working directory, called like INPUT."""
+        if self.written is not None:
+            return self.written
+        return new_beside(self.frame, ".png" if self.film.turntable is None else FILMS[0])
 
     @cached_property
     def are_clouds(self) -> bool:
@@ -94,11 +103,13 @@ class Asked:
     def check_inputs(self) -> None:
         """Raises ValueError for several INPUTs where there can be one, and for one where several are needed."""
         check_folders(self.more or [])
+        if self.film.turntable is not None:
+            check_turntable(self.film.turntable)
         is_sequence = self.film.turntable is None and is_series(self.output)
-        is_one = self.views is not None or is_sequence or self.output.suffix.lower() in POINTS
-        if self.more and is_one:
+        if self.more and (self.views is not None or is_sequence):
             raise ValueError(
-                f"several INPUTs are drawn as one object, in a picture or a turntable: pass one INPUT to {self.output}"
+                "several INPUTs are drawn as one object, in a picture, a turntable or a file of points: pass one INPUT "
+                f"to {self.output}"
             )
         if self.are_clouds and (self.views is not None or self.unlight_all):
             name = "unlight_all" if self.unlight_all else "views"
@@ -117,8 +128,15 @@ class Asked:
             self.look, self.place, self.picture, self.output,
             is_scene=self.are_clouds or (not self.is_set and self.is_scene), is_cloud=self.are_clouds,
             is_film=not is_page(self.output) and (turns or is_series(self.output)),
-            is_changed=self.is_set or self.film.turntable == "camera",
+            is_changed=self.is_set or moves_camera(self.film.turntable),
         )  # fmt: skip
+
+    def tell_alike(self) -> None:
+        """A note where a shading is asked for that cannot be told from phong, as each pixel is a point."""
+        is_moved = self.place != ViewOptions() or moves_camera(self.film.turntable)
+        if self.look.shading in LIT_EARLY and not (is_moved or self.is_set or self.are_clouds or self.is_scene):
+            shading, turned = option("shading", self.look.shading), option("yaw", 20)
+            print_note(f"{shading} looks like phong from the frame's own camera: each pixel is a point. Try {turned}")
 
     def read(self, view: View, is_many: bool = False) -> tuple[Any, Callable[[Renderer], None]]:
         """What is drawn, and what is to be called after each picture."""
@@ -146,10 +164,11 @@ class Asked:
 def render(asked: Asked) -> None:
     """Light a frame, point clouds or a scene (.gltf, .glb, 'demo'): a picture. Without INPUT: the built-in vase.
 
+    Without -o, write a new file here: NAME.png of INPUT, or NAME.mp4 of a turntable.
     Write an .html to look at in a browser: there the light and the object can be moved, and a sequence plays.
     Write all frames of a sequence, or a turntable, to an .mp4, a .gif or numbered files such as %04d.png.
-    Write the points of a frame, lit (or not: --shading none), in world coordinates to a .ply; or those of a point
-    cloud, in their own colours, with normals.
+    Write the points of a frame, or of --views each place once, lit (or not: --shading none), in world coordinates to a
+    .ply or .glb; or those of a point cloud, in their own colours, with normals.
     """
     asked.check_inputs()
     view = asked.view()
@@ -165,6 +184,7 @@ def render(asked: Asked) -> None:
 
 def _write_picture(asked: Asked, view: View) -> None:
     check_stream(view.look, False)
+    asked.tell_alike()
     _check_picture(asked.output, asked.film)
     asked.page.check_none(asked.output)
     source, tell = asked.read(view)
@@ -195,6 +215,7 @@ def _write_series(asked: Asked, view: View) -> None:
     from ...rendering.image_sequence import jobs_of, write_series
 
     check_stream(view.look, asked.film.turntable is None)
+    asked.tell_alike()
     if is_numbered(asked.output):
         check_suffix(asked.output, NUMBERED)
     check_series(asked.output)
@@ -237,10 +258,10 @@ def _write_points(asked: Asked, view: View) -> None:
     from ..written_maps import write_points
 
     output, film = asked.output, asked.film
-    if asked.views is not None:
-        raise ValueError(f"{output} holds the points of frames: leave out {option('views')}")
-    if asked.save_poses is not None:
-        raise ValueError(f"{option('save_poses')} is for pictures and films, {output} holds points: leave it out")
+    if asked.save_poses is not None and not asked.is_set:
+        raise ValueError(
+            f"{option('save_poses')} is for several views, pictures and films; {output} holds points: leave it out"
+        )
     asked.picture.check_none(output)
     asked.page.check_none(output)
     check_points_path(first_of(output))
@@ -251,8 +272,13 @@ def _write_points(asked: Asked, view: View) -> None:
         return
     source = asked.load(view, sequence=is_numbered(output) and film.turntable is None)
     if isinstance(source, Scene):
-        raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture of it")
+        raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture")
     tell = explainer(asked.explain)
+    if isinstance(source, Together):
+        if is_numbered(output) or film.turntable is not None:
+            raise ValueError(f"the points of several views are one cloud: write one file, such as out{output.suffix}")
+        tell = in_turn(explainer(asked.explain, source.names), poses_saver(asked.save_poses, source))
+        source = source.frames
     write_points(source, view, output, film, asked.device, tell)
 
 
@@ -260,6 +286,8 @@ def _write_cloud(asked: Asked, view: View) -> None:
     """The points of a cloud, with normals."""
     from ..written_clouds import check_unlit, write_cloud
 
+    if asked.more:
+        raise ValueError(f"{asked.output} holds the points of one cloud: pass one INPUT")
     if is_numbered(asked.output) or asked.film.turntable is not None or asked.film.frames is not None:
         raise ValueError(f"a point cloud is one file of points: write it to one, such as out{asked.output.suffix}")
     check_unlit(asked.output, asked.look, asked.place)

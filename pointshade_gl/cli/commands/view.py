@@ -10,14 +10,26 @@ from typing import TYPE_CHECKING, Any
 
 from ...files.access.builtin import FRAMES
 from ...messages.formatting import option
+from ...messages.notes import print_note
 from ...scene.appearance import Look
 from ...scene.frame import Frame
 from ...scene.graph import Scene
 from ...scene.render_settings import Finish
+from ...scene.view import View
 from ..command_words import words_of
-from ..inputs import are_clouds, as_scene, check_align, check_stream, load, load_clouds, load_several
+from ..inputs import (
+    are_clouds,
+    as_scene,
+    check_align,
+    check_different,
+    check_stream,
+    load,
+    load_clouds,
+    load_several,
+    load_together,
+)
 from ..look_options import LookOptions
-from ..options import FrameOptions, MoreInputs, Quiet, Views, WindowOptions, spread
+from ..options import FrameOptions, MoreInputs, NoOutput, PlaceOptions, Quiet, Views, WindowOptions, spread
 from ..output import announce
 from ..parse import rates_from, size_from, views_from
 from ..picture_options import EnvironmentOptions
@@ -32,7 +44,9 @@ def view(
     frame: FrameOptions,
     look: LookOptions,
     around: EnvironmentOptions,
+    place: PlaceOptions,
     window: WindowOptions,
+    output: NoOutput = None,
     more: MoreInputs = None,
     views: Views = None,
     quiet: Quiet = False,
@@ -40,6 +54,7 @@ def view(
     """Open a window where the light follows the mouse; H lists the keys. It shows frames, scenes and point clouds.
 
     A folder with a sequence is played; with --views, or when M is pressed, frames of it are merged into one object.
+    A line of `pointshade render` that the key P printed opens the same view, with view in the place of render.
     """
     from ...scene.orbit_state import State
     from ...viewer import Viewer
@@ -50,10 +65,13 @@ def view(
         raise ValueError(MISSING)
     state = State(look=look.look(), finish=Finish(**around.chosen()))
     size, inputs = size_from(window.window_size, "window_size"), more or []
-    lights = look.lights(shadow=True)
     count = None if views is None else views_from(views) or "all"
     check_folders(inputs)
     source, others = _read(frame, state.look, inputs, views)
+    if output is not None:
+        print_note(f"a window writes no file: -o {output} is left out, the key P saves a picture")
+    asked = any(light.shadow for light in look.lights())
+    lights = look.lights(shadow=isinstance(source, Scene) or not asked)  # all cast them when the key S is pressed
     rates = rates_from(window.fps, 1 + len(others))
     viewer = Viewer(
         source,
@@ -63,14 +81,17 @@ def view(
         lights=lights,
         others=others,
         fps=rates,
+        place=View(**place.place()),
         views=count,
         record=window.record,
         panel=window.panel,
         command_line=partial(render_line, _typed(frame, inputs)),
     )
+    viewer.samples = viewer.samples if window.samples is None else window.samples
+    if window.exposure is not None:
+        viewer.document.exposure = window.exposure
     announce(viewer.renderer)
     if not isinstance(source, Scene):
-        asked = any(light.shadow for light in look.lights())
         viewer.state = replace(viewer.state, shadows=asked)  # until the key S switches them on
     viewer.run()
 
@@ -84,12 +105,17 @@ def _read(frame: FrameOptions, look: Look, inputs: Sequence[str], views: str | N
     if are_clouds(frame, inputs) and views is None:
         return load_clouds(frame, look, plain, inputs), []
     if inputs:
-        source, *others = load_several(frame, inputs)
+        source, *others = load_together(frame, look, inputs).frames if frame.frame else _several(frame, inputs)
         return source, others
     source = as_scene(load(frame, sequence=True, scene=not views), look, plain)
     check_stream(look, not isinstance(source, Frame))
     check_align(look.align, not isinstance(source, Frame))
     return source, []
+
+
+def _several(frame: FrameOptions, inputs: Sequence[str]) -> list[Any]:
+    check_different([str(frame.input), *inputs], [0] * (1 + len(inputs)))
+    return load_several(frame, inputs)
 
 
 def _typed(frame: FrameOptions, inputs: Sequence[str]) -> Typed:

@@ -120,7 +120,8 @@ def _partly(path: Path, poses: Poses, note: Note) -> Poses | None:
     if without == len(poses):
         return None
     if without:
-        note(f"{path} has no pose for {without} of {len(poses)} pictures: they stay at the origin")
+        count = f"{without} of {len(poses)} pictures"
+        note(f"{path} has no pose for {count}: alone they are drawn at the origin, merged views leave them out")
     return poses
 
 

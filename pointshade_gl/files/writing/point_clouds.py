@@ -1,10 +1,16 @@
-"""Writes point clouds as .ply files."""
+"""Writes point clouds as .ply and .glb files."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from ...messages.validation import check_path, check_type
+from ...scene.cloud_scene import scene_of
+from ...scene.graph import Scene
+from ...scene.node import Node
 from ...scene.point_cloud import PointCloud
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import FilePath
@@ -21,16 +27,16 @@ def check_points_path(path: FilePath) -> Path:
 
 
 def save_points(path: FilePath, cloud: PointCloud) -> None:
-    """Write a point cloud as binary little-endian PLY, completely or not at all.
+    """Write a point cloud as binary little-endian PLY or as GLB, completely or not at all.
 
     Parameters
     ----------
     path : path
-        The file, .ply.
+        The file, .ply or .glb. In a .glb up is y, as glTF has it, and the colours are shown without light.
     cloud : PointCloud
-        Its points become vertices with x y z (float; double where the world's origin is far away), nx ny nz (float) and
-        red green blue (uchar): the names that MeshLab, CloudCompare, Blender and Open3D know; of what it has also
-        radius and confidence. Comments say which axis points up, and the origin: `load_cloud` gives the same cloud.
+        In a .ply its points become vertices with x y z (float; double where the world's origin is far away), nx ny nz
+        (float) and red green blue (uchar): the names that MeshLab, CloudCompare, Blender and Open3D know; of what it
+        has also radius and confidence. Comments say which axis points up, and the origin: `load_cloud` gives the same.
 
     Raises
     ------
@@ -43,5 +49,19 @@ def save_points(path: FilePath, cloud: PointCloud) -> None:
     """
     path = check_points_path(path)
     check_type(cloud, PointCloud, "cloud")
+    if path.suffix.lower() == ".glb":
+        from ..gltf import save_scene
+
+        save_scene(path, _shown_upright(cloud, path.stem))
+        return
     with written_whole(path) as temporary, temporary.open("xb") as file:
         write_ply(file, {VERTEX: vertices_of(cloud)}, comments_of(cloud))
+
+
+def _shown_upright(cloud: PointCloud, name: str) -> Scene:
+    """A scene whose y is the cloud's up, with the camera that sees the cloud alone; its colours are its own."""
+    up, turn = cloud.up_direction, np.eye(4)
+    side = np.array([0.0, 1.0, 0.0]) if up[0] else np.array([1.0, 0.0, 0.0])
+    turn[:3, :3] = side, up, np.cross(side, up)
+    alone = scene_of(cloud)
+    return Scene((Node(replace(cloud, shading="none"), name, turn),), alone.camera, turn @ alone.pose)

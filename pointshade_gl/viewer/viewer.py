@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -23,6 +23,7 @@ from ..scene.cloud_scene import scene_of
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, check_lights
+from ..scene.noise import Choice
 from ..scene.option_fields import renamed
 from ..scene.orbit_state import State
 from ..scene.point_cloud import PointCloud
@@ -156,7 +157,7 @@ class Viewer(Session):
         undo.callback(self._leave_work)
         self._prepared: tuple[Any, ...] | None = None  # the key of the last Preparation
         self._stands: Stands | None = None
-        self._known: Any = self.screen.renderer.context.renderer, None, {}
+        self._known: tuple[Choice | None, Mapping[Frame, float]] = None, {}
         slow = SOFTWARE if self.renderer.context.is_software else ""
         self.messages.say(GREETING + slow, GREETING_SECONDS)
 
@@ -386,10 +387,12 @@ class Viewer(Session):
 
     def _facts(self, samples: int, most: int) -> Facts:
         """What the panel tells. While the renderer is lent, that is what the last picture told of it."""
-        renderer, now = self.screen.renderer, (self.redrawing.rate.per_second, (samples, most), self.light_titles)
+        renderer, explain = self.screen.renderer, None
         if not self.background.lends:
-            self._known = renderer.context.renderer, renderer.choice, renderer.weights
-        return Facts(*self._known, None if self.background.lends else renderer.explain, *now)
+            self._known, explain = (renderer.choice, renderer.weights), renderer.explain
+        choice, weights = self._known
+        rate, titles = self.redrawing.rate.per_second, self.light_titles
+        return Facts(renderer.context.renderer, choice, weights, explain, rate, (samples, most), titles)
 
     def _prepare(self, picture: Picture) -> None:
         """Finds in the background what the picture needs and takes long."""

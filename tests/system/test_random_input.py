@@ -137,6 +137,7 @@ def memory():
 def settle(one, start, folder):
     """The same thing in the same state, whatever was done before."""
     viewer, glfw = one.viewer, one.viewer.window.glfw
+    viewer.finish_work()
     for name in ("left", "middle", "right"):
         one.button(name, "release")
     one.look()
@@ -144,18 +145,24 @@ def settle(one, start, folder):
         viewer.window.toggle_full_screen()
     glfw.set_window_size(viewer.window.handle, 320, 240)
     one.until(lambda: viewer.window.picture_size == (320, 240))
+    viewer.finish_work()
     one.drop(folder)
+    viewer.finish_work()
     viewer.state = start
     one.point(-50, -50)
     one.look(8)
 
 
 def state_of_things(one):
-    """MB in memory, and how many GL objects there are."""
+    """MB in memory, and how many GL objects the renderer has, with those that it shares with the window."""
     viewer = one.viewer
+    viewer.finish_work()
     with viewer.window:
         assert viewer.screen.gl.error == "GL_NO_ERROR"
-        return memory(), living_objects(viewer.screen.gl, viewer.window.glfw.get_proc_address)
+    context = viewer.screen.renderer.context
+    with context.in_use():
+        assert context.gl.error == "GL_NO_ERROR"
+        return memory(), living_objects(context.gl, viewer.window.glfw.get_proc_address)
 
 
 def test_anything_at_all_leaves_no_error_and_nothing_grows(display, files, tmp_path, monkeypatch, capsys):

@@ -25,7 +25,7 @@ from ..messages.formatting import option
 from ..messages.notes import note_new_name, silence
 from ..scene.appearance import Look
 from ..scene.light import Light
-from ..scene.option_fields import FILM, FRAME, LIGHT, VIEW
+from ..scene.option_fields import FILM, FRAME, LIGHT, PICTURE, VIEW
 from ..scene.point_cloud import UPS
 from ..scene.render_settings import SIMPLE, Finish
 from ..scene.turntable import TURNTABLES
@@ -263,20 +263,15 @@ class FilmOptions:
     fps: float = said("Pictures per second.", metavar="N", default=25.0, panel=FILM)
 
 
+_SEEN = [one for one in typed(Finish, (PICTURE,), None) if one[0] in ("samples", "exposure", "show")]
+
+
 @dataclass(frozen=True)
-class WindowOptions:
+class WindowOptions(group_of(_SEEN)):
     """The window of `pointshade view`."""
 
     window_size: str | None = said(
         "Size of the window.", "--window-size", "--picture-size", metavar="WxH", was="size", panel=VIEW
-    )
-    samples: int | None = said(
-        "Pictures that are averaged where nothing moves (default 64).", metavar="N", min=1, panel=VIEW
-    )
-    exposure: float | None = said(
-        "Multiply all light by 2^N. Default: as bright as the photograph, where the depth has sensor noise.",
-        metavar="N",
-        panel=LIGHT,
     )
     panel: bool = said("Open the panel (needs the extra 'gui').", "--panel", default=False)
     fps: str = said(

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..files.access.builtin import FRAMES
+from ..messages.formatting import option
 from .command_words import words_of
 from .look_options import LookOptions
 from .options import FrameOptions
@@ -24,7 +25,7 @@ def page_line(
     """Return what was typed about what is read and how it looks, but for lights, shading, samples and exposure."""
     frame = frame if frame.input or frame.depth or frame.color else replace(frame, input=FRAMES[0])
     words = [*words_of(frame), *(more or []), *(["--views", views] if views else [])]
-    words += ["--unlight-all"] if unlight_all else []
+    words += [option("unlight_all")] if unlight_all else []
     words += words_of(replace(look, light=None, shading=LookOptions().shading))
     words += words_of(replace(picture, samples=None, exposure=None))
     return shlex.join(["pointshade", "render", *words])

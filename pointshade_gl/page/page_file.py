@@ -28,7 +28,6 @@ from ..scene.graph import Scene
 from ..scene.option_fields import takes
 from ..scene.placed import Placed
 from ..scene.point_object import PointObject
-from ..scene.view import View
 from .cloud_parts import cloud_part
 from .contents import surfaces_of
 from .film_file import draw_film, frames_of
@@ -186,14 +185,10 @@ def _drawn_film(
     if first is None:
         raise ValueError("the page has nothing to show: no frame could be read")
     request = RenderRequest.of(first, **options)
-    yaw, pitch, dolly = request.turns
-    view = View(
-        lights=request.lights or (), pose=request.pose, yaw=yaw, pitch=pitch, dolly=dolly,
-        look=request.look, finish=request.finish,
-    )  # fmt: skip
+    camera, view = request.camera, request.view
     return draw_film(
-        renderer, frames, view, fps, camera=request.camera, quality=quality, largest=largest, title=title, count=count
-    )  # fmt: skip
+        renderer, frames, view, fps, camera=camera, quality=quality, largest=largest, title=title, count=count
+    )
 
 
 def largest_of(request: RenderRequest) -> int:

@@ -156,6 +156,13 @@ class RenderRequest:
         )  # of several the first
         return camera, viewing_pose(mover, self.pose, *self.turns)
 
+    @property
+    def view(self) -> View:
+        """Return how it is seen and drawn, for other sources."""
+        yaw, pitch, dolly = self.turns
+        lights = self.lights or ()
+        return View(lights, self.pose, yaw=yaw, pitch=pitch, dolly=dolly, look=self.look, finish=self.finish)
+
 
 Source = Frame | Sequence[Frame] | Scene | PointCloud | FilePath | RenderRequest
 

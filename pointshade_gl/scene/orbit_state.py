@@ -135,9 +135,12 @@ class State:
         pitch = min(max(self.pitch + dy / smaller_side * DEGREES, -89.0), 89.0)
         return self.turned(self.yaw - dx / smaller_side * DEGREES, pitch, axis)
 
-    def turned(self, yaw: float, pitch: float, axis: Axis = VERTICAL) -> State:
-        """Return the state seen from elsewhere around the pivot, degrees. The light stays as after a drag."""
-        turned = replace(self, yaw=(yaw + 180) % 360 - 180, pitch=pitch)
+    def turned(self, yaw: float, pitch: float, axis: Axis = VERTICAL, roll: float | None = None) -> State:
+        """Return the state seen from elsewhere around the pivot, degrees. The light stays as after a drag.
+
+        roll  None: it stays
+        """
+        turned = replace(self, yaw=(yaw + 180) % 360 - 180, pitch=pitch, roll=self.roll if roll is None else roll)
         return (
             turned
             if self.light_mode

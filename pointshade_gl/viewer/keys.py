@@ -227,7 +227,7 @@ def _leave(now: Moment, name: str) -> Answer:
 
 def _look_from(now: Moment, name: str) -> Answer:
     text, yaw, pitch = SIDES[name]
-    return _say(f"from {text}", now.state.turned(yaw, pitch, now.stage.axis))
+    return _say(f"from {text}", now.state.turned(yaw, pitch, now.stage.axis, roll=0.0))
 
 
 def _turn_by(now: Moment, name: str) -> Answer:
@@ -243,7 +243,7 @@ def _look_from_behind(now: Moment, _: str) -> Answer:
 
 def _look_as_taken(now: Moment, _: str) -> Answer:
     """Where the frame's own camera was; the light stays with the viewer or with the object, as after a drag."""
-    state = now.state.turned(0.0, 0.0, now.stage.axis)
+    state = now.state.turned(0.0, 0.0, now.stage.axis, roll=0.0)
     return _say("where the camera was", replace(state, distance=1.0, pan=(0.0, 0.0), pivot=(0.0, 0.0, 0.0)))
 
 

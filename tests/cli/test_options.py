@@ -82,7 +82,7 @@ def test_the_defaults_of_the_command_line_are_those_of_the_library_except_that_p
         ("render", ["Frame", "Light and surface", "View", "Picture", "Film"]),
         ("normals", ["Frame"]),
         ("depth", ["Frame", "View"]),
-        ("view", ["Frame", "Light and surface", "View", "Film"]),
+        ("view", ["Frame", "Light and surface", "View", "Picture", "Film"]),
         ("info", ["Frame"]),
         ("bench", []),
     ],

@@ -205,3 +205,7 @@ def test_a_viewer_stands_where_it_is_put_at_any_roll_and_also_beyond_the_object(
 def test_with_a_roll_a_drag_still_turns_what_the_mouse_holds():
     plain, rolled = (State(roll=roll).orbited(30, 0, 300) for roll in (0, 90))
     assert (plain.yaw, plain.pitch) == (-12, 0) and (rolled.yaw, rolled.pitch) == pytest.approx((0, 12))
+
+
+def test_a_view_from_a_side_may_end_a_roll_and_a_drag_keeps_it():
+    assert State(roll=20).turned(90, 0, roll=0.0).roll == 0 and State(roll=20).orbited(30, 5, 300).roll == 20

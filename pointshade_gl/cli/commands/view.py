@@ -63,7 +63,8 @@ def view(
 
     if window.panel and find_spec("imgui_bundle") is None:
         raise ValueError(MISSING)
-    state = State(look=look.look(), finish=Finish(**around.chosen()))
+    seen = window.values_of(Finish)
+    state = State(look=look.look(), finish=Finish(**around.chosen(), **seen))
     size, inputs = size_from(window.window_size, "window_size"), more or []
     count = None if views is None else views_from(views) or "all"
     check_folders(inputs)
@@ -87,9 +88,8 @@ def view(
         panel=window.panel,
         command_line=partial(render_line, _typed(frame, inputs)),
     )
-    viewer.samples = viewer.samples if window.samples is None else window.samples
-    if window.exposure is not None:
-        viewer.document.exposure = window.exposure
+    viewer.samples = seen.get("samples", viewer.samples)
+    viewer.document.exposure = seen.get("exposure", viewer.document.exposure)
     announce(viewer.renderer)
     if not isinstance(source, Scene):
         viewer.state = replace(viewer.state, shadows=asked)  # until the key S switches them on

@@ -15,7 +15,7 @@ from pointshade_gl.batch import workers
 from pointshade_gl.batch.jobs import Done, Job
 from pointshade_gl.batch.manifest import Manifest
 
-from ..support.batches import SMALL, check_whole, lines_of, running, write_sequence
+from ..support.batches import SMALL, but_for_its_command, check_whole, lines_of, running, write_sequence
 
 pytestmark = pytest.mark.gl
 
@@ -49,7 +49,7 @@ def test_pages_have_the_quality_and_the_title_that_were_asked_for(batch, typed, 
     asked = "--quality small --title Lit --picture-size 64x48 --samples 1"
     assert batch(f"vase -o out --to html --workers 1 {asked}")[0] == 0
     assert typed(f"render vase -o vase.html {asked}")[0] == 0
-    assert (tmp_path / "out/vase.html").read_bytes() == (tmp_path / "vase.html").read_bytes()
+    assert but_for_its_command(tmp_path / "out/vase.html") == but_for_its_command(tmp_path / "vase.html")
     code, _, err = batch("vase -o out --to html --samples 1 --picture-size 64x48")
     assert code == 2 and "with other options" in err
 

@@ -6,6 +6,7 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from contextlib import nullcontext
+from functools import cached_property
 from typing import Any, NamedTuple, TypeVar
 
 import moderngl
@@ -45,7 +46,7 @@ class Steps:
     """
 
     def __init__(self, context: moderngl.Context, is_software: bool):
-        self._context, self._finish = context, finisher(context)
+        self._context = context
         self._is_software = is_software  # there the timer stops before the work is done
         self._query: moderngl.Query | None = None
         self._is_timing = False
@@ -81,9 +82,13 @@ class Steps:
             checkpoint()
         return result
 
+    @cached_property
+    def _wait(self) -> Callable[[], None]:
+        return finisher(self._context)
+
     def finish(self) -> None:
         """Wait until the GPU has finished. Other threads go on."""
-        self._finish()
+        self._wait()
 
     def forget(self, name: str | None = None, of: Any = None) -> None:
         """Make the step of that name, or every one, run again.

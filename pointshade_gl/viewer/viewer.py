@@ -359,7 +359,7 @@ class Viewer(Session):
     def _draw(self) -> None:
         """Draws the window now, unless it is minimised, and does what the user chose in the panel. What takes long to
         find is found in the background first."""
-        if self.picture and not self.background.lends:
+        if self.picture and not self.background.work:
             self._prepare(self.picture)
         picture, over = self.picture, self._overlay
         if picture is None:

@@ -250,6 +250,19 @@ class TestOpening:
         assert closed != [viewer.document.playing]
 
 
+    def test_meanwhile_the_window_draws_what_is_asked_for(self, open_viewer, monkeypatch):
+        viewer, gate, read = open_viewer(PLANE), threading.Event(), documents.read_dropped
+        monkeypatch.setattr(documents, "read_dropped", lambda paths: (gate.wait(60), read(paths))[1])
+        viewer.background.grace = 0
+        viewer.handle(Event("drop", paths=(str(ROOT / "assets" / "vase"),)))
+        press(viewer, "U")
+        drawn = viewer.drawn
+        viewer.step(wait=False)
+        assert viewer.drawn == drawn + 1 and viewer.state.look.unlight and "opening" in viewer.background.title
+        gate.set()
+        until(lambda: viewer.frame is not PLANE, lambda: viewer.step(wait=False))
+
+
 class TestFilm:
     def test_it_goes_on_with_the_last_picture(self, open_viewer, tmp_path):
         pytest.importorskip("imageio_ffmpeg")

@@ -17,6 +17,8 @@ const GREETINGS = {
   touch: "Move a finger: the light follows. Two fingers turn.",
 };
 
+const OF_FOCUS = /^( |Arrow.*|Page.*|Home|End|Enter|Tab)$/; // keys that press a button or move a slider that has the focus
+
 const byId = (id) => document.getElementById(id);
 
 // Shows the page. Gives, for a console: ready, a promise that is kept when something is shown; data, drawing; state.
@@ -81,7 +83,8 @@ function control(canvas, data) {
   }
 
   async function copy() {
-    if (data.command) say((await copied(commandLine(data, seen(), fileName(document.title)))) ? "the command is copied" : "this browser lets no page copy");
+    if (!data.command) say("this page knows no command");
+    else say((await copied(commandLine(data, seen(), fileName(document.title)))) ? "the command is copied" : "this browser lets no page copy");
   }
 
   // Marker and buttons as the state has them.
@@ -247,8 +250,7 @@ function listenToKeys(actions) {
   document.addEventListener("keydown", (event) => {
     if (event.key === "Escape" && !byId("lamp-box").hidden) toggleLamp(false);
     if (event.metaKey || event.altKey || event.target.tagName === "SELECT") return;
-    const isOfFocus = event.key === " " ? event.target.tagName === "BUTTON" : event.target.tagName === "INPUT";
-    if (isOfFocus) return; // a button is pressed, a slider moves
+    if (event.target.tagName === (event.key === " " ? "BUTTON" : "INPUT") && OF_FOCUS.test(event.key)) return;
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     if (byId("help").open && !"h?".includes(key)) return;
     if (arrows[key]) (event.ctrlKey ? actions.shift : event.shiftKey ? actions.moveLight : actions.turn)(...arrows[key]);
@@ -262,7 +264,10 @@ function listenToButtons(actions) {
   for (const [id, act] of [["follow", actions.follow], ["unlit", actions.unlit], ["shadows", actions.shadows],
     ["lamp", actions.toggleLamp], ["reset", actions.reset], ["save", actions.save], ["copy", actions.copy], ["full", actions.full], ["ask", actions.help], ["close", actions.help]])
     byId(id).addEventListener("click", act);
-  byId("shading").addEventListener("change", (event) => actions.shade(event.target.value));
+  byId("shading").addEventListener("change", ({ target }) => {
+    actions.shade(target.value);
+    if (!target.matches(":focus-visible")) byId("picture").focus(); // the mouse chose: keys are the picture's again
+  });
   byId("help").addEventListener("click", (event) => event.target === byId("help") && byId("help").close()); // beside it
   byId("full").hidden = !document.fullscreenEnabled;
 }

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 Show = Literal["light", "normals", "depth", "certainty"]
 SHOWS: tuple[Show, ...] = get_args(Show)
 MOST_DOUBT = 30.0  # degrees of expected error, from which normals are equally red
+BLUE = 0.1  # of turbo, where the colours begin: before it they are nearly black, as holes are
 LEFT_OUT = 0.02  # share of the pixels at either end that does not stretch the range of depths
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from ..files.depth.colormaps import ramp
-from ..scene.color_scale import ColorScale
+from ..scene.color_scale import BLUE, ColorScale
 from ..scene.frame import Frame
 from .messages import BACKDROP, BRIGHT, POINTS
 from .picture import Picture
@@ -63,7 +63,9 @@ def draw_readout(
     if ends:
         left, middle = round(pad + first), (pad + line) / 2
         box = round(RAMP * scale), round(0.7 * POINTS * scale)
-        image.paste(Image.fromarray(ramp("turbo")[None]).resize(box), (left, round(middle - box[1] / 2)))
+        image.paste(
+            Image.fromarray(ramp("turbo")[None, round(255 * BLUE) :]).resize(box), (left, round(middle - box[1] / 2))
+        )
         draw.text((pad, middle), ends[0], BRIGHT, font, anchor="lm")
         small = ImageFont.load_default(0.75 * POINTS * scale)
         draw.text((left + box[0] / 2, middle), ends[1], BACKDROP[:3], small, anchor="mm")

@@ -49,6 +49,7 @@ class Session:
         self.messages = messages
         self.show(document, document.first, document.start)
         self._control = Control(self.moment)
+        self._news = ""  # to be said once what is shown is seen
         self._wanted: int | None = None  # the frame that was chosen on the timeline
 
     def show(self, document: Document, frame: Shown, moment: Moment) -> None:
@@ -160,9 +161,18 @@ class Session:
         """Show the frame that is due, or the views once they are merged."""
         playing = self.document.playing
         if playing.is_merging:
-            self._follow(*playing.merged())
+            views, self._news = playing.merged()
+            self._follow(views, "")
+            if views is None:
+                self.tell_news()
         elif not self._control.is_scrubbing and (frame := playing.advance(self.frame, now)):
             self.frame = frame
+
+    def tell_news(self) -> None:
+        """Say what is seen now."""
+        news, self._news = self._news, ""
+        if news:
+            self.say(news)
 
     def seek(self) -> None:
         """Show the frame that was chosen on the timeline, if one was."""

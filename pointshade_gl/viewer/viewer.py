@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
+from contextvars import copy_context
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -14,7 +15,7 @@ from typing import Any, Literal, NamedTuple
 from ..messages.bugs import error_text
 from ..messages.errors import Cancelled
 from ..messages.formatting import shown
-from ..messages.notes import Note, taken_by
+from ..messages.notes import Note, print_note, taken_by
 from ..messages.progress import Progress
 from ..messages.validation import check_flag, check_function, check_path, check_size, check_type, is_a
 from ..rendering.renderer import Renderer
@@ -49,6 +50,7 @@ from .window import Window
 from .window import window_size as size_for
 
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
+GREETING_STAYS = "The light stays where it was put: L lets it follow the mouse.   Drag to turn.   H for help"
 SOFTWARE = "\nA software renderer draws: pictures are right, but slow"
 GREETING_SECONDS = 12.0
 SAVING = "saving a picture"
@@ -159,7 +161,8 @@ class Viewer(Session):
         self._stands: Stands | None = None
         self._known: tuple[Choice | None, Mapping[Frame, float]] = None, {}
         slow = SOFTWARE if self.renderer.context.is_software else ""
-        self.messages.say(GREETING + slow, GREETING_SECONDS)
+        greeting = GREETING if self.state.light_mode else GREETING_STAYS
+        self.messages.say(greeting + slow, GREETING_SECONDS)
 
     # For applications to override.
     def on_start(self) -> None:
@@ -384,6 +387,7 @@ class Viewer(Session):
             self.document.playing.wake_by(self.window.wake)
             self.window.name(f"pointshade: {self.document.title}")
             self.messages.clear()
+        self.tell_news()
 
     def _facts(self, samples: int, most: int) -> Facts:
         """What the panel tells. While the renderer is lent, that is what the last picture told of it."""
@@ -400,13 +404,24 @@ class Viewer(Session):
         if needed is None or needed.key == self._prepared:
             return
 
+        found: list[str] = []  # what was noted
+        is_same = self._stands is not None and self._stands.frame is picture.shown  # it only looks otherwise
+        outside = copy_context()
+
+        def note(text: str) -> None:
+            found.append(text)
+            outside.run(print_note, text)
+
         def do(progress: Progress) -> None:
             renderer.context.move_here()
-            renderer.draw(picture.request(rests=False), progress=progress)
+            with taken_by(note):
+                renderer.draw(picture.request(rests=False), progress=progress)
 
         def done(_: object) -> None:
             self.screen.take_back()
             self._prepared = needed.key
+            if is_same and found:  # what was asked for came out otherwise
+                self.say("\n".join(found))
 
         def failed(error: BaseException) -> None:
             self.screen.take_back()

@@ -17,6 +17,7 @@ uniform float upwards;          // of the second axis of the surfaces in the pic
 out vec4 color;
 
 const vec3 NO_NORMAL = vec3(0.25);
+const float BLUE = 0.1;  // where the colours begin: before it turbo is nearly black, as holes are
 
 // Turbo (A. Mikhailov 2019), his polynomial, for 0 to 1.
 vec3 turbo(float x) {
@@ -39,7 +40,8 @@ void main() {
     if (surface.w == 0.0) discard;
     float certainty = length(surface.xyz);
     float number = SHOW == 1 ? -1.0 / abs(surface.w) : expected_error(min(certainty, 1.0));
-    vec3 shown = turbo(clamp((number - range.x) / max(range.y - range.x, 1e-6 * abs(range.x)), 0.0, 1.0));
+    float share = clamp((number - range.x) / max(range.y - range.x, 1e-6 * abs(range.x)), 0.0, 1.0);
+    vec3 shown = turbo(mix(BLUE, 1.0, share));
     if (SHOW == 0) {
         vec3 normal = surface.xyz / max(certainty, 1e-6) * vec3(1.0, upwards, -1.0);
         shown = certainty > 0.0 ? 0.5 * normal + 0.5 : NO_NORMAL;

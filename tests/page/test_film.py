@@ -228,6 +228,9 @@ class TestPlaying:
         slider.press("ArrowLeft")
         shown.wait_for("pointshade.player.index === 2")
         assert shown.state["yaw"] == yaw  # the object is not turned by the slider's keys
+        slider.press("b")  # other keys mean the same as always
+        assert shown.state["lit"] is False
+        slider.press("b")
 
     def test_what_waits_is_bounded(self, shown):
         assert shown.page.evaluate("pointshade.player.ready.length") <= 3

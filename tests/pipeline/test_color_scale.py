@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.color_scale import SHOWS, scale_of_depths
+from pointshade_gl.files.depth.colormaps import ramp
+from pointshade_gl.scene.color_scale import BLUE, SHOWS, scale_of_depths
 
 from ..support import frames
 from ..support.view_sets import pose_at, replaced
 
 BETWEEN = pose_at(7)
 NUMBERS = SHOWS[1:]
-CERTAIN = (48, 18, 59)  # the lower end of turbo
+CERTAIN = ramp("turbo")[round(255 * BLUE)].astype(int)  # where the colours begin
 
 
 def red(picture):

@@ -141,6 +141,12 @@ class TestEstimate:
         assert (before[:180] == after[:180]).all() and (before[215:] != after[215:]).any()  # the bar is below
         slow.gate.set()
 
+    def test_why_nothing_was_found_is_said_in_the_window(self, open_viewer):
+        viewer = open_viewer(PLANE)
+        press(viewer, "U")
+        viewer.step(wait=False)
+        assert viewer.messages.text.startswith("unlight: the picture does not tell its light")
+
     def test_escape_ends_it_and_brings_back_what_was(self, slowed):
         viewer, _ = slowed("draw")
         before = viewer.state
@@ -248,7 +254,6 @@ class TestOpening:
         gate.set()
         until(lambda: closed, lambda: time.sleep(0.01))
         assert closed != [viewer.document.playing]
-
 
     def test_meanwhile_the_window_draws_what_is_asked_for(self, open_viewer, monkeypatch):
         viewer, gate, read = open_viewer(PLANE), threading.Event(), documents.read_dropped

@@ -6,6 +6,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.files.depth.colormaps import ramp
 from pointshade_gl.files.pictures.picture_files import normals_to_rgb
+from pointshade_gl.scene.color_scale import BLUE
 from pointshade_gl.scene.orbit_state import State
 from pointshade_gl.viewer.readout import NOTHING, values_of
 
@@ -56,7 +57,7 @@ class TestModes:
         picture, depth, scale = seen(viewer), viewer.frame.depth, viewer.renderer.color_scale
         assert (scale.low, scale.high) == pytest.approx(np.quantile(depth[depth > 0], (0.02, 0.98)), rel=0.01)
         share = np.clip((1 / scale.low - 1 / depth) / (1 / scale.low - 1 / scale.high), 0, 1)
-        expected = ramp("turbo")[np.rint(255 * share).astype(int)][:-LOW]
+        expected = ramp("turbo")[np.rint(255 * (BLUE + (1 - BLUE) * share)).astype(int)][:-LOW]
         assert np.abs(picture - expected).max() < 35 and np.abs(picture - expected).mean() < 6  # a polynomial
 
     def test_the_light_follows_the_mouse_without_another_picture(self, open_viewer):

@@ -64,7 +64,8 @@ def view(
     if window.panel and find_spec("imgui_bundle") is None:
         raise ValueError(MISSING)
     seen = window.values_of(Finish)
-    state = State(look=look.look(), finish=Finish(**around.chosen(), **seen))
+    is_put = any(light.position or light.direction for light in look.lights()[:1])  # it stays where it was put
+    state = State(light_mode=not is_put, look=look.look(), finish=Finish(**around.chosen(), **seen))
     size, inputs = size_from(window.window_size, "window_size"), more or []
     count = None if views is None else views_from(views) or "all"
     check_folders(inputs)

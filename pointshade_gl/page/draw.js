@@ -21,6 +21,7 @@ class Drawing {
     this.painter = new Painter(gl, programs);
     this.around = new Around(gl, this.painter, data.around);
     this.clouds = new CloudPainter(gl, programs, this.painter);
+    this.outlines = new Outlines(gl, this.painter);
     const materials = things.map((thing) => [...thing.material, thing.lobe, 0, 0, 0]);
     this.materials = makeTexture(gl, "rgba32f", 2, materials.length, new Float32Array(materials.flat()));
     for (const thing of things.filter((one) => one.kind === "points")) {
@@ -39,6 +40,7 @@ class Drawing {
     this.shown = { view, lights: lights.map((one) => ({ ...one, shadow: one.shadow && shadows !== false })), shadings };
     this.hurries = hurries;
     this.count = 0;
+    this.kept = null;
     this.drawSample(0, this.picture, false);
     this.present();
   }
@@ -48,6 +50,7 @@ class Drawing {
   refine() {
     this.fitSums();
     if (!this.count) this.painter.clear(this.sums);
+    if (this.count === 1) this.keepInsides();
     this.drawSample(this.count++, this.sums, true);
     if (this.count % 2 || this.isFine) {
       this.develop();
@@ -80,6 +83,13 @@ class Drawing {
     if (seen !== this.seen) this.drawSurfaces({ camera, pose }, shadings, lamps);
     this.seen = seen;
     this.lightPixels({ camera, pose }, shadings, lamps, k, target, isSummed);
+  }
+
+  // From now on samples draw only the outlines of points anew, where what is shown is mixed from several points.
+  keepInsides() {
+    const [thing, ...others] = this.things, { view, shadings } = this.shown;
+    if (others.length || thing.kind !== "points" || thing.sizes || shadings[0] !== "phong") return;
+    this.kept = this.outlines.note(this.splats, this, thing, warpOf(thing, view.camera, view.pose, this.near(view.pose)));
   }
 
   // The mean of the samples as a picture.
@@ -241,7 +251,7 @@ class Drawing {
   addPoints(thing, warp, shading, pose, lamps, camera) {
     const early = LIT_EARLY.includes(shading);
     if (early) this.lightPoints(thing, pose, lamps);
-    this.painter.drawSplats(this.splats, this.hurries && isFine(thing, camera) ? fewer(thing) : thing, warp);
+    this.painter.drawSplats(this.splats, this.hurries && isFine(thing, camera) ? fewer(thing) : thing, warp, this.kept);
     const visibility_map = shading === "phong" ? this.around.ofPoints(thing) : null;
     const model = SHADINGS.indexOf(shading === "edl" ? "none" : shading);
     const constants = { SHADING: model, CERTAINTY: thing.certainty && shading === "phong" ? 1 : 0, VISIBILITY: visibility_map ? 1 : 0 };

@@ -53,12 +53,13 @@ class Painter {
     this.gl.drawArrays(this.gl.TRIANGLES, 0, 3);
   }
 
-  // Which source pixel each pixel of a view shows.
-  drawSplats(target, thing, warp) {
+  // Which source pixel each pixel of a view shows. kept: what is known of it (outlines.js).
+  drawSplats(target, thing, warp, kept = null) {
     const gl = this.gl;
     this.begin(target, [0, 0, ...warp.target_size], true);
     gl.clearBufferiv(gl.COLOR, 0, [0, 0, 0, 0]);
     gl.clearBufferfv(gl.DEPTH, 0, [1]);
+    if (kept) this.fill(target, [0, 0, ...warp.target_size], "points/kept_points.frag", {}, kept.inputs);
     const splats = this.programs.get("points/splats.vert", "points/splats.frag"), size = splats.attribute("size");
     splats.use({ ...warp, is_round: thing.isRound, has_rims: thing.hasRims });
     if (thing.sizes) {
@@ -66,7 +67,7 @@ class Painter {
       gl.enableVertexAttribArray(size);
       gl.vertexAttribPointer(size, 1, gl.FLOAT, false, 0, 0);
     } else gl.vertexAttrib1f(size, thing.size);
-    this.drawElements(gl.POINTS, thing.known);
+    this.drawElements(gl.POINTS, kept ? kept.known : thing.known);
     gl.disableVertexAttribArray(size);
     if (!thing.rims) return;
     this.programs.get("points/rims.vert", "points/rims.frag").use(warp);

@@ -20,8 +20,8 @@ from .shaders import shader_texts
 FOLDER = Path(__file__).resolve().parent
 SCRIPTS = (
     "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "samples.js", "upload.js", "paint.js",
-    "around.js", "clouds.js", "draw.js", "film.js", "player.js", "pointers.js", "lamp_box.js", "command.js",
-    "controls.js",
+    "around.js", "clouds.js", "outlines.js", "draw.js", "film.js", "player.js", "pointers.js", "lamp_box.js",
+    "command.js", "controls.js",
 )  # fmt: skip
 STILL = 85  # quality of the still's WebP
 

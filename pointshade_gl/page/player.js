@@ -117,6 +117,7 @@ function makePlayer(data, redraw) {
     player.jump(Number(slider.value));
     if (player.isPlaying) player.toggle();
   });
+  slider.addEventListener("pointerdown", () => player.isPlaying && player.toggle()); // also at the frame that is shown
   button.addEventListener("click", () => player.toggle());
   for (const each of document.querySelectorAll(".film")) each.hidden = false;
   showPlayer();

@@ -209,7 +209,7 @@ class Panel:
     def _press_with(self, modifiers: tuple[bool, bool, bool], do: Any) -> None:
         """Holds Ctrl, Shift and Alt while something else happens."""
         keys = self._imgui.Key
-        held = list(zip((keys.mod_ctrl, keys.mod_shift, keys.mod_alt), modifiers, strict=True))
+        held = list(zip((keys.mod_ctrl, keys.mod_shift, keys.mod_alt), map(bool, modifiers), strict=True))
         for key, is_held in held:
             self._io.add_key_event(key, is_held)
         do()

@@ -9,6 +9,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ..gpu.context.freed_memory import return_freed_memory
 from ..gpu.core.steps import Steps
 from ..gpu.output.present import Marker, PresentPass
 from ..rendering.renderer import Renderer
@@ -124,6 +125,8 @@ class Screen:
             with self.window:
                 self._kept.release()
         self._kept = None
+        if self.renderer.context.is_software:
+            return_freed_memory()  # malloc keeps some for each thread
 
     def read(self, picture: Picture, samples: int) -> NDArray[np.uint8]:
         """Return the picture without marker and text: (h, w, 4) uint8."""

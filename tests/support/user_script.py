@@ -55,7 +55,15 @@ other = ps.Look(normals=np.zeros((2, 2, 3)), point_size=[[1, 2]], noise=0.01, un
 of_look = look.material, look.shading, look.splat, look.upsample, look.normals_at, look.flying, look.missing
 values = look.normals, look.point_size, look.max_depth_step, look.noise
 asked = look.temporal, look.unlight, look.remove_highlights, look.align
-checks = look.has_own_sizes, look.is_uniform, look.fills, look.completes, look.farthest_reach, look.is_plain
+checks = (
+    look.has_own_sizes,
+    look.is_uniform,
+    look.fills,
+    look.completes,
+    look.farthest_reach,
+    look.is_plain,
+    look.finds_light,
+)
 looks = [look.alone, look.as_taken, look.of_points, look.for_frame(frame.depth)]
 sizes, options = look.sizes_for(frame.depth), look.options
 finish = ps.Finish(16, "white", ground=True, ground_height=-1.2)

@@ -228,7 +228,8 @@ def test_stops_of(gpu, rng, is_alone, share):
         direction = completion_rays.ray_direction(ray)
         expected = completion_rays.stops_of(maps["n_map"], maps["c_map"], cell, direction, is_alone)
         call = f"stops_of(n_map, c_map, b_map, ivec2(c), ray_direction({ray}), {str(is_alone).lower()}), 0, 0"
-        found = gpu("completion_rays.glsl", call, n_map=maps["n_map"], c_map=maps["c_map"], b_map=points, c=cell, **SAME)
+        inputs = {"n_map": maps["n_map"], "c_map": maps["c_map"], "b_map": points, "c": cell}
+        found = gpu("completion_rays.glsl", call, **inputs, **SAME)
         np.testing.assert_array_equal(found[:, :2], expected)
         assert (expected > 0).any()
 

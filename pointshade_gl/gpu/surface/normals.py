@@ -79,10 +79,12 @@ class SurfacePass(FullscreenPasses):
 
     def measure_noise(self, frame: DepthTextures, camera: Camera) -> Noise:
         """Measure the noise, as "auto" and "adaptive" do. camera: that took the depth."""
+        noise = self._noise.measure(frame, _mean_focal(camera))
+        if not noise.may_be_bumpy:
+            return noise
         from ...estimation.noise_bumps import find_bumps  # only here
 
-        noise = self._noise.measure(frame, _mean_focal(camera))
-        return replace(noise, bumps=find_bumps(self._bumpy.measure(frame), noise)) if noise.may_be_bumpy else noise
+        return replace(noise, bumps=find_bumps(self._bumpy.measure(frame), noise))
 
     def _find_noise(
         self, frame: DepthTextures, camera: Camera, words: NoiseWords | None, stream: Stream | None

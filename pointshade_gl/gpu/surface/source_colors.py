@@ -49,13 +49,13 @@ class SourceColors(Owner):
         surface  the frame's, at the size at which it is drawn
         camera   the frame's own, at that size
         """
-        from ...estimation.light_fit import describe_light  # only here
-        from ...estimation.photo_shading import find_gains  # only here
-
         textures.light = None
         colors = Colors(textures.color, textures)
         if not look.unlight or frame.color is None:
             return colors
+        from ...estimation.light_fit import describe_light  # only here
+        from ...estimation.photo_shading import find_gains  # only here
+
         inputs = textures, textures.surface, frame.camera
         photo = self._steps.run("samples", self._albedo.sample, *inputs, of=textures)
         stream = None if frame.source is None else (frame.source, textures.size)

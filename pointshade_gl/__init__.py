@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 from .messages.errors import Cancelled, ContextError, ShaderError
 from .messages.version import __version__ as __version__
 from .rendering.renderer import Renderer
-from .rendering.renderer_pool import RendererPool
 from .rendering.thread_renderer import (
     align_frames,
     estimate_albedo,
@@ -49,6 +48,7 @@ if TYPE_CHECKING:
     from .files.writing.point_clouds import save_points
     from .files.writing.poses import save_poses
     from .page import save_page, show
+    from .rendering.renderer_pool import RendererPool
 
     live = _live
 
@@ -99,10 +99,12 @@ __all__ = [
     "use_device",
 ]
 
-# Files are half of the package, and not every program reads or writes each kind: these are imported when first used.
+# Files are half of the package, and not every program reads or writes each kind: what few need is imported when first
+# used.
 _LATER = {
     "Film": ".files.writing.film",
     "RealSenseSource": ".files.realsense",
+    "RendererPool": ".rendering.renderer_pool",
     "live_set": ".files.live_set",
     "load_cloud": ".files.clouds.load",
     "load_environment": ".files.pictures.environment_files",

@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 import signal
-from typing import Annotated, NoReturn
+import sys
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from typing import Annotated, Any, NoReturn
 
 import typer
+from typer.main import get_command
 
 from ..messages.bugs import error_text, is_expected
 from ..messages.errors import ContextError
 from ..messages.formatting import as_command_line
 from ..messages.notes import few_notes
 from ..messages.version import __version__
-from .commands.albedo import albedo
-from .commands.align import align
-from .commands.batch import batch
-from .commands.bench import bench
-from .commands.depth import depth
-from .commands.info import info
-from .commands.normals import normals
-from .commands.render import render
-from .commands.view import view
 from .output import fail
 from .usage_errors import Commands, UsageError, sentence_of
 
@@ -29,12 +24,21 @@ _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(s
 
 SOFTWARE = 70  # exit code of a bug: EX_SOFTWARE, which Windows has not
 
-app = typer.Typer(
-    cls=Commands,
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+COMMANDS = "render", "normals", "depth", "albedo", "align", "view", "info", "batch", "bench"  # as the help lists them
+
+
+def command_line(names: Sequence[str] = COMMANDS) -> typer.Typer:
+    """Return the command line with these commands. Each is imported here: the others would take as long again."""
+    app = typer.Typer(
+        cls=Commands,
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(_every_command)
+    for name in names:
+        app.command()(getattr(import_module(f"{__package__}.commands.{name}"), name))
+    return app
 
 
 def _print_version(wanted: bool) -> None:
@@ -43,17 +47,12 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _every_command(
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
     """Turn depth and colour pictures into lit objects, on the GPU."""
-
-
-for _command in (render, normals, depth, albedo, align, view, info, batch, bench):  # as the help lists them
-    app.command()(_command)
 
 
 def main() -> None:
@@ -66,13 +65,23 @@ def main() -> None:
             signal.signal(ending, _interrupt)
     try:
         with as_command_line(), few_notes():
-            ended = app(prog_name="pointshade", standalone_mode=False)
+            ended = command_line(_asked(sys.argv[1:]))(prog_name="pointshade", standalone_mode=False)
         raise SystemExit(ended or 0)
     except UsageError as error:
-        fail(sentence_of(error), error.exit_code)
+        fail(sentence_of(error, _every_one), error.exit_code)
     except Exception as error:
         is_machine = isinstance(error, MemoryError | ContextError)
         fail(error_text(error), SOFTWARE if not is_expected(error) else 1 if is_machine else 2)
+
+
+def _every_one() -> Mapping[str, Any]:
+    """Return all commands by their names."""
+    return get_command(command_line()).commands  # type: ignore[attr-defined]
+
+
+def _asked(typed: Sequence[str]) -> Sequence[str]:
+    """Return the command that was typed; all of them for the help, the shell's completion and words that are none."""
+    return typed[:1] if typed and typed[0] in COMMANDS else COMMANDS
 
 
 def _interrupt(*_: object) -> NoReturn:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -79,15 +79,18 @@ def check_folders(inputs: Sequence[str]) -> None:
             raise ValueError(f"more INPUTs must be folders of frames, or point clouds, got {path}: {_way_out(path)}")
 
 
-def sentence_of(error: Any) -> str:
-    """What a UsageError says, and which command explains more; empty if all the help was printed already."""
+def sentence_of(error: Any, every: Callable[[], Mapping[str, Any]]) -> str:
+    """What a UsageError says, and which command explains more; empty if all the help was printed already.
+
+    every  returns all commands by their names: an option may be another's
+    """
     message, parameter = error.format_message().strip().rstrip("."), getattr(error, "param", None)
     if parameter and error.message:
         message = f"{parameter.opts[-1]} {_fact(error)} ({parameter.help.rstrip('.')})"
     elif parameter:
         message = f"{parameter.opts[0]} is missing: {parameter.help[:1].lower()}{parameter.help[1:].rstrip('.')}"
     elif hasattr(error, "possibilities"):  # an option that does not exist
-        message = _no_option(error.option_name, error.ctx)
+        message = _no_option(error.option_name, error.ctx.command, every())
     elif (extra := _EXTRA.search(message)) and "input" in _options(error.ctx.command):
         message = f"there is one INPUT, got also {extra[1]}: {_way_out(extra[1])}"
     more = f"; `{error.ctx.command_path} --help` lists the options" if message and error.ctx else ""
@@ -103,11 +106,9 @@ def _fact(error: Any) -> str:
     return message + (f", got {shown(details[0]['input'])}" if details else "")
 
 
-def _no_option(name: str, context: Any) -> str:
-    known = _options(context.command)
-    near = meant_option(name, known)
-    siblings = context.parent.command.commands.items() if context.parent else ()
-    others = [f"`pointshade {other}`" for other, command in siblings if not near and name in _options(command)]
+def _no_option(name: str, command: Any, every: Mapping[str, Any]) -> str:
+    near = meant_option(name, _options(command))
+    others = [f"`pointshade {other}`" for other, one in every.items() if not near and name in _options(one)]
     return f"there is no option {name}{near}" + (f", only in {' and '.join(others)}" if others else "")
 
 

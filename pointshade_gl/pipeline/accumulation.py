@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimation.ground_plane import ground_under, seen_ground
 from ..gpu.core.images import read_texture
 from ..gpu.core.passes import FullscreenPasses
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Target
 from ..gpu.drawables import Drawables
-from ..gpu.output.resolve_samples import ResolveSamplesPass
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import HIGHLIGHTS, LightSet, around_inputs
 from ..gpu.shading.view_visibility import plane_shift
@@ -24,6 +23,9 @@ from ..scene.sample_pattern import at_sample
 from ..scene.visible_scene import VisibleScene, looking_distance
 from .frame_pass import FramePass
 from .light_setup import LightSetup
+
+if TYPE_CHECKING:
+    from ..gpu.output.resolve_samples import ResolveSamplesPass
 
 
 class Accumulator(FullscreenPasses):
@@ -40,6 +42,8 @@ class Accumulator(FullscreenPasses):
 
     @cached_property
     def _develop(self) -> ResolveSamplesPass:
+        from ..gpu.output.resolve_samples import ResolveSamplesPass  # only here
+
         return self._keep(ResolveSamplesPass(self._context))
 
     def draw(self, target: Target, visible: VisibleScene, drawables: Drawables, finish: Finish, count: Count) -> None:
@@ -95,6 +99,8 @@ class Accumulator(FullscreenPasses):
         self, target: Target, visible: VisibleScene, light_set: LightSet, up: Vector, height: float | None
     ) -> None:
         """Draw shadows on the ground where no surface is visible. Lights with shadows make `draw` keep surfaces."""
+        from ..estimation.ground_plane import ground_under, seen_ground  # only here
+
         ground = self._steps.run("ground", ground_under, visible.scene, up, height)
         lighting, around = light_set.seen_from(visible.eye.pose), visible.surroundings
         inputs = self._light.inputs(lighting) | {"surface_map": target.surfaces.surface}

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimation.alignment import STEPS, Fit, align
 from ..gpu.drawables import Drawables
 from ..gpu.points.point_objects import ShownSet
 from ..messages.notes import print_note
@@ -21,8 +20,10 @@ from ..scene.graph import Scene
 from ..scene.node import Node
 from ..scene.placed import Matrix, Placed
 from ..scene.point_object import PointObject
-from .alignment_notes import notes_on
 from .gpu_scene import GpuScene, surface_of
+
+if TYPE_CHECKING:
+    from ..estimation.alignment import Fit
 
 REFINED = 4, 16, 64  # sets of a stream after which its cameras are aligned again, and the poses averaged
 MOVED, LEAST_MOVED = 2.0, 5e-4  # times the spread of depths, and more by so much of them: a camera was moved
@@ -108,12 +109,16 @@ class Aligner:
 
     def align(self, frames: Sequence[Frame], look: Look, count: Count) -> Aligned:
         """Return frames with corrected poses; a note tells of each that could not be placed."""
+        from .alignment_notes import notes_on  # only here
+
         fits = self._fits(frames, [frame.pose for frame in frames], look, count)
         for text in notes_on(frames, fits):
             print_note(text)
         return Aligned.of(frames, fits)
 
     def _fits(self, frames: Sequence[Frame], poses: Sequence[Matrix], look: Look, count: Count) -> tuple[Fit, ...]:
+        from ..estimation.alignment import align  # only here
+
         first, reduced = count.done, []
         for frame in frames:
             reduced.append(self._gpu_scene.read_reduced(frame, look))
@@ -198,6 +203,8 @@ class Aligner:
 
 def alignment_steps(frames: int) -> int:
     """Return how many steps aligning so many frames counts: each is read, then there are levels and checks."""
+    from ..estimation.alignment import STEPS  # only here
+
     return frames + STEPS
 
 

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimation.albedo_sum import AlbedoSum
-from ..estimation.light_fit import FoundLight
-from ..estimation.multi_view import importances
-from ..estimation.reduced_frame import ReducedFrame
-from ..estimation.shared_albedo import share_albedo
 from ..gpu.clouds.cloud_objects import PlacedCloud
-from ..gpu.clouds.cloud_store import CloudStore
 from ..gpu.core.frame_textures import FrameTextures, PointSurface
 from ..gpu.core.memory import Owner
 from ..gpu.core.steps import Steps
@@ -23,13 +18,10 @@ from ..gpu.drawables import Drawables, Objects
 from ..gpu.meshes.grid_depths import Grid
 from ..gpu.meshes.grid_objects import ShownGrid, depth_step
 from ..gpu.meshes.mesh_objects import PlacedMesh
-from ..gpu.points.frame_reduction import FrameReductionPass
-from ..gpu.points.highlight_removal import HighlightRemovalPass, describe_missing_views
 from ..gpu.points.point_objects import Points, PointSet, ShownPoints, ShownSet
 from ..gpu.points.target_normals import target_estimator
 from ..gpu.points.tiles import TiledPoints, TileStore
 from ..gpu.points.tiling import needs_tiles
-from ..gpu.points.view_consensus import ConsensusPass
 from ..gpu.surface.frame_store import DrawnPoints, FrameStore
 from ..messages.progress import Count
 from ..scene.appearance import LIT_EARLY, NOT_LIT, Look, SurfaceOptions
@@ -42,6 +34,14 @@ from ..scene.placed import Placed
 from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject
 from ..scene.visible_scene import VisibleScene, is_alone
+
+if TYPE_CHECKING:
+    from ..estimation.light_fit import FoundLight
+    from ..estimation.reduced_frame import ReducedFrame
+    from ..gpu.clouds.cloud_store import CloudStore
+    from ..gpu.points.frame_reduction import FrameReductionPass
+    from ..gpu.points.highlight_removal import HighlightRemovalPass
+    from ..gpu.points.view_consensus import ConsensusPass
 
 _INVENTED = "missing", "temporal"  # options that add points, or those of other frames
 COARSER = 8  # every so many pixels of a frame in tiles are enough to find its pose
@@ -66,18 +66,26 @@ class GpuScene(Owner):
 
     @cached_property
     def _clouds(self) -> CloudStore:
+        from ..gpu.clouds.cloud_store import CloudStore  # only here
+
         return self._keep(CloudStore(self._context))
 
     @cached_property
     def _consensus(self) -> ConsensusPass:
+        from ..gpu.points.view_consensus import ConsensusPass  # only here
+
         return self._keep(ConsensusPass(self._context, self._steps))
 
     @cached_property
     def _reduction(self) -> FrameReductionPass:
+        from ..gpu.points.frame_reduction import FrameReductionPass  # only here
+
         return self._keep(FrameReductionPass(self._context))
 
     @cached_property
     def _highlights(self) -> HighlightRemovalPass:
+        from ..gpu.points.highlight_removal import HighlightRemovalPass  # only here
+
         return self._keep(HighlightRemovalPass(self._context, self._steps))
 
     def prepare(self, visible: VisibleScene, count: Count | None = None) -> Drawables:
@@ -120,6 +128,9 @@ class GpuScene(Owner):
 
     def read_albedo(self, frames: Sequence[Frame]) -> NDArray[np.uint8]:
         """Return (h, w, 3) the albedo on which photographs of one view agree, sRGB. One at a time is on the GPU."""
+        from ..estimation.albedo_sum import AlbedoSum  # only here
+        from ..estimation.shared_albedo import share_albedo  # only here
+
         self.drawn = {}  # its textures may be freed now
         colors, total = self.frames.colors, AlbedoSum()
         photos = [colors.sample(self._surfaced(frame), frame.camera) for frame in frames]
@@ -189,6 +200,8 @@ class GpuScene(Owner):
                 photo = look.missing == "photo" and p in alone and p.is_own_view(visible.eye.pose)
                 drawn = self.frames.complete(textures, frame, drawn, photo)
             if look.remove_highlights and p in alone:
+                from ..gpu.points.highlight_removal import describe_missing_views  # only here
+
                 textures.note_once("highlights", "alone", frame.camera, describe_missing_views())
             visibility, around = None, visible.surroundings
             if around.occlusion and look.shading not in NOT_LIT:
@@ -221,6 +234,8 @@ class GpuScene(Owner):
 
     def _as_one(self, p: Placed, views: tuple[ShownPoints, ...], visible: VisibleScene, count: Count) -> ShownSet:
         """Return several frames of one object, with the votes on their points and their weights in this view."""
+        from ..estimation.multi_view import importances  # only here
+
         counted = count.done + len(views)
         members, colors = [view.textures for view in views], [view.colors for view in views]
         consensus = self._consensus.find(members, colors, count)

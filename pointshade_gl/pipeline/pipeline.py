@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimation.ground_plane import up_and_floor
-from ..estimation.merged_points import FramePoints, kept_once
-from ..estimation.pose_search import Found
 from ..gpu.context.context import Context
 from ..gpu.core.canvas import Canvas
 from ..gpu.core.frame_textures import frame_of
@@ -44,7 +41,9 @@ from .exposure import ExposureMeter
 from .frame_pass import FramePass
 from .gpu_scene import GpuScene, merged_frames
 from .light_setup import LightSetup
-from .pose_search import search, search_steps
+
+if TYPE_CHECKING:
+    from ..estimation.pose_search import Found
 
 
 class LitPoints(NamedTuple):
@@ -146,6 +145,8 @@ class Pipeline:
 
     def _upright(self, source: Frame | Scene) -> tuple[np.ndarray, bool]:
         """Return where up is, and whether a floor says so; of a stream its first frame decides: it would tremble."""
+        from ..estimation.ground_plane import up_and_floor  # only here
+
         stream = source.source if isinstance(source, Frame) else None
         if stream is None or self._stands is None or self._stands[0] != stream:
             self._stands = stream, self.steps.run("up", up_and_floor, source)
@@ -170,6 +171,8 @@ class Pipeline:
 
     def search(self, frames: Sequence[Frame], look: Look, progress: Progress | None = None) -> list[Found]:
         """Return the poses of frames of which nothing is known, and how sure they are."""
+        from .pose_search import search, search_steps  # only here
+
         return search(self.gpu_scene, frames, look, Count(progress, search_steps(len(frames))))
 
     def alignment_of(self, drawables: Drawables) -> dict[Placed, Aligned]:
@@ -269,6 +272,8 @@ class Pipeline:
 
 def _points_of_set(thing: ShownSet) -> list[LitPoints]:
     """Return the points of several frames of one object, each place once, in one exposure."""
+    from ..estimation.merged_points import FramePoints, kept_once  # only here
+
     views, trusts, consensus = thing.views, thing.points.trusts, thing.consensus
     every = [
         FramePoints(frame_of(view.textures), view.points.surface.read(), trust.read()[..., 0] > 0)

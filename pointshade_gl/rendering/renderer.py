@@ -15,9 +15,6 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimation.ground_plane import up_and_floor
-from ..estimation.pose_search import Found
-from ..gpu.clouds.slabs import CloudNormals
 from ..gpu.context.context import Context
 from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawable
@@ -27,13 +24,7 @@ from ..messages.formatting import option, shown
 from ..messages.notes import Note, print_note, taken_by
 from ..messages.progress import Progress
 from ..messages.validation import Numbers, check_choice, check_count, check_number, check_type, is_a
-from ..pipeline.alignment import Aligned
-from ..pipeline.cloud_normals import read_cloud_normals
-from ..pipeline.findings import findings, lights, weights
 from ..pipeline.pipeline import Pipeline
-from ..pipeline.pose_search import notes_on_search
-from ..pipeline.pose_track import PoseTrack
-from ..pipeline.report import explain, explain_alignment, explain_lights
 from ..scene.appearance import Look, Material, Shading, SurfaceOptions
 from ..scene.camera import Camera, check_pose
 from ..scene.color_scale import ColorScale
@@ -44,7 +35,6 @@ from ..scene.light import Light, check_lights
 from ..scene.noise import Choice
 from ..scene.normal_methods import Method, check_method
 from ..scene.option_fields import takes
-from ..scene.photographs import check_photographs
 from ..scene.placed import Placed
 from ..scene.point_cloud import PointCloud, cloud_of
 from ..scene.point_object import check_frames, uniform
@@ -64,6 +54,9 @@ from .request import (
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
+
+    from ..estimation.pose_search import Found
+    from ..gpu.clouds.slabs import CloudNormals
 
 Rasterizer = Literal["auto", "points", "compute"]
 RASTERIZERS: tuple[Rasterizer, ...] = get_args(Rasterizer)
@@ -156,6 +149,8 @@ class Renderer:
     @property
     def weights(self) -> dict[Frame, float]:
         """Return how much each frame of the last picture counts where several show the same: 1 for a primary view."""
+        from ..pipeline.findings import weights  # only here
+
         return weights(self._pipeline.gpu_scene.drawn)
 
     def explain(self, names: Sequence[str] = ()) -> list[str]:
@@ -168,6 +163,9 @@ class Renderer:
         names : sequence of str
             Names of the frames of one object; by default their numbers.
         """
+        from ..pipeline.findings import findings, lights  # only here
+        from ..pipeline.report import explain, explain_alignment, explain_lights  # only here
+
         with self._in_use():
             gpu_scene = self._pipeline.gpu_scene
             drawn = gpu_scene.drawn
@@ -284,6 +282,8 @@ class Renderer:
                 finish = replace(finish, exposure=0.0)
             source = scene if isinstance(request.source, Scene | PointCloud) else scene.things[0].content.frame
             if finish.ground is True:
+                from ..estimation.ground_plane import up_and_floor  # only here
+
                 finish = replace(finish, ground=tuple(self.steps.run("up", up_and_floor, source)[0].tolist()))
             seen = request.seen_by(scene)
             with self._in_use():
@@ -518,6 +518,8 @@ class Renderer:
         return replace(cloud, normals=found.normals, confidence=found.confidence)
 
     def _of_cloud(self, cloud: PointCloud, method: Method, options: dict[str, Any], notes: Note | None) -> CloudNormals:
+        from ..pipeline.cloud_normals import read_cloud_normals  # only here
+
         noise = options.pop("noise", None)
         if method != "auto" or options:
             given = next(iter(options), "method")
@@ -549,6 +551,8 @@ class Renderer:
         ValueError
             For fewer than two frames, for one without colours, and for frames of different sizes or cameras.
         """
+        from ..scene.photographs import check_photographs  # only here
+
         photos = check_photographs(frames)
         with self._in_use():
             return self._pipeline.gpu_scene.read_albedo(photos)
@@ -600,6 +604,9 @@ class Renderer:
         Pairs of frames are compared by how far the points of one lie off the planes of the other (Chen, Medioni 1991),
         and by their brightness (Park, Zhou, Koltun 2017); robust Gauss-Newton steps move all frames at once.
         """
+        from ..pipeline.alignment import Aligned  # only here
+        from ..pipeline.pose_search import notes_on_search  # only here
+
         checked, look = check_frames(frames), uniform(Look(**options))
         with taken_by(notes), self._in_use():
             if not check_type(search, bool, "search"):
@@ -638,6 +645,8 @@ class Renderer:
         Each frame is aligned, as by `align_frames`, to the three nearest of the last 16 keyframes. A frame that shares
         less than 70 % of its points with them becomes a keyframe.
         """
+        from ..pipeline.pose_track import PoseTrack  # only here
+
         track = PoseTrack(self._pipeline.gpu_scene, uniform(Look(**options)))
 
         def follow() -> Generator[Frame, None, None]:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimation.ground_plane import LIGHT as GROUND_LIGHT
 from ..messages.formatting import shown
 from ..messages.validation import Numbers, check_type, is_a
 from ..scene.appearance import ColorOptions, FormOptions, Look, LookOptions, Material, NamedOptions, SurfaceOptions
@@ -142,7 +141,11 @@ class RenderRequest:
             return check_lights(self.lights)
         if scene.lights or self.environment_of(scene):
             return scene.lights
-        return check_lights(GROUND_LIGHT if self.finish.ground else None)
+        if not self.finish.ground:
+            return check_lights(None)
+        from ..estimation.ground_plane import LIGHT  # only here
+
+        return check_lights(LIGHT)
 
     def environment_of(self, scene: Scene) -> Environment | None:
         """Return the light from all around: that given, else the scene's own, else none."""

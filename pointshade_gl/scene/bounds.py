@@ -26,3 +26,13 @@ def median(values: ArrayLike) -> float:
     array = np.asarray(values, np.float64).ravel()
     low, high = (array.size - 1) // 2, array.size // 2
     return float(np.partition(array, (low, high))[[low, high]].mean())
+
+
+def quantile(values: NDArray[Any], share: float) -> float:
+    """Return np.quantile of some floats, 0..1, without that import."""
+    at = share * (values.size - 1)
+    low = int(at)
+    high = min(low + 1, values.size - 1)
+    first, second = np.partition(values, (low, high), axis=None)[[low, high]].astype(np.float64).tolist()
+    part, step = at - low, second - first
+    return second - step * (1 - part) if part >= 0.5 else first + step * part

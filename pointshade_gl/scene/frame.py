@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..messages.formatting import counted
 from ..messages.notes import print_note
 from ..messages.validation import check_type
-from .bounds import box_corners, median
+from .bounds import box_corners, median, quantile
 from .camera import NEAR, Camera, check_pose
 from .far_plane import far_plane
 from .frame_arrays import check_colors, check_depth, cut_out, probing_step, without_background
@@ -193,7 +193,8 @@ class Frame(Value, Preview):
         """Return the range of nearly all depths: from the 1st to the 99th percentile, and as much on both sides."""
         if not self._probed[0].size:
             return 0.0, np.inf
-        low, high = np.quantile(self.depth[self._probed], (0.01, 0.99)).tolist()
+        depths = self.depth[self._probed]
+        low, high = quantile(depths, 0.01), quantile(depths, 0.99)
         reach = STRAY * (high - low) + 0.1 * high
         return max(low - reach, low / 4), high + reach
 

@@ -17,7 +17,7 @@ from pointshade_gl.bench.labels import place_labels
 from pointshade_gl.bench.measure import Measurement, Plan, angle, breaking_point
 from pointshade_gl.bench.scenes import MIDDLE, SCENES, make_scene, standard_camera
 from pointshade_gl.bench.stress import CONDITIONS, STRESSES, generator
-from pointshade_gl.cli.main import app
+from pointshade_gl.cli.main import command_line
 from pointshade_gl.gpu.points import tiling
 from pointshade_gl.scene.camera import Camera
 from pointshade_gl.scene.normal_methods import METHODS
@@ -176,7 +176,7 @@ def test_a_missing_normal_counts_as_the_view_facing_one():
 
 
 def run(*arguments):
-    return CliRunner().invoke(app, ["bench", *map(str, arguments)])
+    return CliRunner().invoke(command_line(), ["bench", *map(str, arguments)])
 
 
 @pytest.fixture

@@ -88,7 +88,7 @@ def test_the_defaults_of_the_command_line_are_those_of_the_library_except_that_p
     ],
 )
 def test_every_option_has_a_help_and_its_panel(name, panels):
-    options = typer.main.get_command(cli.app).commands[name].params
+    options = typer.main.get_command(cli.command_line()).commands[name].params
     assert all(option.help for option in options)
     found = dict.fromkeys(getattr(option, "rich_help_panel", None) for option in options)
     assert [panel for panel in found if panel] == panels

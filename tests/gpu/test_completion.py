@@ -193,13 +193,55 @@ def cells_of(rng):
     return {"n_map": n_map, "o_map": o_map, "c_map": c_map}, plane_map
 
 
+def test_has_points(gpu, rng):
+    cells = np.where(rng.random((35, 46, 1)) < 0.02, F(1), F(0)) * np.ones(4, F)
+    block = places(-(-SIZE // completion_rays.BLOCK))
+    expected = completion_rays.has_points(cells, block)
+    found = gpu("completion_rays.glsl", "float(has_points(n_map, ivec2(b))), 0, 0, 0", n_map=cells, b=block, **SAME)
+    np.testing.assert_array_equal(found[:, 0], expected)
+    assert 0.2 < expected.mean() < 0.95
+
+
+def test_steps_inside(gpu):
+    cell = places(np.array([2, 2]) * completion_rays.BLOCK)
+    for ray in range(completion_rays.RAYS):
+        direction = completion_rays.ray_direction(ray)
+        expected = completion_rays.steps_inside(cell, direction)
+        call = f"float(steps_inside(ivec2(c), ray_direction({ray}))), 0, 0, 0"
+        np.testing.assert_array_equal(gpu("completion_rays.glsl", call, c=cell, **SAME)[:, 0], expected)
+        for steps in range(completion_rays.BLOCK):  # all these are in the same block
+            there = completion_rays.cell_on_ray(cell, direction, np.full((1, 1), steps, F))
+            apart = (there // completion_rays.BLOCK != cell // completion_rays.BLOCK).any(1)
+            assert not (apart & (steps <= expected)).any()
+
+
+@pytest.mark.parametrize("is_alone", [False, True])
+@pytest.mark.parametrize("share", [1, 0.06])
+def test_stops_of(gpu, rng, is_alone, share):
+    """Blocks without points are jumped over: what is found is the same."""
+    maps, _ = cells_of(rng)
+    maps["n_map"][rng.random(maps["n_map"].shape[:2]) > share] = 0
+    size = np.array(maps["c_map"].shape[1::-1])
+    cell, blocks = places(size), -(-size // completion_rays.BLOCK)
+    points = completion_rays.has_points(maps["n_map"], places(blocks)).reshape(*blocks[::-1], 1) * np.ones(4, F)
+    for ray in range(completion_rays.RAYS):
+        direction = completion_rays.ray_direction(ray)
+        expected = completion_rays.stops_of(maps["n_map"], maps["c_map"], cell, direction, is_alone)
+        call = f"stops_of(n_map, c_map, b_map, ivec2(c), ray_direction({ray}), {str(is_alone).lower()}), 0, 0"
+        inputs = {"n_map": maps["n_map"], "c_map": maps["c_map"], "b_map": points, "c": cell}
+        found = gpu("completion_rays.glsl", call, **inputs, **SAME)
+        np.testing.assert_array_equal(found[:, :2], expected)
+        assert (expected > 0).any()
+
+
 @pytest.mark.parametrize("is_alone", [False, True])
 def test_cast_rays(gpu, rng, is_alone):
     maps, _ = cells_of(rng)
     cell = places(np.array(maps["c_map"].shape[1::-1]))
     hidden = rng.choice([0, 0.6], (len(cell), 1)).astype(F)
+    maps["s_map"] = completion_rays.stops_map_of(maps["n_map"], maps["c_map"], is_alone)
     planes, evidence = completion_rays.cast_rays(*maps.values(), cell, hidden[:, 0], is_alone)
-    call, before = f"cast_rays({MAPS}, ivec2(c), h, {str(is_alone).lower()}, e)", "vec2 e;"
+    call, before = f"cast_rays({MAPS}, s_map, ivec2(c), h, {str(is_alone).lower()}, e)", "vec2 e;"
     inputs = {**maps, "c": cell, "h": hidden, **SAME}
     close(gpu("completion_rays.glsl", call, before=before, **inputs), planes, missed=2 * TIES)
     before = f"vec2 e; vec4 found = {call};"

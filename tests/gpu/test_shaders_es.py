@@ -82,6 +82,8 @@ CONSTANTS = {  # the values that the project builds each with
     "points/lit_samples.frag": {"ALIGNED": FLAG},
     "surface/unlighting.frag": {"ALIGNED": FLAG},
     "surface/completion_cells.frag": {"SAME_SIZE": FLAG},
+    "surface/completion_blocks.frag": {"SAME_SIZE": FLAG},
+    "surface/completion_stops.frag": {"SAME_SIZE": FLAG},
     "surface/completion_rays.frag": {"SAME_SIZE": FLAG, "HIDDEN": FLAG},
     "surface/completion_settled.frag": {"SAME_SIZE": FLAG},
     "surface/completion_pixels.frag": {"SAME_SIZE": FLAG, "HIDDEN": FLAG},

@@ -7,7 +7,7 @@ import numpy as np
 from .completion import SIDE, guide_at, hidden_below_at
 from .completion_cells import join_points
 from .completion_pixels import complete_pixel, join_completed
-from .completion_rays import cast_rays, cell_hidden_below, settle_cell
+from .completion_rays import cast_rays, cell_hidden_below, settle_cell, stops_map_of
 
 F = np.float32
 
@@ -55,7 +55,7 @@ def completed_planes(
     (near_plane, other_plane), colors = join_points(surface_map, color_map, cell, source)
     maps = as_map(near_plane), as_map(other_plane), as_map(colors)
     limit = np.zeros(len(cell), F) if hidden_map is None else cell_hidden_below(surface_map, hidden_map, cell)
-    planes, evidence = map(as_map, cast_rays(*maps, cell, limit, is_alone))
+    planes, evidence = map(as_map, cast_rays(*maps, stops_map_of(maps[0], maps[2], is_alone), cell, limit, is_alone))
     return *maps, as_map(settle_cell(planes, evidence, cell))
 
 

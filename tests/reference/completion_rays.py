@@ -21,7 +21,7 @@ from .upsample_vote import color_likeness
 from .vectors import length
 
 F = np.float32
-RAYS, AROUND, STOPS, REGION, ALIKE = 16, 12, 2, 4, F(0.1)
+RAYS, AROUND, STOPS, REGION, ALIKE, BLOCK, MOST_STEPS = 16, 12, 2, 4, F(0.1), 8, F(65535)
 HALF_TURN = ((1, 0), (1, 0.5), (1, 1), (0.5, 1), (0, 1), (-0.5, 1), (-1, 1), (-1, 0.5))
 
 
@@ -41,49 +41,99 @@ def cell_hidden_below(surface_map: np.ndarray, hidden_map: np.ndarray, cell: np.
     return np.where(np.isfinite(lowest), lowest, F(0))
 
 
+def has_points(near_planes: np.ndarray, block: np.ndarray) -> np.ndarray:
+    cells = BLOCK * block[:, None] + np.stack(np.meshgrid(*2 * [np.arange(BLOCK)]), -1).reshape(-1, 2)
+    return (texel_or_zero(near_planes, cells.reshape(-1, 2))[:, 3] > 0).reshape(len(block), -1).any(1)
+
+
+def steps_inside(cell: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    low = cell % BLOCK
+    ahead = np.where(direction > 0, BLOCK - 1 - low, np.where(direction < 0, low, BLOCK))
+    return ahead.min(-1)
+
+
+def cell_on_ray(cell: np.ndarray, direction: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """steps: (n, 1)"""
+    return cell + np.floor(steps * direction + F(0.5)).astype(int)
+
+
+def is_asked(near_planes: np.ndarray, colors_map: np.ndarray, cell: np.ndarray, is_alone: bool) -> np.ndarray:
+    return (texel_at(colors_map, cell)[:, 3] > 0) & (is_alone | (texel_at(near_planes, cell)[:, 3] < MANY))
+
+
+def stops_of(
+    near_planes: np.ndarray, colors_map: np.ndarray, cell: np.ndarray, direction: np.ndarray, is_alone: bool
+) -> np.ndarray:
+    """Return the steps (n, 2): every cell on the way is looked at, also in blocks without points."""
+    steps, stops = np.zeros((len(cell), STOPS), F), np.zeros(len(cell), int)
+    last = np.array(colors_map.shape[1::-1]) - 1
+    asked = is_asked(near_planes, colors_map, cell, is_alone)
+    for k in range(1, last.max() + 2):
+        there = cell_on_ray(cell, direction, np.full((1, 1), k, F))
+        held = np.clip(there, 0, last)
+        meets = asked & (there == held).all(-1) & (texel_at(near_planes, held)[:, 3] > 0) & (stops < STOPS)
+        n = np.flatnonzero(meets)
+        steps[n, stops[n]] = k
+        stops[n] += 1
+    return steps
+
+
+def stops_place(cell: np.ndarray, ray: np.ndarray | int, cells: np.ndarray) -> np.ndarray:
+    return cell + cells * np.stack([np.asarray(ray) % SIDE, np.asarray(ray) // SIDE], -1)
+
+
+def stops_map_of(near_planes: np.ndarray, colors_map: np.ndarray, is_alone: bool) -> np.ndarray:
+    """Return the map of completion_stops.frag, (4 h, 4 w, 4) for (h, w) cells."""
+    cells = np.array(colors_map.shape[1::-1])
+    cell = np.stack(np.meshgrid(*map(np.arange, cells)), -1).reshape(-1, 2)
+    stops = np.zeros((*SIDE * cells[::-1], 4), F)
+    for ray in range(RAYS):
+        u, v = stops_place(cell, ray, cells).T
+        stops[v, u, :2] = stops_of(near_planes, colors_map, cell, ray_direction(ray), is_alone) / MOST_STEPS
+    return stops
+
+
 def cast_rays(
     near_planes: np.ndarray,
     other_planes: np.ndarray,
     colors_map: np.ndarray,
+    stops_map: np.ndarray,
     cell: np.ndarray,
     hidden_below: np.ndarray,
     is_alone: bool,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the planes (n, 4) and the evidence (n, 2)."""
     own, plane = texel_at(colors_map, cell), texel_at(near_planes, cell)
-    lacks, has_own = own[:, 3] > 0, (plane[:, 3] >= MANY) & (not is_alone)
-    planes = np.where((lacks & has_own)[:, None], _with_share(plane, 1), F(0))
+    asks = is_asked(near_planes, colors_map, cell, is_alone)
+    planes = np.where(((own[:, 3] > 0) & ~asks)[:, None], _with_share(plane, 1), F(0))
     evidence = np.zeros((len(cell), 2), F)
-    asked = np.flatnonzero(lacks & ~has_own)
+    asked = np.flatnonzero(asks)
     if len(asked):
-        found = _ask(near_planes, other_planes, colors_map, cell[asked], own[asked], hidden_below[asked], is_alone)
-        planes[asked], evidence[asked] = found
+        maps = near_planes, other_planes, colors_map, stops_map
+        planes[asked], evidence[asked] = _ask(*maps, cell[asked], own[asked], hidden_below[asked], is_alone)
     return planes, evidence
 
 
-def _ask(near_planes, other_planes, colors_map, cell, own, hidden_below, is_alone):
-    count, last = len(cell), np.array(colors_map.shape[1::-1]) - 1
+def _ask(near_planes, other_planes, colors_map, stops_map, cell, own, hidden_below, is_alone):
+    count, cells = len(cell), np.array(colors_map.shape[1::-1])
     missing = unpack_color(own[:, 2])
     candidates = np.zeros((count, RAYS, STOPS, 2, 4), F)
     likeness = np.zeros((count, RAYS, STOPS, 2), F)
     meeting = np.zeros(count, int)
     for ray in range(RAYS):
-        stops = np.zeros(count, int)
-        for k in range(1, last.max() + 2):
-            there = cell + np.floor(F(k) * ray_direction(ray) + F(0.5)).astype(int)
-            held = np.clip(there, 0, last)
-            there_is = (there == held).all(-1) & (texel_at(near_planes, held)[:, 3] > 0) & (stops < STOPS)
-            n = np.flatnonzero(there_is)
-            off = (cell - there)[n].astype(F)
+        steps = np.floor(texel_at(stops_map, stops_place(cell, ray, cells))[:, :STOPS] * MOST_STEPS + F(0.5))
+        for stop in range(STOPS):
+            n = np.flatnonzero(steps[:, stop])
+            there = cell_on_ray(cell[n], ray_direction(ray), steps[n, stop, None])
+            off = (cell[n] - there).astype(F)
             for layer, layer_map in enumerate((near_planes, other_planes)):
-                one, color = texel_at(layer_map, there[n]), texel_at(colors_map, there[n])[:, layer]
+                one, color = texel_at(layer_map, there), texel_at(colors_map, there)[:, layer]
                 alike = color_likeness(unpack_color(color), missing[n])
                 votes = color_vote(alike) * np.minimum(one[:, 3] / MANY, F(1)) / length(off)[:, 0]
                 moved = moved_plane(one[:, :3], F(SIDE) * off)
-                candidates[n, ray, stops[n], layer] = candidate_of(moved, votes, hidden_below[n])
-                likeness[n, ray, stops[n], layer] = alike
-            stops[n] += 1
-        meeting += stops > 0
+                candidates[n, ray, stop, layer] = candidate_of(moved, votes, hidden_below[n])
+                likeness[n, ray, stop, layer] = alike
+        meeting += steps[:, 0] > 0
     everyone = candidates.reshape(count, -1, 4)
     w = elect(everyone)
     counts = (candidates[..., 3] > 0) & agrees(candidates[..., 0], w[:, None, None, None])

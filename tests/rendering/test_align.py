@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.pipeline import alignment
+from pointshade_gl.estimation import alignment
 
 from ..support.posed_views import corner, disturbed, off, turned, views
 

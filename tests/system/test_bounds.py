@@ -16,7 +16,7 @@ from packaging.requirements import Requirement
 from packaging.version import Version
 from typer.main import get_command
 
-from pointshade_gl.cli.main import app
+from pointshade_gl.cli.main import command_line
 
 from ..support.places import ROOT
 
@@ -62,7 +62,7 @@ def test_every_command_works_with(releases, tmp_path):
     chosen = [lowest(python, one, tmp_path) for one in wanted] if releases == "lowest" else [*map(str, wanted)]
     call(python, "-m", "pip", "install", *WHEELS, *chosen, folder=tmp_path)
     print(call(python, "-m", "pip", "freeze", folder=tmp_path))  # what a failure is about
-    commands = [[], *([name] for name in get_command(app).commands)]
+    commands = [[], *([name] for name in get_command(command_line()).commands)]
     for command in [
         *([*command, "--help"] for command in commands),
         ["render", "-o", "a.png"],

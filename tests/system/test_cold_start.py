@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.bounds import median
+from pointshade_gl.scene.bounds import median, quantile
 
 pytestmark = pytest.mark.system
 
@@ -15,7 +15,8 @@ PROGRAM = """
 import sys
 import numpy as np
 import pointshade_gl as ps
-frame = ps.Frame(None, np.full((30, 40), 2, np.float32), ps.Camera(50, 50, 20, 15, 40, 30))
+depth = np.linspace(1, 2, 1200, dtype=np.float32).reshape(30, 40)
+frame = ps.Frame(None, depth, ps.Camera(50, 50, 20, 15, 40, 30))
 with ps.Renderer() as renderer:
     ps.save_image(sys.argv[1], renderer.render(frame))
 print(*sys.modules)
@@ -28,7 +29,11 @@ NOT_NEEDED = (
     "ray",
     "pointshade_gl.batch",
     "pointshade_gl.files.gltf",
-    "pointshade_gl.files.index.folders",
+    "pointshade_gl.files.access.folder_listing",
+    "pointshade_gl.estimation.alignment",
+    "pointshade_gl.estimation.light_fit",
+    "pointshade_gl.gpu.surface.completion",
+    "pointshade_gl.rendering.renderer_pool",
 )
 
 
@@ -52,3 +57,10 @@ def test_public_names_are_there_before_they_are_used():
 def test_median_is_that_of_numpy(count):
     values = np.random.default_rng(count).normal(size=count)
     assert median(values) == np.median(values)
+
+
+@pytest.mark.parametrize("share", [0, 0.01, 0.5, 0.95, 1])
+@pytest.mark.parametrize("count", [1, 2, 3, 101])
+def test_quantile_is_that_of_numpy(count, share):
+    values = np.random.default_rng(count).normal(size=count).astype(np.float32)
+    assert quantile(values, share) == pytest.approx(np.quantile(values.astype(np.float64), share), rel=1e-14)

@@ -323,7 +323,7 @@ def test_a_program_that_names_no_input_gets_the_file_only(open_viewer, tmp_path,
 
 @pytest.mark.parametrize("group", [FrameOptions, LookOptions, ViewOptions])
 def test_words_of_options_are_options_of_render(group):
-    known = {name for one in get_command(cli.app).commands["render"].params for name in one.opts}
+    known = {name for one in get_command(cli.command_line()).commands["render"].params for name in one.opts}
     for field in fields(group):
         value = field.default is False or (["a"] if field.name == "light" else 7.25)
         named = [word for word in words_of(replace(group(), **{field.name: value})) if word.startswith("--")]

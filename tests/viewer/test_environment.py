@@ -189,7 +189,7 @@ class TestWindow:
 
         monkeypatch.setattr("pointshade_gl.viewer.Viewer", open_window)
         with pytest.raises(Opened):
-            cli.app(["view", "vase", "--environment", "studio", "--ao", "no"], standalone_mode=False)
+            cli.command_line()(["view", "vase", "--environment", "studio", "--ao", "no"], standalone_mode=False)
         assert opened == [ps.Finish(environment="studio", ambient_occlusion=False)]
 
 

@@ -14,8 +14,7 @@ from pathlib import Path
 from uuid import uuid4
 
 from ...messages.formatting import cut
-from .content import FilePath
-from .safe_paths import followed
+from .content import FilePath, followed
 
 OURS = f".{uuid4().hex[:12]}-"  # with this the hidden names of this process begin
 _BLOCK = 1 << 20  # bytes that are read at once

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import stat
@@ -71,6 +70,17 @@ def naming(name: FilePath, what: str, kinds: tuple[type[Exception], ...] = (Exce
         raise ValueError(f"{name} {what}: {cut(error)}") from None
 
 
+def followed(path: Path) -> Path:
+    """The path with all links followed. Raises OSError for links that lead to each other."""
+    try:
+        real = path.resolve()
+    except RuntimeError:  # up to Python 3.12
+        real = path
+    if real.is_symlink():
+        raise OSError(f"{path} is a link that leads back to itself")
+    return real
+
+
 def import_extra(module: str, extra: str, what: str) -> Any:
     """A module that reads files and comes with an optional extra. Raises ValueError, "WHAT: ...", without it."""
     try:
@@ -98,6 +108,8 @@ def parse_json(text: str, max_pixels: float = MAX_PIXELS) -> Any:
     """The value in a text of JSON. Raises ValueError, "is not valid JSON: ...", or for too many values."""
     values = sum(map(text.count, ",[{"))
     check_limit(values, f"is JSON of {values} values", max_pixels, JSON_VALUES)
+    import json  # only here
+
     try:
         return json.loads(text)
     except RecursionError:

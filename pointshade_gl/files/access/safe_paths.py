@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ...messages.formatting import option, shown
+from .content import followed
 from .folder_listing import Listing
 
 _LONGEST = 1024  # characters of a name
@@ -86,17 +87,6 @@ def from_root(path: Path) -> Path:
     for part in parts:
         here = here / part if part != ".." else (followed(here) if here.is_symlink() else here).parent
     return here
-
-
-def followed(path: Path) -> Path:
-    """The path with all links followed. Raises OSError for links that lead to each other."""
-    try:
-        real = path.resolve()
-    except RuntimeError:  # up to Python 3.12
-        real = path
-    if real.is_symlink():
-        raise OSError(f"{path} is a link that leads back to itself")
-    return real
 
 
 def _climbs(text: str) -> bool:

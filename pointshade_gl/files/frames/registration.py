@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...messages.notes import Note
-from ...scene.bounds import median
+from ...scene.bounds import median, quantile
 from ...scene.frame import Frame
 
 _WIDTH = 160  # pixels to which both are reduced
@@ -68,7 +68,7 @@ def _color_edges(color: NDArray[np.uint8], height: int) -> NDArray[np.float64]:
 
     grey = Image.fromarray(np.ascontiguousarray(color[..., :3])).convert("L")
     edges = _changes(np.asarray(grey.resize((_WIDTH, height), Image.Resampling.BOX), np.float64))
-    return np.minimum(edges, np.quantile(edges, 0.95))
+    return np.minimum(edges, quantile(edges, 0.95))
 
 
 def _changes(values: NDArray[np.floating]) -> NDArray[np.float64]:

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from ...messages.formatting import cut, shown
 from ...messages.notes import Note
-from ..access.content import read_bytes
+from ..access.content import followed, read_bytes
 from ..access.limits import SCENE_BYTES, SCENE_CORNERS, SCENE_PIXELS, check_limit
-from ..access.safe_paths import Folder, followed
+from ..access.safe_paths import Folder
 from ..frames.color_files import read_color, to_color
 from ..pictures.picture_files import decode_image
 from .checks import label, pick, telling

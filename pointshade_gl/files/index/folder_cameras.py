@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ...messages.formatting import cut
 from ...messages.notes import Note
-from ..access.content import parse_object, read_text
+from ..access.content import followed, parse_object, read_text
 from ..access.file_name_patterns import (
     CAMERA_SUFFIXES,
     CAMERAS,
@@ -23,7 +23,7 @@ from ..access.file_name_patterns import (
 )
 from ..access.folder_listing import Item, key_of
 from ..access.limits import MAX_PIXELS
-from ..access.safe_paths import Folder, followed, from_root, places_of
+from ..access.safe_paths import Folder, from_root, places_of
 from ..arrays.named_numbers import named_of
 from ..cameras.camera_files import read_intrinsics
 from ..cameras.camera_key_names import from_named

@@ -9,7 +9,7 @@ from ...messages.formatting import option
 from ...messages.notes import Note
 from ...messages.suggestions import near_path
 from ..access.builtin import FRAMES, SCENES
-from ..access.content import FilePath
+from ..access.content import FilePath, followed
 from ..access.file_name_patterns import (
     ANY_PICTURE,
     COLOR,
@@ -29,7 +29,7 @@ from ..access.file_name_patterns import (
 )
 from ..access.folder_listing import LEVELS, Item, key_of, words_of
 from ..access.limits import MAX_PIXELS
-from ..access.safe_paths import Folder, followed, places_of
+from ..access.safe_paths import Folder, places_of
 from ..pictures.picture_files import is_ours
 from ..pictures.picture_heads import is_deep_grey
 from .best_group import best_group, template

@@ -14,9 +14,8 @@ from numpy.typing import ArrayLike
 from ...messages.formatting import option
 from ...messages.validation import check_fps, check_path
 from ..access.atomic_write import check_place, error_of, hidden_beside, naming_written
-from ..access.content import FilePath
+from ..access.content import FilePath, followed
 from ..access.numbered_names import first_of, is_numbered
-from ..access.safe_paths import followed
 from ..access.written_suffixes import FILMS, check_suffix
 from ..pictures.picture_files import check_picture, check_writable
 

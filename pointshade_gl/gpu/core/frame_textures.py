@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import moderngl
 import numpy as np
 
-from ...estimation.light_fit import FoundLight
 from ...messages.notes import print_note
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ...scene.noise import Choice, Noise
 from .images import R32F, RGBA8, Box, Image, Images, check_size, empty
+
+if TYPE_CHECKING:
+    from ...estimation.light_fit import FoundLight
 
 CELL = 16  # pixels along a side for which the certainty of normals is found together
 NEUTRAL = np.full((1, 1, 3), 204, np.uint8)  # light grey: the colour of a frame without colours

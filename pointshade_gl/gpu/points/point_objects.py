@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import moderngl
 import numpy as np
 
-from ...estimation.multi_view import SetReport, primary_shares
 from ...scene.camera import Camera, Eye
 from ...scene.level_of_detail import bridged_camera
 from ..core.canvas import Canvas
@@ -19,14 +18,17 @@ from ..core.view_images import SplatImage, SurfaceImage, Target
 from ..shading.shadow_map import Tile
 from ..surface.normals import Estimator
 from .compute_raster import ComputeSplatPass
-from .lit_splats import LitSplatPass
 from .point_raster import PointSplatPass
 from .rasterizers import Rasterizers
 from .resolve import Looking, ResolvePass
-from .set_merge import Part, SetMergePass, key_inputs
 from .set_splats import Splats
-from .target_normals import TargetNormals
-from .view_consensus import Consensus
+
+if TYPE_CHECKING:
+    from ...estimation.multi_view import SetReport
+    from .lit_splats import LitSplatPass
+    from .set_merge import SetMergePass
+    from .target_normals import TargetNormals
+    from .view_consensus import Consensus
 
 SINGLE = np.ones(1, np.float32)
 
@@ -95,6 +97,8 @@ class ShownSet(NamedTuple):
 
     def report(self) -> SetReport:
         """Return what was found out about the frames. Reads back how far their points are trusted."""
+        from ...estimation.multi_view import SetReport  # only here
+
         textures = [view.textures for view in self.views]
         known = [one.frame.depth > 0 for one in textures if one.frame]
         trusted = [trust.read()[..., 0] > 0 for trust in self.points.trusts]
@@ -116,14 +120,20 @@ class PointObjects(FullscreenPasses):
 
     @cached_property
     def _lit(self) -> LitSplatPass:
+        from .lit_splats import LitSplatPass  # only here
+
         return self._keep(LitSplatPass(self._context))
 
     @cached_property
     def _merge(self) -> SetMergePass:
+        from .set_merge import SetMergePass  # only here
+
         return self._keep(SetMergePass(self._context))
 
     @cached_property
     def _target_normals(self) -> TargetNormals:
+        from .target_normals import TargetNormals  # only here
+
         return self._keep(TargetNormals(self._context))
 
     def draw_splats(self, image: SplatImage, points: Points, eye: Eye) -> None:
@@ -164,6 +174,9 @@ class PointObjects(FullscreenPasses):
 
     def add_set(self, target: Target, shown: ShownSet, eye: Eye, number: int) -> None:
         """Draw several frames of one object among others: all splats into one image, then their weighted surfaces."""
+        from ...estimation.multi_view import primary_shares  # only here
+        from .set_merge import Part  # only here
+
         points, splats, consensus = shown.points, target.splats, shown.consensus
         windows = self._draw_set(splats, points, eye, primary_shares(shown.importances))
         looking = [self._looking(splats, view, eye) for view in shown.views]
@@ -214,6 +227,8 @@ class PointObjects(FullscreenPasses):
 
     def _set_depths(self, points: PointSet, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
         """Rasterise the splats of several frames, likewise for set_shadow.frag."""
+        from .set_merge import key_inputs  # only here
+
         self._draw_set(image, points, eye, np.ones(len(points.parts)))
         look_up = self._rasterizer(points.parts[0]).look_up
         return look_up, key_inputs(image, look_up) | {"near": eye.near / points.scale, "behind": points.differ}

@@ -5,14 +5,13 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from ...estimation.pattern_shadows import find_shifts, hidden_below
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..core.frame_textures import FrameTextures, PointSurface
-from ..core.images import R32F, RGBA32F, Fitted, Image, Images, empty, read_texture
+from ..core.images import R32F, RG16, RGBA32F, Fitted, Image, Images, empty, read_texture
 from ..core.passes import FullscreenPasses
 
-SIDE = 4  # pixels along a side of a cell, as in the shader
+SIDE, BLOCK = 4, 8  # pixels along a side of a cell, and cells along one of a block, as in the shader
 RING = 16  # part of the picture's shorter side that sensors may lose along its border
 ALONE = 0.5  # share without depth of what runs round the picture there, beyond which an object was cut out
 CELLS = "near_planes", "other_planes", "colors_map"
@@ -36,6 +35,8 @@ class CompletionPass(FullscreenPasses):
 
         Returns the share of the pixels that got a surface, and of those that got none.
         """
+        from ...estimation.pattern_shadows import find_shifts, hidden_below  # only here
+
         frame, colors, pixels = textures.frame, textures.color, surface.size[0] * surface.size[1]
         assert frame is not None, "nothing was uploaded"
         images, source = self._images.fit(surface.size), camera.intrinsics
@@ -49,9 +50,14 @@ class CompletionPass(FullscreenPasses):
             images.cells.target, points, source=source
         )
         cells = dict(zip(CELLS, images.cells.textures, strict=True))
+        alone, walked = _is_alone(frame), {name: cells[name] for name in ("near_planes", "colors_map")}
+        blocks = self.fullscreen("surface/completion_blocks.frag", SAME_SIZE=same)
+        blocks.draw(images.blocks.target, {"near_planes": cells["near_planes"]})
+        walk = self.fullscreen("surface/completion_stops.frag", SAME_SIZE=same)
+        walk.draw(images.stops.target, walked | {"block_map": images.blocks.texture}, is_alone=alone)
         seen = {"surface_map": surface.texture, "hidden_map": hidden.texture} if any(shifts) else {}
         rays = self.fullscreen("surface/completion_rays.frag", SAME_SIZE=same, HIDDEN=has_shadows)
-        rays.draw(images.planes.target, cells | seen, is_alone=_is_alone(frame))
+        rays.draw(images.planes.target, cells | seen | {"stops_map": images.stops.texture}, is_alone=alone)
         planes, evidence = images.planes.textures
         settled = self.fullscreen("surface/completion_settled.frag", SAME_SIZE=same)
         settled.draw(images.settled.target, {"plane_map": planes, "evidence_map": evidence})
@@ -79,6 +85,8 @@ class CompletionImages(Images):
         super().__init__(context, size)
         cells = -(-size[0] // SIDE), -(-size[1] // SIDE)
         self.cells = self._keep(Image(context, cells, *(RGBA32F for _ in CELLS)))
+        self.blocks = self._keep(Image(context, (-(-cells[0] // BLOCK), -(-cells[1] // BLOCK)), R32F))
+        self.stops = self._keep(Image(context, (SIDE * cells[0], SIDE * cells[1]), RG16))
         self.planes = self._keep(Image(context, cells, RGBA32F, RGBA32F))
         self.settled = self._keep(Image(context, cells))
         self.pixels = self._keep(Image(context, size))

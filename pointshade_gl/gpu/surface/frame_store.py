@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import moderngl
 
@@ -21,13 +21,15 @@ from ..core.frame_textures import Colors, DepthTextures, FrameTextures, LargePoi
 from ..core.images import Image
 from ..core.memory import Owner
 from ..core.steps import Steps
-from .completion import CompletionPass
-from .hidden_planes import HiddenPlanesPass
 from .normals import Estimator, SurfacePass
 from .source_colors import SourceColors
 from .streams import Streams
-from .upsampling import UpsamplePass
 from .visibility import VisibilityPass
+
+if TYPE_CHECKING:
+    from .completion import CompletionPass
+    from .hidden_planes import HiddenPlanesPass
+    from .upsampling import UpsamplePass
 
 BEYOND = 2.0  # times the farthest depth: where the photograph is seen that has no surface
 TOLD = 1e-4  # share of the pixels from which on it is worth a note
@@ -62,10 +64,14 @@ class FrameStore(Owner):
 
     @cached_property
     def _upsample(self) -> UpsamplePass:
+        from .upsampling import UpsamplePass  # only here
+
         return self._keep(UpsamplePass(self._context, self._surface))
 
     @cached_property
     def _completion(self) -> CompletionPass:
+        from .completion import CompletionPass  # only here
+
         return self._keep(CompletionPass(self._context))
 
     @cached_property
@@ -74,6 +80,8 @@ class FrameStore(Owner):
 
     @cached_property
     def _bridge(self) -> HiddenPlanesPass:
+        from .hidden_planes import HiddenPlanesPass  # only here
+
         return self._keep(HiddenPlanesPass(self._context))
 
     def upload(self, frames: list[Frame]) -> list[FrameTextures]:

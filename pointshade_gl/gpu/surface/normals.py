@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import moderngl
 import numpy as np
 
-from ...estimation.noise_bumps import find_bumps
 from ...estimation.noise_over_time import Decisions
 from ...scene.camera import Camera
 from ...scene.noise import Choice, Noise
@@ -19,11 +19,13 @@ from ..context.saved_state import enabled
 from ..core.frame_textures import DepthTextures
 from ..core.images import Fitted, Image, empty
 from ..core.passes import FullscreenPasses
-from .bumpy_planes import BumpyPlanesPass
-from .flat_cells import FlatCellsPass
 from .noise_measurement import NoisePass
-from .sparse_normals import SparsePass
 from .temporal_filter import Stream
+
+if TYPE_CHECKING:
+    from .bumpy_planes import BumpyPlanesPass
+    from .flat_cells import FlatCellsPass
+    from .sparse_normals import SparsePass
 
 Told = np.ndarray | NoiseWords | None  # the caller's noise, (1, 1) or (h, w) metres or in words; None measures it
 Estimator = tuple[str, Step, Told, str]  # method, beyond which step a neighbour is another surface, noise, flying
@@ -78,7 +80,11 @@ class SurfacePass(FullscreenPasses):
     def measure_noise(self, frame: DepthTextures, camera: Camera) -> Noise:
         """Measure the noise, as "auto" and "adaptive" do. camera: that took the depth."""
         noise = self._noise.measure(frame, _mean_focal(camera))
-        return replace(noise, bumps=find_bumps(self._bumpy.measure(frame), noise)) if noise.may_be_bumpy else noise
+        if not noise.may_be_bumpy:
+            return noise
+        from ...estimation.noise_bumps import find_bumps  # only here
+
+        return replace(noise, bumps=find_bumps(self._bumpy.measure(frame), noise))
 
     def _find_noise(
         self, frame: DepthTextures, camera: Camera, words: NoiseWords | None, stream: Stream | None
@@ -136,14 +142,20 @@ class SurfacePass(FullscreenPasses):
 
     @cached_property
     def _sparse(self) -> SparsePass:
+        from .sparse_normals import SparsePass  # only here
+
         return self._keep(SparsePass(self._context))
 
     @cached_property
     def _flat(self) -> FlatCellsPass:
+        from .flat_cells import FlatCellsPass  # only here
+
         return self._keep(FlatCellsPass(self._context))
 
     @cached_property
     def _bumpy(self) -> BumpyPlanesPass:
+        from .bumpy_planes import BumpyPlanesPass  # only here
+
         return self._keep(BumpyPlanesPass(self._context))
 
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...estimation.light_fit import describe_light
-from ...estimation.light_over_time import StreamLights
-from ...estimation.photo_shading import PhotoSamples, find_gains
 from ...scene.appearance import Look
 from ...scene.camera import Camera
 from ...scene.frame import Frame
@@ -18,7 +16,11 @@ from ..core.frame_textures import Colors, FrameTextures, PointSurface
 from ..core.images import RGBA16, Image
 from ..core.memory import Owner
 from ..core.steps import Steps
-from .unlighting import UnlightingPass
+
+if TYPE_CHECKING:
+    from ...estimation.light_over_time import StreamLights
+    from ...estimation.photo_shading import PhotoSamples
+    from .unlighting import UnlightingPass
 
 
 class SourceColors(Owner):
@@ -28,10 +30,17 @@ class SourceColors(Owner):
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
         self._steps = steps
-        self._lights = StreamLights()
+
+    @cached_property
+    def _lights(self) -> StreamLights:
+        from ...estimation.light_over_time import StreamLights  # only here
+
+        return StreamLights()
 
     @cached_property
     def _albedo(self) -> UnlightingPass:
+        from .unlighting import UnlightingPass  # only here
+
         return self._keep(UnlightingPass(self._context))
 
     def find(self, textures: FrameTextures, frame: Frame, look: Look, surface: PointSurface, camera: Camera) -> Colors:
@@ -44,6 +53,9 @@ class SourceColors(Owner):
         colors = Colors(textures.color, textures)
         if not look.unlight or frame.color is None:
             return colors
+        from ...estimation.light_fit import describe_light  # only here
+        from ...estimation.photo_shading import find_gains  # only here
+
         inputs = textures, textures.surface, frame.camera
         photo = self._steps.run("samples", self._albedo.sample, *inputs, of=textures)
         stream = None if frame.source is None else (frame.source, textures.size)

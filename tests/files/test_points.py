@@ -220,6 +220,13 @@ class TestPly:
         assert (old.up, old.front) == ("-y", None) and new.front == "-z"
         np.testing.assert_array_equal(renderer.render(old), renderer.render(new))
 
+    def test_words_that_contradict_the_headers_up_are_passed_over(self, tmp_path):
+        ps.save_points(tmp_path / "a.ply", ps.PointCloud(np.eye(3), front="-z"))
+        data = (tmp_path / "a.ply").read_bytes()
+        (tmp_path / "a.ply").write_bytes(data.replace(b"z towards the viewer", b"y towards the viewer"))
+        cloud = ps.load_cloud(tmp_path / "a.ply")
+        assert (cloud.up, cloud.front) == ("y", None)
+
     def test_another_up_than_the_headers_takes_its_front_away(self, tmp_path):
         ps.save_points(tmp_path / "a.ply", ps.PointCloud(np.eye(3), front="-z"))
         other = ps.load_cloud(tmp_path / "a.ply", up="z")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -104,8 +104,9 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
     up = _up(found, positions, origin, options.up, name, note)
     colors = colors_of(found, options.color_by, up, name)
     seen_from = None if found.seen_from is None else found.seen_from - origin
-    made = PointCloud(positions, _units(found), colors, _positive(found.sizes), _shares(found), origin, up, seen_from)
-    return (replace(made, front=found.front) if found.front and up == found.up else made), found
+    front = found.front if up == found.up else None
+    each = positions, _units(found), colors, _positive(found.sizes), _shares(found)
+    return PointCloud(*each, origin, up, seen_from, front=front), found
 
 
 def _reader_for(path: Path) -> _Reader:

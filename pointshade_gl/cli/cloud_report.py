@@ -9,6 +9,7 @@ from typing import Any
 from ..files.clouds.examine import cloud_facts
 from ..files.clouds.fitting_options import check_cloud_options
 from ..messages.formatting import counted, option
+from ..scene.cloud_axes import axes_in_words
 from .options import FrameOptions
 
 
@@ -46,6 +47,7 @@ def _sentences(found: dict[str, Any]) -> list[tuple[str, list[str]]]:
         ),
         ("origin", [", ".join(f"{one:.10g}" for one in found["origin"]) + f"; positions are {found['stored_as']}"]),
         ("up", [f"{found['up']['axis']} ({found['up']['why']})"]),
+        *([("axes", [axes_in_words(found["up"]["axis"], found["front"])])] if found["front"] else []),
         ("color", [f"{'yes' if found['colors'] else 'none'}; {option('color_by')} {', '.join(found['color_by'])}"]),
         ("normals", ["none" if not share else "yes" if share == 1 else f"of {share:.0%} of the points"]),
         ("sizes", ["yes" if found["sizes"] else "none"]),

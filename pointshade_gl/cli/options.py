@@ -88,7 +88,18 @@ Axes = Annotated[
     typer.Option(
         metavar="NAME",
         help="What x, y, z or red, green, blue are: opencv (right, down, forward), opengl (right, up, towards the "
-        "viewer) or directx (right, down, towards the viewer). Default: opencv in .npy, opengl elsewhere.",
+        "viewer) or directx (right, down, towards the viewer). Default: opencv in .npy, opengl elsewhere. In the .ply "
+        "of a point cloud opencv, opengl or blender (right, forward, up); default: the cloud's own.",
+    ),
+]
+PointAxes = Annotated[
+    str | None,
+    typer.Option(
+        "--axes",
+        metavar="opencv|opengl|blender",
+        help="What x, y, z are in a .ply: opencv (right, down, forward, the world of the poses of frames), opengl "
+        "(right, up, towards the viewer, as in MeshLab) or blender (right, forward, up). Default: opengl of frames, "
+        "of a point cloud its own.",
     ),
 ]
 Bits = Annotated[int, typer.Option(metavar="8|16", help="Bits of a colour in a .png.")]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,10 +20,15 @@ from .option_groups import FieldOptions
 from .output import open_renderer, report, spinner
 
 
-def check_cloud_output(output: Path) -> None:
+def check_cloud_output(output: Path, axes: str | None) -> None:
     """Raises ValueError or OSError unless the normals of a point cloud can be written there."""
     check_suffix(output, CLOUD_NORMALS, "the suffix of a point cloud's normals")
-    (check_points_path if output.suffix.lower() in POINTS else check_writable)(output)
+    if output.suffix.lower() in POINTS:
+        check_points_path(output, axes)
+        return
+    if axes is not None:
+        raise ValueError(f"{option('axes')} turns the points of a .ply, {output} holds normals alone: leave it out")
+    check_writable(output)
 
 
 def check_unlit(output: Path, *groups: FieldOptions) -> None:
@@ -33,7 +39,7 @@ def check_unlit(output: Path, *groups: FieldOptions) -> None:
         raise ValueError(f"{fact}, without light: leave out {', '.join(map(option, given))}")
 
 
-def write_cloud(cloud: PointCloud, look: Look, output: Path, device: int) -> None:
+def write_cloud(cloud: PointCloud, look: Look, output: Path, axes: Any, device: int) -> None:
     """Writes a cloud with normals to a .ply, or the normals, (n, 3), to an .npy.
 
     look  its noise is what the normals are estimated with. Raises ValueError for other options of normals.
@@ -48,13 +54,13 @@ def write_cloud(cloud: PointCloud, look: Look, output: Path, device: int) -> Non
         with spinner("estimating normals"):
             made = renderer.with_normals(cloud, noise=noise)
             spent = time.perf_counter() - start
-            _save(output, made)
+            _save(output, made, axes)
         report(output, _what(made), renderer, spent)
 
 
-def _save(output: Path, cloud: PointCloud) -> None:
+def _save(output: Path, cloud: PointCloud, axes: Any) -> None:
     if output.suffix.lower() in POINTS:
-        save_points(output, cloud)
+        save_points(output, cloud, axes)
         return
     assert cloud.normals is not None
     save_image(output, np.where(cloud.normals.any(1, keepdims=True), cloud.normals, np.float32(np.nan)))

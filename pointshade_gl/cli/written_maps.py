@@ -64,7 +64,13 @@ def write_depth(source: Source, view: View, output: Path, device: int) -> None:
 
 
 def write_points(
-    source: Source, view: View, output: Path, film: FilmOptions, device: int, tell: Callable[[Renderer], None]
+    source: Source,
+    view: View,
+    output: Path,
+    axes: Any,
+    film: FilmOptions,
+    device: int,
+    tell: Callable[[Renderer], None],
 ) -> None:
     """Writes the points of frames in the light of a view, as `save_points` does. tell: called after each."""
 
@@ -73,7 +79,8 @@ def write_points(
         tell(renderer)
         return cloud
 
-    _write_files(source, view, output, draw, save_points, lambda cloud: f"{len(cloud)} points", device, film)
+    save = partial(save_points, axes=axes)
+    _write_files(source, view, output, draw, save, lambda cloud: f"{len(cloud)} points", device, film)
 
 
 def _write_files(

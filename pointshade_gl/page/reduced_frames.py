@@ -62,7 +62,7 @@ def _reduced_cloud(cloud: PointCloud, level: float) -> PointCloud:
     if cloud.sizes is not None:
         arrays["sizes"] = arrays["sizes"] * np.float32(2 ** (level / 2))
     look = {name: getattr(cloud, name) for name in CloudLook.__annotations__}
-    return PointCloud(**arrays, origin=cloud.origin, up=cloud.up, **look)
+    return PointCloud(**arrays, origin=cloud.origin, up=cloud.up, front=cloud.front, **look)
 
 
 def _reduced_frame(frame: Frame, largest: int) -> Frame:

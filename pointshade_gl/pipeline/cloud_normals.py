@@ -9,7 +9,7 @@ from ..estimation.cloud_orientation import facing, outward
 from ..gpu.clouds.slabs import CloudNormals, planes_of_slabs
 from ..messages.formatting import option
 from ..messages.notes import print_note
-from ..scene.point_cloud import PointCloud, Up
+from ..scene.point_cloud import PointCloud
 
 
 def read_cloud_normals(context: moderngl.Context, cloud: PointCloud, noise: float | None = None) -> CloudNormals:
@@ -28,14 +28,9 @@ def read_cloud_normals(context: moderngl.Context, cloud: PointCloud, noise: floa
     if cloud.seen_from is not None:
         normals = facing(cloud.positions, found.normals, cloud.seen_from)
     else:
-        normals, is_sheet = outward(cloud.positions, found.normals, direction_of(cloud.up))
+        normals, is_sheet = outward(cloud.positions, found.normals, cloud.up_direction)
         if is_sheet:
             print_note(
                 f"the cloud is an open sheet, which has no outside: its normals point up ({option('up')} is {cloud.up})"
             )
     return found._replace(normals=np.where(given[:, None], found.normals, normals))
-
-
-def direction_of(up: Up) -> np.ndarray:
-    """Return (3,) the direction of an axis."""
-    return np.eye(3)["xyz".index(up[-1])] * (-1 if up.startswith("-") else 1)

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from ..messages.formatting import option
 from .appearance import Look
 from .camera import Camera, orbit_pose
+from .cloud_axes import USUAL_FRONT
 from .graph import FOV, Scene
 from .node import Node
-from .point_cloud import SAMPLE, STRAY, CloudLook, PointCloud
+from .point_cloud import SAMPLE, STRAY, CloudLook, PointCloud, direction_of
 
-AHEAD = {"-y": (0, 0, 1), "y": (0, 0, -1), "z": (0, 1, 0), "-z": (0, 1, 0), "x": (0, 1, 0), "-x": (0, 1, 0)}
 MARGIN = 1.08  # share of the distance from which the cloud fills the picture
 ASIDE, ABOVE = 30.0, 25.0  # degrees from which a cloud is seen that no camera took
 
@@ -24,7 +24,7 @@ ASIDE, ABOVE = 30.0, 25.0  # degrees from which a cloud is seen that no camera t
 def scene_of(*clouds: PointCloud, names: Sequence[str] = ()) -> Scene:
     """Return the scene of clouds that lie in one world, upright as the first of them says.
 
-    With y down (as a camera's) they are seen from their own axes, else from above. names: of their nodes, if any.
+    One that has a front, or y down (as a camera's), is seen from the front, others from above. names: of their nodes.
     """
     camera, pose = Camera.from_fov(FOV, 640, 480), _facing(clouds[0])
     if some := [cloud for cloud in clouds if len(cloud)]:
@@ -77,7 +77,7 @@ def _away(cloud: PointCloud, camera: Camera, turn: NDArray[np.float64], middle: 
 
 def _facing(cloud: PointCloud) -> NDArray[np.float64]:
     """Return the pose of a camera at the world's origin that sees the cloud upright."""
-    ahead, down = np.array(AHEAD[cloud.up], np.float64), -cloud.up_direction
+    ahead, down = -direction_of(cloud.front or USUAL_FRONT[cloud.up]), -cloud.up_direction
     pose = np.eye(4)
     pose[:3, :3] = np.stack([np.cross(down, ahead), down, ahead], -1)
-    return pose if cloud.up == "-y" else orbit_pose(pose, (0, 0, 0), ASIDE, ABOVE)
+    return pose if cloud.front or cloud.up == "-y" else orbit_pose(pose, (0, 0, 0), ASIDE, ABOVE)

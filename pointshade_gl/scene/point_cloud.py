@@ -75,6 +75,9 @@ class PointCloud(Value):
     point_size : float or str, optional
         Radius of all points: world units, "3px" pixels of the picture, or "2x" the points' spacing; None is 2x for
         discs and 0.5x for balls, or `sizes`.
+    front : {"x", "y", "z", "-x", "-y", "-z"}, optional
+        Which axis points towards the viewer, as -z does in the points of frames: alone, the cloud is seen from there.
+        None: one whose up is -y is seen so, too, others from above.
 
     Raises
     ------
@@ -100,6 +103,7 @@ class PointCloud(Value):
     shading: CloudShading = "phong"
     splat: CloudSplat = "disc"
     point_size: float | str | None = None
+    front: Up | None = None
 
     if TYPE_CHECKING:  # what may be passed is more than what is kept
 
@@ -117,6 +121,7 @@ class PointCloud(Value):
             shading: CloudShading = ...,
             splat: CloudSplat = ...,
             point_size: float | str | None = None,
+            front: Up | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -143,6 +148,10 @@ class PointCloud(Value):
         check_type(self.material, Material, "cloud material")
         for name, known in (("up", UPS), ("shading", CLOUD_SHADINGS), ("splat", CLOUD_SPLATS)):
             check_choice(option(name), getattr(self, name), known)
+        if self.front is not None:
+            check_choice("front", self.front, UPS)
+            if self.front[-1] == self.up[-1]:
+                raise ValueError(f"front must be another axis than {option('up', self.up)}, got {self.front}")
         object.__setattr__(self, "point_size", check_cloud_size(self.point_size))
 
     def _set(self, name: str, array: NDArray[Any]) -> None:
@@ -166,7 +175,7 @@ class PointCloud(Value):
             raise TypeError(f"a cloud is styled by {', '.join(CloudLook.__annotations__)}, got {', '.join(others)}")
         kept: CloudLook = {name: getattr(self, name) for name in CloudLook.__annotations__}  # type: ignore[assignment]
         made = PointCloud(np.empty((0, 3)), **(kept | look))
-        for name in ("origin", "up", *ARRAYS):
+        for name in ("origin", "up", "front", *ARRAYS):
             object.__setattr__(made, name, getattr(self, name))
         return made
 
@@ -178,7 +187,7 @@ class PointCloud(Value):
         other : PointCloud
             The other cloud.
         """
-        named = ("up", *CloudLook.__annotations__)
+        named = ("up", "front", *CloudLook.__annotations__)
         alike = all(getattr(self, name) == getattr(other, name) for name in named)
         return alike and all(getattr(self, name) is getattr(other, name) for name in ("origin", *ARRAYS))
 
@@ -210,9 +219,7 @@ class PointCloud(Value):
     @property
     def up_direction(self) -> NDArray[np.float64]:
         """Return the direction that is up, (3,) unit, node axes."""
-        direction = np.zeros(3)
-        direction["xyz".index(self.up[-1])] = -1 if self.up.startswith("-") else 1
-        return direction
+        return direction_of(self.up)
 
     @property
     def arrays(self) -> tuple[Any, ...]:
@@ -258,6 +265,11 @@ class PointCloud(Value):
         return float(np.linalg.norm(high - low)) / math.sqrt(max(len(self), 1)) or 1.0
 
 
+def direction_of(axis: Up) -> NDArray[np.float64]:
+    """Return the direction of an axis, (3,)."""
+    return np.eye(3)["xyz".index(axis[-1])] * (-1 if axis.startswith("-") else 1)
+
+
 def _floats(value: Any, name: str, shape: tuple[int | None, ...], kind: Any) -> NDArray[Any]:
     wanted = _words(shape)
     array = _shaped(as_array(value, f"{name} must be numbers of shape {wanted}", kind), name, shape)
@@ -287,7 +299,7 @@ def cloud_of(found: Iterable[tuple[Frame, NDArray[np.float32], NDArray[np.float3
     """
     every = zip(*(_arrays_of(*one) for one in found), strict=True)
     positions, normals, colors = (np.concatenate(arrays) for arrays in every)
-    return PointCloud(positions, normals, colors)
+    return PointCloud(positions, normals, colors, front="-z")
 
 
 def _arrays_of(

@@ -118,6 +118,16 @@ class TestWrittenClouds:
         found = np.load(tmp_path / "out.npy")
         assert found.shape == (3000, 3) and (found * ball().positions).sum(1).min() > 0.99
 
+    @pytest.mark.parametrize("command", ["normals", "render"])
+    def test_axes_turn_a_scan_which_keeps_its_own_without(self, cloud, tmp_path, command):
+        for axes in ([], ["--axes", "opengl"]):
+            assert run(command, cloud, "-o", tmp_path / "out.ply", *axes).returncode == 0
+            made, given = ps.load_cloud(tmp_path / "out.ply"), ball()
+            expected = given.positions[:, [0, 2, 1]] * np.float32((1, 1, -1)) if axes else given.positions
+            np.testing.assert_array_equal(made.positions, expected)
+            assert (made.up, made.front) == ("y" if axes else "z", None)
+            assert (made.normals * made.positions).sum(1).min() > 0.99
+
     def test_points_on_no_surface_have_no_normal(self, tmp_path):
         (tmp_path / "two.xyz").write_text("0 0 0\n1 0 0\n")
         done = run("normals", tmp_path / "two.xyz", "-o", tmp_path / "out.npy", "--up", "z")
@@ -131,7 +141,11 @@ class TestWrittenClouds:
 
 WRONG = [  # typed, and the sentence
     ("normals ball.ply -o out.png", "the suffix of a point cloud's normals must be one of .ply, .glb, .npy"),
-    ("normals ball.ply -o out.npy --axes opengl", "--axes is of pictures, and ball.ply is a point cloud: leave it out"),
+    ("normals ball.ply -o out.npy --axes opengl", "--axes turns the points of a .ply, out.npy holds normals alone"),
+    ("normals ball.ply -o out.ply --axes directx", "unknown --axes 'directx': known are opencv, opengl, blender"),
+    ("normals ball.ply -o out.ply --bits 16", "--bits is of pictures, and ball.ply is a point cloud: leave it out"),
+    ("render ball.ply -o out.png --axes opengl", "--axes turns the points of a .ply, out.png holds none: leave it out"),
+    ("render ball.ply -o out.glb --axes opengl", "out.glb has the axes of glTF, y up: leave out --axes"),
     ("normals ball.ply -o out.npy --normals star", "--normals is for frames: of a point cloud leave it out"),
     ("normals ball.ply -o out.npy --noise kinect", "--noise of a point cloud is one number of world units, got kinect"),
     ("render ball.ply -o out.ply --ambient .3 --yaw 9", "own colours, without light: leave out --ambient, --yaw"),

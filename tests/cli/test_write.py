@@ -59,11 +59,19 @@ class TestFiles:
         assert re.fullmatch(r".+a\.ply: 48 points, .+, \d+ ms\n", done.stdout)
         assert run("render", folder, "-o", tmp_path / "b.PLY", "--shading", "none").returncode == 0
         lit, unlit = trimesh.load(tmp_path / "a.ply"), trimesh.load(tmp_path / "b.PLY", file_type="ply")
-        np.testing.assert_allclose(lit.vertices[0], (-0.35 * 1.5, -0.25 * 1.5, 1.5), rtol=1e-6)
+        np.testing.assert_allclose(lit.vertices[0], (-0.35 * 1.5, 0.25 * 1.5, -1.5), rtol=1e-6)
         np.testing.assert_array_equal(unlit.colors[:, :3], 120)
         expected = ps.render_points(ps.load_frame(folder))
         np.testing.assert_array_equal(lit.colors[:, :3], expected.colors)
         assert (expected.colors != 120).all()
+
+    @pytest.mark.parametrize(
+        ("axes", "first"), [("opencv", (-0.35, -0.25, 1)), ("opengl", (-0.35, 0.25, -1)), ("blender", (-0.35, 1, 0.25))]
+    )
+    def test_axes_of_points(self, folder, tmp_path, axes, first):
+        done = run("render", folder, "-o", tmp_path / "a.ply", "--axes", axes)
+        assert done.returncode == 0, done.stderr
+        np.testing.assert_allclose(trimesh.load(tmp_path / "a.ply").vertices[0], np.multiply(first, 1.5), rtol=1e-6)
 
     def test_points_of_a_sequence_lie_in_one_world(self, sequence, tmp_path):
         done = run("render", sequence, "-o", tmp_path / "p{:03d}.ply", "--light", "0,0,0")
@@ -71,7 +79,7 @@ class TestFiles:
         assert ": 3 files, the first of 48 points" in done.stdout and "warning: skipped frame 2" in done.stderr
         assert written(tmp_path) == ["p000.ply", "p001.ply", "p003.ply"]
         middles = [trimesh.load(tmp_path / name).vertices.mean(0) for name in written(tmp_path)]
-        np.testing.assert_allclose(middles, [(0, 0, 1.5), (1, 0, 1.501), (3, 0, 1.503)], atol=1e-6)
+        np.testing.assert_allclose(middles, [(0, 0, -1.5), (1, 0, -1.501), (3, 0, -1.503)], atol=1e-6)
 
     def test_points_under_a_light_that_turns(self, folder, tmp_path):
         done = run("render", folder, "-o", tmp_path / "##.ply", "--turntable", "light", "--frames", "3")
@@ -217,7 +225,8 @@ def test_what_cannot_be_of_a_scene_is_one_sentence(tmp_path, monkeypatch, argume
 @pytest.mark.data
 @pytest.mark.usefixtures("renderer")
 def test_points_of_neighbouring_views_overlap_in_the_world(shared_data, tmp_path):
-    done = run("render", shared_data / "icl_livingroom_23views", "-o", tmp_path / "%d.ply", "--frames", "2")
+    words = "--frames", "2", "--axes", "opencv"  # the world of the poses
+    done = run("render", shared_data / "icl_livingroom_23views", "-o", tmp_path / "%d.ply", *words)
     assert done.returncode == 0, done.stderr
     first, second = (np.asarray(trimesh.load(tmp_path / f"{k}.ply").vertices) for k in range(2))
     back = np.linalg.inv(ps.open_source(shared_data / "icl_livingroom_23views")[1].pose)

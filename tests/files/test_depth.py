@@ -129,7 +129,15 @@ OTHER = METRES + 1
 @pytest.mark.parametrize("dtype", [np.float16, np.float32])
 @pytest.mark.parametrize(
     "names",
-    [["Z"], ["Y"], ["V"], ["R", "G", "B"], ["ViewLayer.Depth.V", "other:A"], ["Z", "other:A", "other:R"]],
+    [
+        ["Z"],
+        ["Y"],
+        ["V"],
+        ["R", "G", "B"],
+        ["ViewLayer.Depth.V", "other:A"],
+        ["Z", "other:A", "other:R"],
+        ["Z", "other:Y"],
+    ],
     ids=" ".join,
 )
 def test_exr_channels_by_name(tmp_path, dtype, names):

@@ -36,10 +36,13 @@ def decoded(path, kind, dtype):
 
 
 class TestDepth:
-    def test_exr_holds_metres_in_the_channel_that_is_called_depth(self, tmp_path):
+    def test_exr_holds_metres_in_the_channel_that_is_called_depth_and_as_grey(self, tmp_path):
+        """Grey is what Blender and OpenCV show: see clients/test_exr.py."""
         ps.save_depth(tmp_path / "d.exr", DEPTH)
-        assert list(channels(tmp_path / "d.exr")) == ["Z"]
-        np.testing.assert_array_equal(channels(tmp_path / "d.exr")["Z"], DEPTH)
+        assert sorted(channels(tmp_path / "d.exr")) == ["Y", "Z"]
+        for one in channels(tmp_path / "d.exr").values():
+            assert one.dtype == np.float32
+            np.testing.assert_array_equal(one, DEPTH)
 
     @pytest.mark.parametrize("suffix", ["tif", "tiff", "npy"])
     def test_tiff_and_npy_hold_metres(self, tmp_path, suffix):

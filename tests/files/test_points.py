@@ -182,8 +182,8 @@ class TestPly:
         cloud = renderer.render_points(moved(frames.sphere()), LIGHT)
         ps.save_points(tmp_path / "a.ply", cloud)
         positions, normals, colors = read(tmp_path / "a.ply")
-        np.testing.assert_array_equal(positions, cloud.positions.astype(np.float32))
-        np.testing.assert_array_equal(normals, cloud.normals)
+        np.testing.assert_array_equal(positions, cloud.positions.astype(np.float32) * np.float32((1, -1, -1)))
+        np.testing.assert_array_equal(normals, cloud.normals * np.float32((1, -1, -1)))
         np.testing.assert_array_equal(colors, cloud.colors)
         vertices = read_ply(tmp_path / "a.ply").elements["vertex"]
         np.testing.assert_array_equal(np.stack([vertices[name] for name in "xyz"], -1), positions)
@@ -194,6 +194,43 @@ class TestPly:
         properties = [f"property float {name}" for name in ("x", "y", "z", "nx", "ny", "nz")]
         properties += [f"property uchar {name}" for name in ("red", "green", "blue")]
         assert header == ["ply", "format binary_little_endian 1.0", "comment up -y", "element vertex 3", *properties]
+
+    def test_points_of_a_frame_stand_upright_and_the_header_says_so(self, renderer, tmp_path):
+        cloud = renderer.render_points(frames.sphere())
+        ps.save_points(tmp_path / "a.ply", cloud)
+        header = (tmp_path / "a.ply").read_bytes().partition(b"end_header\n")[0].decode().splitlines()
+        assert header[2:4] == ["comment up y", "comment x right, y up, z towards the viewer"]
+        back = ps.load_cloud(tmp_path / "a.ply")
+        assert (back.up, back.front) == ("y", "z")
+        np.testing.assert_array_equal(back.positions, (cloud.positions * (1, -1, -1)).astype(np.float32))
+
+    @pytest.mark.parametrize("axes", ["opencv", "opengl", "blender"])
+    def test_our_own_file_is_seen_from_where_the_camera_stood_in_any_axes(self, renderer, tmp_path, axes):
+        cloud = renderer.render_points(frames.sphere_before_wall())
+        ps.save_points(tmp_path / "a.ply", cloud, axes)
+        expected, picture = (renderer.render(one, shading="none").astype(int) for one in (cloud, tmp_path / "a.ply"))
+        assert expected[..., 3].any() and (np.abs(picture - expected).max(-1) > 8).mean() < 2e-3
+
+    def test_a_file_whose_header_says_only_that_y_is_down_is_seen_as_before(self, renderer, tmp_path):
+        cloud = renderer.render_points(frames.sphere_before_wall())
+        ps.save_points(tmp_path / "a.ply", cloud, "opencv")
+        data = (tmp_path / "a.ply").read_bytes()
+        (tmp_path / "old.ply").write_bytes(data.replace(b"comment x right, y down, z away from the viewer\n", b""))
+        old, new = (ps.load_cloud(tmp_path / name) for name in ("old.ply", "a.ply"))
+        assert (old.up, old.front) == ("-y", None) and new.front == "-z"
+        np.testing.assert_array_equal(renderer.render(old), renderer.render(new))
+
+    def test_words_that_contradict_the_headers_up_are_passed_over(self, tmp_path):
+        ps.save_points(tmp_path / "a.ply", ps.PointCloud(np.eye(3), front="-z"))
+        data = (tmp_path / "a.ply").read_bytes()
+        (tmp_path / "a.ply").write_bytes(data.replace(b"z towards the viewer", b"y towards the viewer"))
+        cloud = ps.load_cloud(tmp_path / "a.ply")
+        assert (cloud.up, cloud.front) == ("y", None)
+
+    def test_another_up_than_the_headers_takes_its_front_away(self, tmp_path):
+        ps.save_points(tmp_path / "a.ply", ps.PointCloud(np.eye(3), front="-z"))
+        other = ps.load_cloud(tmp_path / "a.ply", up="z")
+        assert (other.up, other.front) == ("z", None)
 
     def test_far_from_the_worlds_origin_points_keep_their_places(self, tmp_path):
         """In map coordinates of 5000 km floats would move points by half a metre."""
@@ -241,6 +278,12 @@ class TestPly:
     def test_what_is_no_cloud_is_refused(self, arrays, error, sentence):
         with pytest.raises(error, match=sentence):
             ps.PointCloud(*arrays)
+
+    def test_axes_that_a_file_cannot_have(self, tmp_path):
+        with pytest.raises(ValueError, match="unknown axes 'directx': known are opencv, opengl, blender"):
+            ps.save_points(tmp_path / "a.ply", ps.PointCloud(np.eye(3)), "directx")
+        with pytest.raises(ValueError, match=r"a\.glb has the axes of glTF, y up: leave out axes"):
+            ps.save_points(tmp_path / "a.glb", ps.PointCloud(np.eye(3)), "blender")
 
     def test_a_frame_is_no_cloud(self, tmp_path):
         with pytest.raises(TypeError, match="cloud must be a PointCloud, got a Frame"):

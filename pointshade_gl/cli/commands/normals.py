@@ -32,11 +32,10 @@ def normals(
     from ..written_maps import write_normals
 
     if is_cloud(frame.input):
-        check_cloud_output(output)
-        if axes is not None or bits != 8:
-            name = option("axes" if axes is not None else "bits")
-            raise ValueError(f"{name} is of pictures, and {frame.input} is a point cloud: leave it out")
-        write_cloud(load(frame, scene=True), options.look(), output, device)
+        check_cloud_output(output, axes)
+        if bits != 8:
+            raise ValueError(f"{option('bits')} is of pictures, and {frame.input} is a point cloud: leave it out")
+        write_cloud(load(frame, scene=True), options.look(), output, axes, device)
         return
     check_normals_path(first_of(output), axes, bits)
     view = View(look=options.look())

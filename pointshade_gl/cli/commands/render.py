@@ -39,6 +39,7 @@ from ..options import (
     FilmOptions,
     FrameOptions,
     MoreInputs,
+    PointAxes,
     Quiet,
     RenderOutput,
     Small,
@@ -72,6 +73,7 @@ class Asked:
     save_poses: SavePoses = None
     unlight_all: UnlightAll = False
     explain: Explain = False
+    axes: PointAxes = None
     small: Small = False
     device: Device = 0
     quiet: Quiet = False
@@ -174,7 +176,10 @@ def render(asked: Asked) -> None:
     view = asked.view()
     if asked.output.suffix.lower() in POINTS:
         _write_points(asked, view)
-    elif is_page(asked.output):
+        return
+    if asked.axes is not None:
+        raise ValueError(f"{option('axes')} turns the points of a .ply, {asked.output} holds none: leave it out")
+    if is_page(asked.output):
         _write_page(asked, view)
     elif asked.film.turntable is not None or is_series(asked.output):
         _write_series(asked, view)
@@ -264,7 +269,7 @@ def _write_points(asked: Asked, view: View) -> None:
         )
     asked.picture.check_none(output)
     asked.page.check_none(output)
-    check_points_path(first_of(output))
+    check_points_path(first_of(output), asked.axes)
     if view.picture_size is not None:
         raise ValueError(f"{output} holds points, {option('picture_size')} is of a picture: leave it out")
     if asked.are_clouds:
@@ -279,7 +284,7 @@ def _write_points(asked: Asked, view: View) -> None:
             raise ValueError(f"the points of several views are one cloud: write one file, such as out{output.suffix}")
         tell = in_turn(explainer(asked.explain, source.names), poses_saver(asked.save_poses, source))
         source = source.frames
-    write_points(source, view, output, film, asked.device, tell)
+    write_points(source, view, output, asked.axes, film, asked.device, tell)
 
 
 def _write_cloud(asked: Asked, view: View) -> None:
@@ -291,4 +296,5 @@ def _write_cloud(asked: Asked, view: View) -> None:
     if is_numbered(asked.output) or asked.film.turntable is not None or asked.film.frames is not None:
         raise ValueError(f"a point cloud is one file of points: write it to one, such as out{asked.output.suffix}")
     check_unlit(asked.output, asked.look, asked.place)
-    write_cloud(load(asked.frame, scene=True), NormalOptions(noise=asked.look.noise).look(), asked.output, asked.device)
+    look = NormalOptions(noise=asked.look.noise).look()
+    write_cloud(load(asked.frame, scene=True), look, asked.output, asked.axes, asked.device)

@@ -32,6 +32,7 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
         "stored_as": str(cloud.positions.dtype),
         "origin": _plain(cloud.origin),
         "up": {"axis": cloud.up, "why": found.up_from},
+        "front": cloud.front,
         "colors": cloud.colors is not None,
         "normals": _share(cloud),
         "sizes": cloud.sizes is not None,

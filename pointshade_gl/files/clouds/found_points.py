@@ -32,6 +32,7 @@ class FoundPoints:
     seen_from   (3,) or (n, 3) float64: where the scanner stood
     origin      what the caller's own program wrote as the origin of the positions, which still contain it
     up          which axis points up, how that is known, and whether there is doubt
+    front       which axis points towards the viewer, as seen with that up
     """
 
     form: str
@@ -47,6 +48,7 @@ class FoundPoints:
     up: Up | None = None
     up_from: str = ""
     up_is_guessed: bool = False
+    front: Up | None = None
 
     def __len__(self) -> int:
         return len(self.positions)

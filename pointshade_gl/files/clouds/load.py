@@ -104,8 +104,9 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
     up = _up(found, positions, origin, options.up, name, note)
     colors = colors_of(found, options.color_by, up, name)
     seen_from = None if found.seen_from is None else found.seen_from - origin
-    cloud = PointCloud(positions, _units(found), colors, _positive(found.sizes), _shares(found), origin, up, seen_from)
-    return cloud, found
+    front = found.front if up == found.up else None
+    each = positions, _units(found), colors, _positive(found.sizes), _shares(found)
+    return PointCloud(*each, origin, up, seen_from, front=front), found
 
 
 def _reader_for(path: Path) -> _Reader:

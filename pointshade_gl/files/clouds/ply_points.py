@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...messages.notes import Note
+from ...scene.cloud_axes import axes_in_words, front_in_words
 from ...scene.point_cloud import UPS, PointCloud
 from ..access.content import FilePath, naming, split_numbers
 from ..arrays.ply import read_ply
@@ -66,6 +67,8 @@ def vertices_of(cloud: PointCloud) -> NDArray[np.void]:
 def comments_of(cloud: PointCloud) -> list[str]:
     """What the header says about a cloud beside its points, for `read_ply_points`."""
     lines = [f"{_UP} {cloud.up}"]
+    if cloud.front:
+        lines.append(axes_in_words(cloud.up, cloud.front))
     if cloud.origin.any():
         lines.append(f"{_ORIGIN} {_text(cloud.origin)}")
     if cloud.seen_from is not None and cloud.seen_from.ndim == 1:
@@ -82,6 +85,7 @@ def _as_commented(found: FoundPoints, comments: list[str]) -> FoundPoints:
     for up in UPS:
         if said.get(_UP) == up:
             found.up, found.up_from = up, "its header says so"
+            found.front = next((one for one in map(front_in_words, comments) if one and one[-1] != up[-1]), None)
     for name in (_ORIGIN, _SEEN_FROM):
         numbers = split_numbers(said.get(name, "")) or []
         if len(numbers) == 3 and np.isfinite(numbers).all() and found.up:  # our own

@@ -13,8 +13,9 @@ light   {"shadow": false}, {"attenuation": [kc, kl, kq]}; {"radius": r} of a poi
         spot of 90 degrees; {"at": "viewer"} is the light at the viewer's upper left.
         Without extras a light casts shadows; point and spot lights fall with the square of the distance.
 material  values of `Material`, and shading of `Mesh` or `PointCloud`.
-primitive  of points, which is a `PointCloud`: {"splat": "ball"}, {"size": 0.02}, {"up": "z"} (without: y, as in glTF)
-        and {"seen_from": [x, y, z]}; further attributes are _SIZE, _CONFIDENCE and _SEEN_FROM of each point.
+primitive  of points, which is a `PointCloud`: {"splat": "ball"}, {"size": 0.02}, {"up": "z"} (without: y, as in glTF),
+        {"front": "-y"} and {"seen_from": [x, y, z]}; further attributes of each point are _SIZE, _CONFIDENCE and
+        _SEEN_FROM.
 camera  fx, fy, cx, cy, width, height of `Camera`, all of them.
 scene   {"ambient": [r, g, b]}, {"exposure": x}, a factor on all lights of the file; {"pose": 4x4} without a camera.
 

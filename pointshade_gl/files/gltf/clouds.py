@@ -23,7 +23,7 @@ _ATTRIBUTES = {key: (name, "SCALAR") for key, name in SINGLES.items()} | {
     "NORMAL": ("normals", "VEC3"),
     "_SEEN_FROM": ("seen_from", "VEC3"),
 }
-_KEYS = ("splat", "size", "up", "seen_from")
+_KEYS = ("splat", "size", "up", "front", "seen_from")
 _WHITE = 1.0, 1.0, 1.0
 
 
@@ -100,6 +100,7 @@ def cloud_extras(cloud: PointCloud) -> dict[str, Any]:
     said: dict[str, Any] = {} if cloud.splat == "disc" else {"splat": cloud.splat}
     said |= {} if cloud.point_size is None else {"size": cloud.point_size}
     said |= {} if cloud.up == UP else {"up": cloud.up}
+    said |= {} if cloud.front is None else {"front": cloud.front}
     if cloud.seen_from is not None and cloud.seen_from.ndim == 1:
         said["seen_from"] = (cloud.seen_from - (cloud_place(cloud)[:3, 3] - cloud.origin)).tolist()
     return said

@@ -123,10 +123,13 @@ def _size_of(part: dict[bytes, bytes]) -> tuple[int, int, int]:
 
 
 def _pick_channel(channels: dict[str, NDArray[Any]], name: str) -> str:
-    """Depth among EXR channels: the only one, one called depth or Z (not beside X: those are normals), Y or V, grey."""
+    """Depth among EXR channels: the only one, one called depth or Z (not beside X: those are normals), Y or V, grey.
+
+    Y comes after all others: it is luminance in a picture with Z, or the same as Z in ours.
+    """
     if len(channels) == 1:
         return next(iter(channels))
-    for key in channels:
+    for key in sorted(channels, key=lambda name: name.endswith("Y")):
         layer, _, last = key.rpartition(".")
         beside = f"{layer}.X" if layer else "X"
         if "depth" in key.lower() or (last in ("Z", "Y") and beside not in channels) or key == "V":

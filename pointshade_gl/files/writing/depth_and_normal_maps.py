@@ -38,8 +38,9 @@ def save_depth(path: FilePath, depth: ArrayLike, notes: Note = print_note) -> No
     Parameters
     ----------
     path : path
-        .exr gets the channel Z, .tif and .tiff float pixels, .npy float32. A .png holds 1 mm to 65.535 m: other values
-        are written as missing, and a note counts them.
+        .exr gets the channel Z, as Nuke's depth.Z, and the same as Y, grey, for Blender and OpenCV; .tif and .tiff
+        float pixels, .npy float32. A .png holds 1 mm to 65.535 m: other values are written as missing, and a note
+        counts them.
     depth : (h, w) float
         Metres; 0, negative, NaN, infinite and masked mean missing.
     notes : callable
@@ -58,7 +59,7 @@ def save_depth(path: FilePath, depth: ArrayLike, notes: Note = print_note) -> No
     metres = _known_depth(depth)
     if path.suffix.lower() == ".exr":
         with written_whole(path) as temporary:
-            write_exr(temporary, {"Z": metres})
+            write_exr(temporary, {"Z": metres, "Y": metres})  # Z is depth's name, but Blender and OpenCV look for grey
     elif path.suffix.lower() == ".png":
         save_image(path, _millimetres(metres, path, notes))
     elif path.suffix.lower() == ".npy":

@@ -95,6 +95,10 @@ def test_lines_are_left_out(tmp_path):
     assert told == ["mesh 0 is left out: it has lines, only triangles and points are drawn"]
 
 
+def test_the_front_of_a_cloud_comes_back(tmp_path):
+    assert only_cloud(saved(tmp_path, ps.PointCloud(AT, front="-z"), name="out.glb")).front == "-z"
+
+
 @pytest.mark.parametrize("name", ["out.gltf", "out.glb"])
 @pytest.mark.parametrize("shading", ["phong", "none", "edl"])
 def test_a_cloud_comes_back_as_it_was_written(tmp_path, name, shading):
@@ -103,7 +107,8 @@ def test_a_cloud_comes_back_as_it_was_written(tmp_path, name, shading):
     back = only_cloud(saved(tmp_path, cloud, name=name))
     for field in ("positions", "normals", "colors", "sizes", "confidence", "seen_from"):
         np.testing.assert_array_equal(getattr(back, field), getattr(cloud, field), field)
-    assert {name: getattr(back, name) for name in (*LOOK, "shading")} == LOOK | {"shading": shading}
+    kept = LOOK | {"shading": shading, "front": None}
+    assert {name: getattr(back, name) for name in kept} == kept
     again = saved(tmp_path, back, name="again.glb")
     np.testing.assert_array_equal(only_cloud(again).colors, COLORS)
 
@@ -182,7 +187,7 @@ def broken(arrays, extras=None, **more):
         (broken({}, {"size": -1}), "point_size must"),
         (broken({}, {"up": 3}), "unknown up 3"),
         (broken({}, {"seen_from": [1, 2]}), "seen_from must be 3 numbers"),
-        (broken({}, {"radius": 2}), "unknown 'radius': known are splat, size, up, seen_from"),
+        (broken({}, {"radius": 2}), "unknown 'radius': known are splat, size, up, front, seen_from"),
         (broken({"_SIZE": -np.ones(40, np.float32)}), "sizes must not be negative"),
     ],
 )

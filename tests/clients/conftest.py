@@ -1,0 +1,67 @@
+"""Other programs: those that are large are marked "clients", and run where somebody asks for them (`-m clients`)."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+IN_BLENDER = Path(__file__).parent / "in_blender"
+
+
+def pytest_collection_modifyitems(config, items):
+    """Leave the marked ones out of a run that does not name the mark."""
+    if "clients" in config.getoption("markexpr"):
+        return
+    left = [item for item in items if item.get_closest_marker("clients")]
+    config.hook.pytest_deselected(items=left)
+    items[:] = [item for item in items if item not in set(left)]
+
+
+def missing(what: str) -> None:
+    """Skip the test, or fail it where all clients must be there."""
+    if os.environ.get("POINTSHADE_REQUIRE_CLIENTS") == "1":
+        pytest.fail(f"{what}: see tests/clients/run")
+    pytest.skip(what)
+
+
+@pytest.fixture
+def client() -> Callable[[str], Any]:
+    """client(name): a module of another program. Without it: skipped, or failed under POINTSHADE_REQUIRE_CLIENTS=1."""
+
+    def load(name: str) -> Any:
+        if importlib.util.find_spec(name) is None:
+            missing(f"no {name}")
+        return importlib.import_module(name)
+
+    return load
+
+
+@pytest.fixture
+def blender(tmp_path) -> Callable[..., dict[str, np.ndarray]]:
+    """blender(script, *arguments): the arrays that a script of in_blender saves to the .npz named after them.
+
+    It runs in the Python of POINTSHADE_BPY_PYTHON, which has Blender as the module bpy, or in this one.
+    """
+    python = os.environ.get("POINTSHADE_BPY_PYTHON")
+    if python is None and importlib.util.find_spec("bpy") is None:
+        missing("no bpy, and no POINTSHADE_BPY_PYTHON")
+
+    def run(script: str, *arguments: object) -> dict[str, np.ndarray]:
+        saved = tmp_path / "from_blender.npz"
+        command = [python or sys.executable, IN_BLENDER / script, *map(str, arguments), saved]
+        clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        done = subprocess.run(command, cwd=tmp_path, env=clean, capture_output=True, text=True, timeout=240)
+        assert done.returncode == 0 and saved.exists(), f"{done.stdout}\n{done.stderr}"
+        with np.load(saved) as arrays:
+            return dict(arrays)
+
+    return run

@@ -8,9 +8,9 @@ from typing import Any, Literal, TypedDict, get_args, get_origin, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import Numbers
 from ..messages.formatting import option, shown
 from ..messages.validation import (
-    Numbers,
     as_array,
     check_choice,
     check_flag,

@@ -82,6 +82,7 @@ def ending(at, how):
 def test_each_work_counts_up_to_its_end_and_may_be_ended_at_any_step(name, given, tmp_path):
     work, leaves_files = WORKS[name]
     expected = ps.render(FRAME, samples=2)
+    ps.release()
     with ps.Renderer() as renderer:
         told = told_by(work, renderer, given, tmp_path)
         whole = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
@@ -92,6 +93,7 @@ def test_each_work_counts_up_to_its_end_and_may_be_ended_at_any_step(name, given
         for how in (False, ValueError("of the caller's own")):
             for path in tmp_path.iterdir():
                 path.unlink()
+            ps.release()  # the renderer of pages, which would know what it has drawn before
             progress, heard = ending(at, how)
             with ps.Renderer() as renderer:
                 with pytest.raises(ps.Cancelled if how is False else ValueError) as caught:
@@ -100,7 +102,8 @@ def test_each_work_counts_up_to_its_end_and_may_be_ended_at_any_step(name, given
                 assert heard == told[:at]
                 left = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
                 assert left.items() <= whole.items() and (len(left) == (at if leaves_files else 0))
-                assert np.array_equal(renderer.render(FRAME, samples=2), expected)
+                for one in (renderer, ps):
+                    assert np.array_equal(one.render(FRAME, samples=2), expected)
                 again = told_by(work, renderer, given, tmp_path)  # fewer, where poses were found before
                 assert again[-1][0] == again[-1][1] <= told[-1][1]
             assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == whole

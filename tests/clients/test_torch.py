@@ -1,6 +1,8 @@
 """PyTorch on the CPU: tensors go in wherever arrays do, and pictures come out in their memory."""
 
+import operator
 import os
+import re
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ import pointshade_gl as ps
 from pointshade_gl.messages.validation import as_given
 
 from ..support import frames
+from ..support.places import ROOT
 
 pytestmark = pytest.mark.clients
 if os.environ.get("POINTSHADE_REQUIRE_CLIENTS") == "1":
@@ -170,3 +173,22 @@ def test_a_network_may_give_tensors_with_gradients():
 
     frame = ps.load_frame(color=tensor(FRAME.color).numpy(), depth_model=lambda pixels: network(pixels)[0], fov=40)
     assert frame.points_known
+
+
+class TestOnAGpu:
+    """The code of docs/gpu-tensors.md."""
+
+    CODE = re.findall(r"```python\n(.*?)```", (ROOT / "docs/gpu-tensors.md").read_text(encoding="utf-8"), re.DOTALL)[0]
+
+    def test_the_functions_of_cuda_that_the_page_calls_exist(self):
+        runtime = pytest.importorskip("cuda.bindings.runtime")
+        names = re.findall(r"(?<![\w.])cuda\.([\w.]+)", self.CODE.partition("import runtime as cuda")[2])
+        assert len(names) >= 10
+        for name in names:
+            assert operator.attrgetter(name)(runtime) is not None
+
+    @pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a GPU")
+    def test_the_tensor_holds_the_picture(self):
+        given = {}
+        exec(self.CODE, given)
+        assert np.array_equal(given["picture"].cpu().numpy(), ps.render("vase", samples=4))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.messages.validation import as_given
 
 from ..support import frames
 from ..support.foreign import WAYS, Copies
@@ -31,6 +32,8 @@ def test_the_array_is_filled_and_returned(renderer):
 @pytest.mark.parametrize("way", WAYS)
 def test_the_memory_of_tensors_and_buffers_is_filled(renderer, way):
     held = untouched()
+    if not as_given(WAYS[way](held), "out").flags.writeable:
+        pytest.skip("NumPy before 2.1 takes what has DLPack alone as read-only")
     picture = renderer.render(FRAME, out=WAYS[way](held))
     assert np.shares_memory(picture, held) and np.array_equal(held, renderer.render(FRAME))
 

@@ -122,14 +122,15 @@ def _why_not(value: Any) -> str:
 def _device_of(value: Any) -> str:
     """Return the device that holds a tensor, unless a program can read it there."""
     kind, number = _answer(value, "__dlpack_device__") or (None, 0)
+    kind = getattr(kind, "value", kind)  # a number, or an enumeration
     own = getattr(value, "device", None)
     type_of_own = getattr(own, "type", None)  # of PyTorch
-    if kind is not None and int(kind) in _ON_CPU:
+    if kind in _ON_CPU:
         return ""
     if isinstance(type_of_own, str):
         return "" if type_of_own == "cpu" else str(own)
     if kind is not None:
-        return f"{_DEVICES.get(int(kind), 'another device')}:{number}"
+        return f"{_DEVICES.get(kind, 'another device')}:{number}"
     return "cuda" if hasattr(value, "__cuda_array_interface__") else ""
 
 

@@ -61,7 +61,8 @@ class Frame(Value, Preview):
 
     Notes
     -----
-    Arrays are copied, unless they own their memory, are read-only, and have the dtype that is kept.
+    Arrays may be of any library: tensors on the CPU, pictures of Pillow, buffers, what has DLPack. They are copied,
+    once, unless they own their memory, are read-only, and have the dtype that is kept.
     """
 
     color: NDArray[np.uint8] | None

@@ -167,12 +167,11 @@ def test_planes_and_batches_of_networks_are_told_from_pictures():
         ps.Frame(color / 255, FRAME.depth, CAMERA)
 
 
-def test_a_network_may_give_tensors_with_gradients():
-    def network(pixels):
-        return torch.nn.Parameter(tensor(FRAME.depth)), pixels.shape
-
-    frame = ps.load_frame(color=tensor(FRAME.color).numpy(), depth_model=lambda pixels: network(pixels)[0], fov=40)
-    assert frame.points_known
+@pytest.mark.parametrize("kind", ["float32", "float16", "bfloat16"])
+def test_a_network_may_give_tensors_with_gradients_in_half_precision(kind):
+    given = torch.nn.Parameter(tensor(FRAME.depth).to(getattr(torch, kind)))
+    frame = ps.load_frame(color=np.array(FRAME.color), depth_model=lambda pixels: {"depth": given[None]}, fov=40)
+    assert frame.depth.shape == FRAME.depth.shape and frame.points_known
 
 
 class TestOnAGpu:

@@ -173,6 +173,20 @@ def test_what_cannot_be_read_says_so_and_what_to_do(name, door, tmp_path):
     assert message.startswith(subject)
 
 
+def test_arrays_of_cupy_are_named_with_their_own_way_to_the_cpu():
+    class ndarray(HasDLPack):
+        def __array__(self, dtype=None, copy=None):
+            raise TypeError("Implicit conversion to a NumPy array is not allowed.")
+
+        def __dlpack_device__(self):
+            return 2, 1
+
+        def get(self): ...
+
+    with pytest.raises(TypeError, match=r"got a ndarray on cuda:1: give it as a CPU array, ndarray.get\(\)$"):
+        ps.Frame(None, ndarray(np.array(FRAME.depth)), FRAME.camera)
+
+
 def test_an_array_whose_own_code_fails_is_named_with_its_reason():
     class Broken:
         def __array__(self, dtype=None, copy=None):

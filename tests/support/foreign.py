@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,26 @@ class HasDLPack(Held):
 
     def __dlpack_device__(self) -> Any:
         return self.held.__dlpack_device__()
+
+
+class DeviceType(Enum):
+    """As Open3D names devices: no integer."""
+
+    CPU = 1
+
+
+class Rows(HasDLPack):
+    """As a tensor of Open3D: rows that may be asked for one after the other, which NumPy takes for objects."""
+
+    def __dlpack_device__(self) -> Any:
+        return DeviceType.CPU, 0
+
+    def __len__(self) -> int:
+        return len(self.held)
+
+    def __getitem__(self, key: int) -> Any:
+        part = self.held[key]
+        return Rows(part) if part.ndim else object()
 
 
 class Copies(Held):
@@ -94,6 +115,7 @@ WAYS = {
     "array": HasArray,
     "array interface": HasInterface,
     "DLPack": HasDLPack,
+    "rows": Rows,
     "tensor": Tensor,
     "tensor with a gradient": lambda held: Tensor(held).with_gradient(),
     "memoryview": memoryview,

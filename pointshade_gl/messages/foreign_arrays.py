@@ -64,7 +64,7 @@ def as_numpy(value: Any) -> NDArray[Any]:
     if _is_picture(value) and value.mode not in _MODES:
         plain = "RGBA" if value.mode.lower().endswith("a") else "RGB"
         raise UnreadableError(f"a picture of mode {value.mode}: give image.convert({plain!r})")
-    array, problem = _asked(np.asarray, value)
+    array, problem = _asked(np.from_dlpack if _has_dlpack_alone(value) else np.asarray, value)
     if array is not None and array.dtype.kind != "O":
         return _checked(array)
     if isinstance(value, list | tuple):
@@ -74,12 +74,15 @@ def as_numpy(value: Any) -> NDArray[Any]:
     reason = _why_not(value)
     if reason:
         raise UnreadableError(reason)
-    if hasattr(value, "__dlpack__"):
-        found, problem = _asked(np.from_dlpack, value)
-        array = array if found is None else found
     if array is None:
         raise UnreadableError(f"a {type(value).__name__} that NumPy cannot read ({cut(problem)})")
     return array
+
+
+def _has_dlpack_alone(value: Any) -> bool:
+    """Return whether NumPy would take a tensor for one object, or for rows of objects, which is slow."""
+    names = "__dlpack__", "__array__", "__array_interface__"
+    return [hasattr(value, name) for name in names] == [True, False, False]
 
 
 def _asked(read: Any, value: Any) -> tuple[NDArray[Any] | None, Exception | None]:

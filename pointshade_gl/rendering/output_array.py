@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..messages.formatting import shown
-from ..messages.validation import as_given
+from ..messages.validation import as_given, is_a
 from ..scene.camera import Camera
 
 
@@ -19,7 +19,7 @@ def output_array(out: Any, camera: Camera) -> NDArray[np.uint8]:
     """
     wanted = camera.height, camera.width, 4
     expected = f"out must be an array of shape {wanted}, uint8 and in C order, that can be written to"
-    array = out if isinstance(out, np.ndarray) else as_given(out, expected)
+    array: NDArray[Any] = out if is_a(out, np.ndarray) else as_given(out, expected)
     if not array.ndim:
         raise TypeError(f"{expected}, got {shown(out)}")
     if array is not out and not np.may_share_memory(array, as_given(out, expected)):

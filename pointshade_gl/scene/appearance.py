@@ -286,7 +286,7 @@ class Look(Options):
             changes["point_size"] = sizes.reshape(depth.shape)
         if self.noise is not None and not isinstance(self.noise, str):
             noise = parse_noise(self.noise, depth)
-            if np.ndim(self.noise):
+            if not is_single(self.noise):
                 changes["noise"] = noise
         return replace(self, **changes) if changes else self
 

@@ -176,7 +176,7 @@ of_place = (
     point_cloud.rough_spacing,
     point_cloud.up_direction,
 )
-of_levels = point_cloud.points_known, point_cloud.thins, point_cloud.arrays, point_cloud.reach(0.5)
+of_levels = point_cloud.front, point_cloud.points_known, point_cloud.thins, point_cloud.arrays, point_cloud.reach(0.5)
 balls = point_cloud.styled(splat="ball", point_size="3px", shading="edl")
 is_like = point_cloud.is_like(balls)
 anything = ps.sources.load_any(folder / "scan.pcd", up="-y", most=None)

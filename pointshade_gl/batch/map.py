@@ -47,6 +47,8 @@ def map(
     num_gpus: float = 0.0,
     device: int = 0,
     return_exceptions: Literal[False] = False,
+    notes: Note | None = None,
+    progress: Progress | None = None,
 ) -> Iterator[NDArray[np.uint8]]: ...
 @overload
 def map(
@@ -59,6 +61,8 @@ def map(
     num_gpus: float = 0.0,
     device: int = 0,
     return_exceptions: bool,
+    notes: Note | None = None,
+    progress: Progress | None = None,
 ) -> Iterator[NDArray[np.uint8] | Exception]: ...
 def map(
     frames: Iterable[Source] | FilePath,

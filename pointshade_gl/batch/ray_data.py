@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import way_to
 from ..messages.notes import print_note
-from ..messages.validation import check_numbers, check_type
+from ..messages.validation import as_given, check_numbers, check_type
 from ..scene.appearance import Look
 from ..scene.camera import Camera
 from ..scene.frame import Frame
@@ -55,9 +56,9 @@ class Stage:
             return str(row["path"])
         if "depth" not in row:
             raise ValueError(f"it has {', '.join(row)}: expected path or depth")
-        depth = np.asarray(row["depth"])
+        depth = as_given(row["depth"], "depth must have shape (h, w)")
         if depth.ndim != 2:
-            raise ValueError(f"depth must have shape (h, w), got {depth.shape}")
+            raise ValueError(f"depth must have shape (h, w), got {depth.shape}{way_to(depth.shape, 'depth', depth)}")
         camera = self._camera
         if "intrinsics" in row:
             complaint = "intrinsics must be four numbers (fx, fy, cx, cy)"
@@ -65,8 +66,7 @@ class Stage:
             camera = Camera(fx, fy, cx, cy, depth.shape[1], depth.shape[0])
         if camera is None:
             raise ValueError("it has no intrinsics: add a column (fx, fy, cx, cy), or pass camera to the stage")
-        color, pose = (None if row.get(name) is None else np.asarray(row[name]) for name in ("color", "pose"))
-        return Frame(color, depth, camera, pose)
+        return Frame(row.get("color"), depth, camera, row.get("pose"))
 
 
 def _column(pictures: list[NDArray[np.uint8]]) -> NDArray[Any]:

@@ -9,11 +9,12 @@ import math
 import os
 import sys
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .foreign_arrays import UnreadableError, as_numpy
 from .formatting import shown
 from .suggestions import did_you_mean
 
@@ -22,15 +23,6 @@ ABOVE_0 = math.nextafter(0, 1)  # the smallest float that is not 0
 LARGEST_SIZE = 2**31 - 1  # pixels: the largest integer of OpenGL
 FPS = 0.01, 1000.0  # a GIF cannot show a picture for longer than 655 seconds
 _T = TypeVar("_T")
-
-
-class HasArray(Protocol):
-    """What NumPy makes an array of, such as a tensor of PyTorch."""
-
-    def __array__(self) -> NDArray[Any]: ...
-
-
-Numbers = NDArray[Any] | HasArray | list[Any] | tuple[Any, ...]  # ArrayLike without texts
 
 
 def items_of(value: Any) -> list[Any] | None:
@@ -99,10 +91,11 @@ def check_float(value: Any, complaint: str, low: float = -LARGEST, high: float =
             raise TypeError
         if _is_flag(value):
             raise TypeError
+        value = value.detach() if getattr(value, "requires_grad", False) is True else value  # of PyTorch, which warns
         number = math.nan if is_masked(value) else float(value)
     except OverflowError:  # a very long integer
         number = math.inf
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, RuntimeError):
         raise TypeError(f"{complaint}, got {shown(value)}") from None
     if not low <= number <= high:  # NaN fails, too
         raise ValueError(f"{complaint}, got {shown(value)}")
@@ -146,8 +139,8 @@ def check_size(value: Any, name: str) -> tuple[int, int]:
 
 
 def _is_flag(value: Any) -> bool:
-    """Whether a value is True or False, which Python takes for 1 and 0, also as a number of NumPy."""
-    return isinstance(value, bool | np.bool_) or getattr(value, "dtype", None) == np.bool_
+    """Whether a value is True or False, which Python takes for 1 and 0, also as a number of NumPy or PyTorch."""
+    return isinstance(value, bool | np.bool_) or str(getattr(value, "dtype", "")).endswith("bool")
 
 
 def is_masked(value: Any) -> bool:
@@ -169,16 +162,19 @@ def depth_as_given(depth: Any, missing: float = 0.0, complaint: str = "depth mus
 
 
 def as_given(value: Any, complaint: str) -> NDArray[Any]:
-    """The value as an array of its own type.
+    """The value as an array of its own type, see `as_numpy`: it shares the memory of what others can read in place.
 
     Raises ValueError with the complaint for rows of different lengths and for masked values: nobody knows what they
-    stand for. Those of depth are missing, see `depth_as_given`.
+    stand for. Those of depth are missing, see `depth_as_given`. Raises TypeError with the complaint for what NumPy
+    cannot read, such as a tensor on a GPU.
     """
     if is_masked(value):
         raise ValueError(f"{complaint}, got masked values: give them numbers with array.filled(...)")
     try:
-        return np.asarray(value)
-    except ValueError:
+        return as_numpy(value)
+    except UnreadableError as error:
+        raise TypeError(f"{complaint}, got {error}") from None
+    except (ValueError, RecursionError):
         raise ValueError(f"{complaint}, got rows of different lengths") from None
 
 

@@ -179,10 +179,10 @@ class Pipeline:
         """Return what was found about the poses of objects that were drawn with aligned frames."""
         return self._aligner.found(drawables)
 
-    def read(self) -> NDArray[np.uint8]:
-        """Return the last picture as (h, w, 4), top row first."""
+    def read(self, out: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
+        """Return the last picture as (h, w, 4), top row first, in a new array or in that of the caller's."""
         assert self._target is not None, "nothing was drawn"
-        return self._target.read()
+        return self._target.read(out)
 
     def read_surfaces(
         self, scene: Scene, camera: Camera, pose: Matrix, progress: Progress | None = None
@@ -214,18 +214,25 @@ class Pipeline:
         count.step()
         return target
 
-    def read_points(self, scene: Scene, lights: Sequence[Light], pose: Matrix) -> list[LitPoints]:
+    def read_points(
+        self, scene: Scene, lights: Sequence[Light], pose: Matrix, progress: Progress | None = None
+    ) -> list[LitPoints]:
         """Light the points of one object whose shading is flat, as somebody at a pose (4, 4) sees them.
 
         Of several frames a point that several of them see is there once, and none that others contradict.
+
+        progress  told of each frame of several that is prepared and compared, and of the points at the end
         """
-        scene = self._aligner.aligned(scene)
+        content = scene.things[0].content
+        count = self._count(progress, scene, content.frame.camera, pose)
+        scene = self._aligner.aligned(scene, count)
         content = scene.things[0].content
         visible = compose(scene, lights, content.frame.camera, pose)._replace(shown=scene.things)
-        drawables = self.gpu_scene.prepare(visible)
+        drawables = self.gpu_scene.prepare(visible, count)
         self._aligner.watch(drawables)
         light_set = self._light_setup.prepare(visible, drawables)
         self._light_setup.light_points(visible, drawables, light_set)
+        count.step()
         thing = drawables[visible.shown[0]]
         if isinstance(thing, TiledPoints):
             read = (lambda part: part.textures.surface.read()), (lambda part: part.textures.lit.read())

@@ -20,10 +20,11 @@ from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawable
 from ..messages.bugs import is_expected
 from ..messages.errors import Cancelled, ContextError
+from ..messages.foreign_arrays import Exporter, Numbers
 from ..messages.formatting import option, shown
 from ..messages.notes import Note, print_note, taken_by
 from ..messages.progress import Progress
-from ..messages.validation import Numbers, check_choice, check_count, check_number, check_type, is_a
+from ..messages.validation import check_choice, check_count, check_number, check_type, is_a
 from ..pipeline.pipeline import Pipeline
 from ..scene.appearance import Look, Material, Shading, SurfaceOptions
 from ..scene.camera import Camera, check_pose
@@ -40,6 +41,7 @@ from ..scene.point_cloud import PointCloud, cloud_of
 from ..scene.point_object import check_frames, uniform
 from ..scene.surroundings import Surroundings
 from .notebook import Picture
+from .output_array import output_array
 from .request import (
     GROUPS,
     DepthOptions,
@@ -192,6 +194,7 @@ class Renderer:
         shading: Shading = "phong",
         point_size: float | Numbers | str | None = None,
         *,
+        out: NDArray[Any] | Exporter | None = None,
         notes: Note | None = None,
         progress: Progress | None = None,
         **options: Unpack[RenderOptions],
@@ -216,6 +219,9 @@ class Renderer:
         camera : Camera, optional
             Who looks; None is the frame's own camera, at the colours' size if they are larger than the depth. Its size
             is the picture's.
+        out : (h, w, 4) uint8, optional
+            Where the picture is written, in place of a new array: any array in C order that shares its memory, such as
+            a tensor of PyTorch on the CPU. It is written only once the picture is done.
         notes : callable, optional
             Called with one sentence for each note; None logs them ("pointshade_gl"), which prints them to stderr.
         progress : callable, optional
@@ -226,9 +232,9 @@ class Renderer:
         Returns
         -------
         (h, w, 4) uint8
-            sRGB; alpha is 0 where nothing was drawn. The array is a Picture: a notebook shows it. Averages and
-            backgrounds are mixed in linear light. Over a transparent background shadows are black, and their alpha is
-            the share of the light that they take.
+            sRGB; alpha is 0 where nothing was drawn. The array is a Picture: a notebook shows it; with `out` it is that
+            array, or of a tensor one in its memory. Averages and backgrounds are mixed in linear light. Over a
+            transparent background shadows are black, and their alpha is the share of the light that they take.
 
         Raises
         ------
@@ -243,10 +249,13 @@ class Renderer:
             request = RenderRequest.of(
                 frame, light=light, material=material, camera=camera, pose=pose, normals=normals, shading=shading,
                 point_size=point_size, **options,
-            )  # fmt: skip
+            ).as_shown  # fmt: skip
+            scene = self._scenes.of(request)
+            place = None if out is None else output_array(out, request.seen_by(scene)[0])
             with self._in_use():
-                self.draw(request, progress=progress)
-                return self._pipeline.read().view(Picture)
+                self._draw(request, scene, progress)
+                picture = self._pipeline.read(place)
+            return picture.view(Picture) if place is None else picture
 
     @takes(RenderOptions, *GROUPS, like=render)
     def draw(
@@ -274,20 +283,22 @@ class Renderer:
                 frame, light=light, material=material, camera=camera, pose=pose, normals=normals, shading=shading,
                 point_size=point_size, **options,
             ).as_shown  # fmt: skip
-            scene, finish = self._scenes.of(request), request.finish
-            lights = request.lights_of(scene)
-            if finish.exposure == "sensor" and isinstance(
-                request.source, Scene | PointCloud
-            ):  # whose lights were made for it
-                finish = replace(finish, exposure=0.0)
-            source = scene if isinstance(request.source, Scene | PointCloud) else scene.things[0].content.frame
-            if finish.ground is True:
-                from ..estimation.ground_plane import up_and_floor  # only here
+            return self._draw(request, self._scenes.of(request), progress)
 
-                finish = replace(finish, ground=tuple(self.steps.run("up", up_and_floor, source)[0].tolist()))
-            seen = request.seen_by(scene)
-            with self._in_use():
-                return self._pipeline.draw(scene, lights, *seen, finish, source, progress).color
+    def _draw(self, request: RenderRequest, scene: Scene, progress: Progress | None) -> moderngl.Texture:
+        """Draw the scene that was made of a request's source."""
+        finish, lights = request.finish, request.lights_of(scene)
+        is_scene = isinstance(request.source, Scene | PointCloud)
+        if finish.exposure == "sensor" and is_scene:  # whose lights were made for it
+            finish = replace(finish, exposure=0.0)
+        source = scene if is_scene else scene.things[0].content.frame
+        if finish.ground is True:
+            from ..estimation.ground_plane import up_and_floor  # only here
+
+            finish = replace(finish, ground=tuple(self.steps.run("up", up_and_floor, source)[0].tolist()))
+        seen = request.seen_by(scene)
+        with self._in_use():
+            return self._pipeline.draw(scene, lights, *seen, finish, source, progress).color
 
     @takes(DepthOptions, *GROUPS, like=render)
     def render_depth(
@@ -416,6 +427,7 @@ class Renderer:
         shading: Shading = "phong",
         *,
         notes: Note | None = None,
+        progress: Progress | None = None,
         **options: Unpack[PointsOptions],
     ) -> PointCloud:
         """Return all points of a frame in the world, with the depth and the light that `render` draws them with.
@@ -441,7 +453,7 @@ class Renderer:
             scene = self._scenes.of_frames(check_frames(_some(request.source)), request.look.of_points)
             _, pose = request.seen_by(scene)
             with self._in_use():
-                return cloud_of(self._pipeline.read_points(scene, check_lights(request.lights), pose))
+                return cloud_of(self._pipeline.read_points(scene, check_lights(request.lights), pose, progress))
 
     @takes(SurfaceOptions, Look, like=render)
     def estimate_normals(

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import Numbers
 from ..messages.formatting import shown
-from ..messages.validation import Numbers, check_type, is_a
+from ..messages.validation import check_type, is_a
 from ..scene.appearance import ColorOptions, FormOptions, Look, LookOptions, Material, NamedOptions, SurfaceOptions
 from ..scene.camera import Camera
 from ..scene.cloud_scene import given_by, scene_of, styled

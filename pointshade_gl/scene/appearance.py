@@ -8,9 +8,9 @@ from typing import Any, Literal, TypedDict, get_args, get_origin, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import Numbers
 from ..messages.formatting import option, shown
 from ..messages.validation import (
-    Numbers,
     as_array,
     check_choice,
     check_flag,
@@ -286,7 +286,7 @@ class Look(Options):
             changes["point_size"] = sizes.reshape(depth.shape)
         if self.noise is not None and not isinstance(self.noise, str):
             noise = parse_noise(self.noise, depth)
-            if np.ndim(self.noise):
+            if not is_single(self.noise):
                 changes["noise"] = noise
         return replace(self, **changes) if changes else self
 

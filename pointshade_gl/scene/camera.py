@@ -14,8 +14,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import AnyArray
 from ..messages.formatting import option
 from ..messages.validation import ABOVE_0, as_array, check_count, check_float, check_point, depth_as_given
 from .rotation import check_matrix, is_orthogonal, moved
@@ -100,7 +101,7 @@ class Camera:
         return self.unproject(np.ones((self.height, self.width)))
 
     def unproject(
-        self, depth: ArrayLike, pixels: ArrayLike | None = None, pose: ArrayLike | None = None
+        self, depth: AnyArray, pixels: AnyArray | None = None, pose: AnyArray | None = None
     ) -> NDArray[np.float64]:
         """Return the points that pixels show.
 
@@ -140,7 +141,7 @@ class Camera:
         points = np.stack([x * z, y * z, z], -1)
         return points if pose is None else moved(points, check_pose(pose))
 
-    def project(self, points: ArrayLike, pose: ArrayLike | None = None) -> NDArray[np.float64]:
+    def project(self, points: AnyArray, pose: AnyArray | None = None) -> NDArray[np.float64]:
         """Return where points appear in the picture.
 
         Parameters
@@ -223,7 +224,7 @@ class Camera:
         return Camera(self.fx * scale, self.fy * scale, cx, cy, width, height)
 
 
-def _check_last(value: ArrayLike, name: str, count: int) -> NDArray[np.float64]:
+def _check_last(value: AnyArray, name: str, count: int) -> NDArray[np.float64]:
     array = as_array(value, f"{name} must be numbers of shape (..., {count})")
     if array.shape[-1:] != (count,):
         raise ValueError(f"{name} must have shape (..., {count}), got {array.shape}")
@@ -247,7 +248,7 @@ class Eye(NamedTuple):
         return cls(camera, pose, NEAR * distance)
 
 
-def check_pose(pose: ArrayLike | None, name: str = "pose") -> NDArray[np.float64]:
+def check_pose(pose: AnyArray | None, name: str = "pose") -> NDArray[np.float64]:
     """A camera-to-world matrix as float64 (4, 4), read-only; None is the identity.
 
     Raises ValueError unless it is a rotation and a translation (to 1 %, so that rounded text files pass), TypeError for
@@ -268,12 +269,12 @@ def view_matrix(source_pose: NDArray[np.float64], target_pose: NDArray[np.float6
 
 
 def orbit_pose(
-    pose: ArrayLike | None,
-    pivot: ArrayLike,
+    pose: AnyArray | None,
+    pivot: AnyArray,
     yaw: float = 0.0,
     pitch: float = 0.0,
     dolly: float = 0.0,
-    upright: ArrayLike | None = None,
+    upright: AnyArray | None = None,
 ) -> NDArray[np.float64]:
     """Return the pose after the camera moved round a point of the world, which stays where it is in the picture.
 
@@ -325,7 +326,7 @@ def check_turns(yaw: float, pitch: float, dolly: float) -> tuple[float, float, f
     return check_float(yaw, complaint), check_float(pitch, complaint), dolly
 
 
-def _down(pose: NDArray[np.float64], upright: ArrayLike | None) -> NDArray[np.float64]:
+def _down(pose: NDArray[np.float64], upright: AnyArray | None) -> NDArray[np.float64]:
     """The vertical as a camera sees it, (3,) in its axes, pointing down its picture."""
     if upright is None:
         return np.array([0.0, 1.0, 0.0])

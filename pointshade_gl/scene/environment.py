@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import Numbers
 from ..messages.formatting import option, shown
 from ..messages.suggestions import did_you_mean
-from ..messages.validation import LARGEST, Numbers, as_array, check_choice, is_a
+from ..messages.validation import LARGEST, as_array, check_choice, is_a
 from .environment_presets import sky, studio
 from .values import Value, frozen
 

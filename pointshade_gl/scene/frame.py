@@ -8,8 +8,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import AnyArray
 from ..messages.formatting import counted
 from ..messages.notes import print_note
 from ..messages.validation import check_type
@@ -60,7 +61,8 @@ class Frame(Value, Preview):
 
     Notes
     -----
-    Arrays are copied, unless they own their memory, are read-only, and have the dtype that is kept.
+    Arrays may be of any library: tensors on the CPU, pictures of Pillow, buffers, what has DLPack. They are copied,
+    once, unless they own their memory, are read-only, and have the dtype that is kept.
     """
 
     color: NDArray[np.uint8] | None
@@ -71,10 +73,10 @@ class Frame(Value, Preview):
 
     def __init__(
         self,
-        color: ArrayLike | None,
-        depth: ArrayLike,
+        color: AnyArray | None,
+        depth: AnyArray,
         camera: Camera,
-        pose: ArrayLike | None = None,
+        pose: AnyArray | None = None,
         *,
         source: Hashable = None,
     ):
@@ -95,7 +97,7 @@ class Frame(Value, Preview):
         color = "no color" if self.color is None else f"color {self.color.shape[1]}x{self.color.shape[0]}"
         return f"Frame({w}x{h}, {counted(self.points_known, 'point')}{span}, {color})"
 
-    def at(self, pose: ArrayLike) -> Frame:
+    def at(self, pose: AnyArray) -> Frame:
         """Return the frame at another pose; both share their arrays.
 
         Parameters

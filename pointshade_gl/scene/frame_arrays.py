@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import way_to
 from ..messages.formatting import shown
 from ..messages.notes import print_note
 from ..messages.validation import LARGEST, as_given, depth_as_given
@@ -24,7 +25,7 @@ def check_colors(color: Any) -> NDArray[np.uint8]:
     expected = "color must have shape (h, w, 3) or (h, w, 4)"
     array = as_given(color, expected)
     if array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
-        raise ValueError(f"{expected}, got {array.shape}")
+        raise ValueError(f"{expected}, got {array.shape}{way_to(array.shape, 'color', color, (3, 4))}")
     if array.dtype != np.uint8:
         hint = "multiply by 255 and round" if array.dtype.kind == "f" else "convert it to 8 bits"
         raise TypeError(f"color must be uint8 sRGB, got {array.dtype}: {hint}")
@@ -39,7 +40,7 @@ def check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
         got = shown(depth) if array.ndim == 0 else array.dtype
         raise TypeError(f"depth must be floating point metres, got {got}")
     if array.ndim != 2 or 0 in array.shape:
-        raise ValueError(f"depth must have shape (h, w), got {array.shape}")
+        raise ValueError(f"depth must have shape (h, w), got {array.shape}{way_to(array.shape, 'depth', depth)}")
     if array.dtype.kind in "iu":
         raise TypeError(f"depth is {array.dtype}: divide it by its depth_scale (1000 for millimetres) to get metres")
     if array.dtype.kind != "f":

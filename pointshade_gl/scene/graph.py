@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import Numbers
 from ..messages.formatting import counted
-from ..messages.validation import Numbers, check_color, check_type
+from ..messages.validation import check_color, check_type
 from .bounds import sphere_round
 from .camera import Camera, check_pose
 from .environment import Environment, EnvironmentName, check_environment

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import Numbers
 from ..messages.formatting import shown
 from ..messages.validation import (
     ABOVE_0,
-    Numbers,
     check_color,
     check_direction,
     check_flag,

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import Numbers, way_to
 from ..messages.formatting import counted
-from ..messages.validation import LARGEST, Numbers, as_array, as_given, check_choice, check_color, check_type
+from ..messages.validation import LARGEST, as_array, as_given, check_choice, check_color, check_type
 from .appearance import SHADINGS, Material, Shading
 from .bounds import box_corners
 from .values import Value, frozen
@@ -93,7 +94,8 @@ class Mesh(Value):
         if self.texture is not None:
             texture = as_given(self.texture, "mesh texture must be (h, w, 3|4) uint8")
             if texture.ndim != 3 or texture.shape[2] not in (3, 4) or texture.dtype != np.uint8 or 0 in texture.shape:
-                raise ValueError(f"mesh texture must be (h, w, 3|4) uint8, got {texture.shape} {texture.dtype}")
+                way = way_to(texture.shape, "texture", self.texture, (3, 4))
+                raise ValueError(f"mesh texture must be (h, w, 3|4) uint8, got {texture.shape} {texture.dtype}{way}")
             if self.uv is None:
                 raise ValueError("a mesh with a texture needs uv, one (u, v) for each position")
             object.__setattr__(self, "texture", frozen(np.array(texture, order="C")))

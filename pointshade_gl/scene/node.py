@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import Numbers
 from ..messages.formatting import shown
-from ..messages.validation import Numbers, check_flag, is_a, items_of
+from ..messages.validation import check_flag, is_a, items_of
 from .light import Light
 from .mesh import Mesh
 from .point_cloud import PointCloud

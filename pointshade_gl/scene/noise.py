@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import AnyArray
 from ..messages.formatting import option, shown
 from ..messages.suggestions import did_you_mean
 from ..messages.validation import ABOVE_0, as_array, check_float
@@ -167,7 +168,7 @@ def check_noise(noise: Any) -> float:
 
 
 def parse_noise(
-    noise: float | ArrayLike | str | None, depth: NDArray[np.float32]
+    noise: float | AnyArray | str | None, depth: NDArray[np.float32]
 ) -> NDArray[np.float32] | NoiseWords | None:
     """Return the caller's standard deviation of depth, (1, 1) or (h, w) float32 metres; or in words; None if there is
     none.

@@ -6,8 +6,9 @@ import math
 from typing import Literal, cast, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import AnyArray, way_to
 from ..messages.formatting import option, shown
 from ..messages.validation import LARGEST, as_array, check_choice
 
@@ -48,7 +49,7 @@ def parse_max_depth_step(value: float | str | None) -> Step:
     return (0.0, number / 100) if text.endswith("%") else (number, 0.0)
 
 
-def check_normals(normals: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float32]:
+def check_normals(normals: AnyArray, shape: tuple[int, int]) -> NDArray[np.float32]:
     """The caller's own normals: (h, w, 3) float32, unit length, (0, 0, 0) where they are NaN or zero.
 
     Raises ValueError for another shape and for components that are infinite or above 1e18, TypeError without numbers.
@@ -56,7 +57,7 @@ def check_normals(normals: ArrayLike, shape: tuple[int, int]) -> NDArray[np.floa
     complaint = f"normals must be a method's name or have shape {(*shape, 3)}"
     array = as_array(normals, complaint, np.float32)
     if array.shape != (*shape, 3):
-        raise ValueError(f"{complaint}, got {array.shape}")
+        raise ValueError(f"{complaint}, got {array.shape}{way_to(array.shape, 'normals', normals, (3,))}")
     if (np.abs(array) > 1.01 * LARGEST).any():  # NaN passes
         longest = np.nanmax(np.abs(array))
         raise ValueError(f"normals must be finite and below {LARGEST:g}, NaN where missing, got {longest:g}")

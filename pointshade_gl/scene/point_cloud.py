@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import Numbers
 from ..messages.formatting import counted, option
-from ..messages.validation import LARGEST, Numbers, as_array, as_given, check_choice, check_type
+from ..messages.validation import LARGEST, as_array, as_given, check_choice, check_type
 from .appearance import CLOUD_SPLATS, Material
 from .bounds import box_corners
 from .frame import Frame
@@ -125,7 +126,8 @@ class PointCloud(Value):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        kind = np.float32 if getattr(self.positions, "dtype", None) == np.float32 else np.float64
+        points = as_given(self.positions, "positions must be numbers of shape (n, 3)")
+        kind = np.float32 if points.dtype == np.float32 else np.float64
         self._set("positions", _floats(self.positions, "positions", (None, 3), kind))
         count = len(self)
         if self.normals is not None:
@@ -143,8 +145,10 @@ class PointCloud(Value):
                     raise ValueError(f"{name} must not be negative, got {values.min():g}")
         self._set("origin", _floats(self.origin, "origin", (3,), np.float64))
         if self.seen_from is not None:
-            each = np.ndim(self.seen_from) == 2
-            self._set("seen_from", _floats(self.seen_from, "seen_from", (count, 3) if each else (3,), np.float64))
+            place = as_given(self.seen_from, "seen_from must be numbers of shape (3,)")
+            self._set(
+                "seen_from", _floats(self.seen_from, "seen_from", (count, 3) if place.ndim == 2 else (3,), np.float64)
+            )
         check_type(self.material, Material, "cloud material")
         for name, known in (("up", UPS), ("shading", CLOUD_SHADINGS), ("splat", CLOUD_SPLATS)):
             check_choice(option(name), getattr(self, name), known)

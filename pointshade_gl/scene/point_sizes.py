@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import Numbers, UnreadableError, as_numpy
 from ..messages.formatting import option, shown
-from ..messages.validation import LARGEST, Numbers, as_array, check_float, check_number
+from ..messages.validation import LARGEST, as_array, check_float, check_number
 
 UNITS = "px", "x", "m"  # of a cloud's sizes that are texts; metres are world units
 _OF_CLOUD = "the radius of a point cloud's points, a number of world units, '3px' or '2x' (times their spacing)"
@@ -60,7 +61,12 @@ def parse_cloud_size(size: float | str) -> tuple[float, str]:
 
 def is_single(value: Any) -> bool:
     """Return whether a value is no array."""
-    return type(value) in (int, float) or not (isinstance(value, list | tuple) or np.ndim(value))
+    if type(value) in (int, float) or isinstance(value, list | tuple):
+        return not isinstance(value, list | tuple)
+    try:
+        return not as_numpy(value).ndim
+    except UnreadableError:  # `as_array` says why
+        return False
 
 
 def _is_cloud_size(text: str) -> bool:

@@ -10,10 +10,10 @@ from typing import Any, Literal, TypedDict, cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages.foreign_arrays import Numbers
 from ..messages.formatting import option, shown
 from ..messages.validation import (
     LARGEST,
-    Numbers,
     as_array,
     check_choice,
     check_color,

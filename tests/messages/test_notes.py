@@ -1,10 +1,12 @@
 """Notes on the command line: at most five, none with --quiet. In Python each is logged, or given to `notes`."""
 
+import ast
 import io
 import logging
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +22,7 @@ from ..support.places import ROOT
 
 CHILD = os.environ | {"PYTHONPATH": str(ROOT)}
 LOGGER = logging.getLogger("pointshade_gl")
+PACKAGE = Path(ps.__file__).parent
 
 
 def notes(capsys):
@@ -190,6 +193,26 @@ def test_what_may_print_a_note_takes_notes(tmp_path, unposed, monkeypatch, capsy
     assert call() == given
     with pytest.raises(TypeError, match="notes must be a function, got 3"):
         call(notes=3)
+
+
+SPEAKS = {  # files of the library that say something otherwise, and why
+    "messages/notes.py": "writes what is logged to stderr where no application listens",
+    "messages/bugs.py": "POINTSHADE_DEBUG=1 shows a traceback",
+    "rendering/renderer.py": "a ResourceWarning, as Python has for files that nobody closed",
+    "viewer/viewer.py": "the window prints the path of a picture that it saved",
+}
+
+
+def says(node):
+    """Whether a call in the source prints, warns, or writes to a stream of the process."""
+    called = ast.unparse(node.func) if isinstance(node, ast.Call) else ""
+    return called in ("print", "warnings.warn") or called.startswith(("sys.std", "logging.", "traceback.print"))
+
+
+def test_all_that_the_library_says_goes_through_its_logger():
+    library = [path for path in PACKAGE.rglob("*.py") if path.relative_to(PACKAGE).parts[0] not in ("cli", "bench")]
+    speaking = {path for path in library if any(map(says, ast.walk(ast.parse(path.read_text(encoding="utf-8")))))}
+    assert {path.relative_to(PACKAGE).as_posix() for path in speaking} == {*SPEAKS}
 
 
 @pytest.mark.system

@@ -3,13 +3,38 @@
 It is read, not run: see tests/test_user_types.py. What is made of a class is called like the class.
 """
 
+from array import array
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.viewer import Event, Viewer
 
+
+class Tensor:
+    """As PyTorch declares its own."""
+
+    def __array__(self, dtype: Any = None) -> Any: ...
+
+
+class Capsule:
+    """As the standard of arrays declares DLPack, and JAX, CuPy and PyTorch have it."""
+
+    def __dlpack__(self, *, stream: Any = None, max_version: tuple[int, int] | None = None) -> Any: ...
+
+    def __dlpack_device__(self) -> tuple[int, int]:
+        return 1, 0
+
+
+class Nothing:
+    """No array at all."""
+
+
+tensor, capsule, row, memory, nothing = Tensor(), Capsule(), array("f", [0, 0, 1]), memoryview(b"abcd"), Nothing()
+image = Image.new("RGB", (2, 2))
 folder, matrix = Path("folder"), np.eye(4)
 rows = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 print(ps.__version__, ps.files.__name__)
@@ -40,11 +65,17 @@ loaded = ps.load_frame(depth=np.ones((2, 2)), color=[[[0, 0, 0]]], intrinsics=(5
 loaded = ps.load_frame(folder, poses="poses.json")
 loaded = ps.load_frame(depth="depth.npy", fov=60, depth_kind="disparity", baseline=0.1, pose="pose.txt")
 
+tensors = ps.Frame(tensor, capsule, camera, pose=tensor), ps.Frame(image, memory, camera), frame.at(capsule)
+loaded = ps.load_frame(depth=capsule, color=image, intrinsics=tensor, pose=capsule)
+seen, points = camera.project(tensor, pose=capsule), camera.unproject(capsule, pixels=tensor)
+
 # lights, materials, looks, views
 light = ps.Light(position=[0, 0, 1], direction=np.array([0, 0, 1]), color=(1, 0.9, 0.8), shadow=True)
 sun = ps.Light(direction=(0, 1, 0), intensity=2, attenuation=[1, 0, 0], cone=[10, 20], radius=0, angle=0.53)
 lamp = ps.Light([0, 0, 1], watts=100), ps.Light([0, 0, 1], candela=50, falloff="none"), ps.Light(lux=3)
 panel = ps.Light((0, 0, 1), (0, 0, 1), size=[0.5, 0.2], falloff="inverse-square")
+lamps = ps.Light(tensor), ps.Light(direction=capsule, color=row, cone=memory)
+held = ps.Look(normals=tensor, point_size=capsule, noise=tensor), ps.Finish(background=row, ground=tensor)
 of_light = light.position, light.direction, light.color, light.intensity, light.attenuation, light.cone
 switches = light.shadow, light.radius, light.angle, light.is_spot, light.is_soft, light.is_area, light.size
 material = ps.Material(ambient=0.2, diffuse=1, specular=0, shininess=10)
@@ -88,6 +119,8 @@ photograph = view.shows_photograph([frame, frame])
 # meshes and scenes
 mesh = ps.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], color=[1, 0, 0], shading="gouraud")
 box = ps.Mesh(np.zeros((3, 3)), np.zeros((1, 3), int), np.ones((3, 3)), [(0, 0)] * 3, texture=np.zeros((1, 1, 3), "u1"))
+made = ps.Mesh(tensor, capsule, texture=image), ps.PointCloud(capsule, colors=tensor), ps.Environment(capsule)
+moved_node = ps.Node(transform=tensor)
 of_mesh = mesh.positions, mesh.faces, mesh.normals, mesh.uv, mesh.texture, mesh.corners
 kept = mesh.color, mesh.material, mesh.shading
 point_object = ps.PointObject(frame, splat="round", normals=np.zeros((2, 2, 3)))
@@ -120,6 +153,9 @@ picture = ps.render(folder, yaw=10, pitch=5, dolly=0.1, splat="footprint", noise
 picture = ps.render(frame, environment=folder / "a.hdr", environment_rotation=30, ambient_occlusion=False)
 picture = ps.render(scene, environment="studio.exr", environment_intensity=0.5, ambient_occlusion=0.1)
 picture = ps.render(frame, temporal=True, unlight=True, remove_highlights=True, flying="keep", max_depth_step=0.05)
+picture = ps.render(frame, out=np.zeros((480, 640, 4), np.uint8), normals=tensor, pose=capsule)
+picture = ps.render(frame, out=tensor, environment=tensor)
+shapes = ps.render(frame, out=capsule).shape, ps.render(frame, out=memory).shape
 picture_depth = ps.render_depth(frame, camera, np.eye(4), "star", upsample="vote")
 normals = ps.estimate_normals(frame, "plane-fit-5", noise=0.01, max_depth_step="3%", flying="snap")
 albedo = ps.estimate_albedo([frame, plain])
@@ -140,7 +176,7 @@ of_place = (
     point_cloud.rough_spacing,
     point_cloud.up_direction,
 )
-of_levels = point_cloud.points_known, point_cloud.thins, point_cloud.arrays, point_cloud.reach(0.5)
+of_levels = point_cloud.front, point_cloud.points_known, point_cloud.thins, point_cloud.arrays, point_cloud.reach(0.5)
 balls = point_cloud.styled(splat="ball", point_size="3px", shading="edl")
 is_like = point_cloud.is_like(balls)
 anything = ps.sources.load_any(folder / "scan.pcd", up="-y", most=None)
@@ -148,7 +184,7 @@ with ps.Renderer(device=0, rasterizer="points", merge=0) as renderer:
     drawn = renderer.render(scene, [light], samples=2)
     texture = renderer.draw(frame, light, shading="gouraud")
     maps = renderer.render_depth(frame), renderer.render_normals(scene), renderer.estimate_normals(frame)
-    lit = renderer.render_points(frame)
+    lit = renderer.render_points([frame, plain], progress=lambda done, every: None)
     oriented = renderer.with_normals(point_cloud, noise=0.01, notes=print)
     hit = renderer.find_surface(320, 240, camera, matrix, reach=2)
     surface, colored = renderer.read_surface(320, 240, camera, matrix), renderer.color_scale
@@ -162,6 +198,7 @@ with ps.Renderer(device=0, rasterizer="points", merge=0) as renderer:
         print(drawables)
     renderer.release()
 with ps.RendererPool(2, device=0, rasterizer="points") as renderer_pool:
+    filled = renderer_pool.render(frame, out=picture), renderer_pool.submit(frame, out=tensor)
     waited, future = renderer_pool.render(frame, light, yaw=10.0), renderer_pool.submit(scene, samples=2)
     awaited = renderer_pool.render_async(folder, shading="flat")
     print(waited.shape, future.result().shape)
@@ -181,6 +218,9 @@ except (ps.ContextError, ps.ShaderError) as error:
 ps.save_image("out.png", picture, small=True)
 ps.save_image(folder / "list.png", [[[0, 0, 0]]])
 ps.save_depth("out.exr", frame.depth, notes=print)
+ps.save_image("out.png", image)
+ps.save_depth("out.exr", capsule)
+ps.save_normals("out.npy", tensor)
 ps.save_normals(folder / "normals.png", normals, axes="directx", bits=16)
 ps.save_points("out.ply", point_cloud, axes="blender")
 ps.save_page("out.html", scene, quality="exact", largest=512, title="A scene", light=light)
@@ -190,6 +230,7 @@ demo = ps.load_scene("demo", allow_outside=True, max_pixels=1e8, notes=print)
 demo = ps.gltf.load_scene(folder / "scene.gltf")
 with ps.Film(folder / "film.mp4", fps=30) as film:
     film.add(picture)
+    film.add(tensor)
     film.add([[[0, 0, 0]]])
 film.close()
 film.discard()
@@ -221,6 +262,8 @@ if __name__ == "__main__":
         print(result)
     for result in ps.batch.map(["a", folder, frame, [frame, plain], scene], ray="local", num_gpus=0.25):
         print(result.shape)
+    for result in ps.batch.map([frame], progress=lambda done, every: done < every, notes=print):
+        print(result.shape)
     for outcome in ps.batch.map([frame], return_exceptions=True):
         print(outcome)
     stage = ps.batch.Stage(look, view, camera)
@@ -230,6 +273,13 @@ viewer = Viewer(source, title="a", window_size=(640, 480), lights=[light], other
 viewer.run()
 
 ps.rendr(frame)  # wrong
+ps.render(frame, out="out.png")  # wrong
+ps.render(frame, out=nothing)  # wrong
+ps.render(frame, normals=nothing)  # wrong
+ps.render_depth(frame, out=picture)  # wrong
+ps.Frame(nothing, frame.depth, camera)  # wrong
+ps.Light(position=nothing)  # wrong
+ps.save_image("out.png", nothing)  # wrong
 ps.batch.mapp([frame])  # wrong
 ps.gltf.load("demo")  # wrong
 ps.files.load_frame("vase")  # wrong

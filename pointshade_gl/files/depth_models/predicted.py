@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...messages.foreign_arrays import as_numpy
 from ...messages.formatting import shown
 from ...messages.notes import Note
 from ..arrays.array_roles import find_roles, list_arrays
@@ -89,12 +90,13 @@ def _off(camera: Intrinsics, size: Size) -> float:
 
 
 def _as_array(value: Any) -> NDArray[Any] | None:
-    """Return numbers as an array: of a tensor on any device, too; None for what are none."""
-    for step in ("detach", "cpu"):
+    """Return numbers as an array: of a tensor on any device and of any type, too; None for what are none."""
+    to_float = ("float",) if "bfloat" in str(getattr(value, "dtype", "")) else ()  # NumPy lacks it
+    for step in ("detach", "cpu", *to_float):
         value = getattr(value, step, lambda value=value: value)()
     try:
-        array = np.asarray(value)
-    except (TypeError, ValueError, RuntimeError):
+        array = as_numpy(value)
+    except (TypeError, ValueError):
         return None
     return array if array.dtype.kind in "biuf" else None
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...messages.foreign_arrays import way_to
 from ...messages.validation import as_given
 from ..access.content import FilePath
 from ..access.file_name_patterns import VIDEO_SUFFIXES
@@ -47,5 +48,5 @@ def _check_color(color: Any) -> NDArray[Any]:
     expected = "color must have shape (h, w, 3) or (h, w, 4)"
     array = as_given(color, expected)
     if array.ndim != 3 or 0 in array.shape:
-        raise ValueError(f"{expected}, got {array.shape}")
+        raise ValueError(f"{expected}, got {array.shape}{way_to(array.shape, 'color', color, (3, 4))}")
     return array

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from ...messages.foreign_arrays import AnyArray
 from ...messages.formatting import all_of_them, option
 from ...messages.notes import Note, print_note
 from ...messages.validation import check_path, is_masked
@@ -33,14 +33,14 @@ from .sequences import first_readable, open_folder, open_frames
 def load_frame(
     folder: FilePath | Folder | None = None,
     *,
-    color: FilePath | ArrayLike | None = None,
-    depth: Model | FilePath | ArrayLike | None = None,
-    intrinsics: FilePath | ArrayLike | Camera | None = None,
+    color: FilePath | AnyArray | None = None,
+    depth: Model | FilePath | AnyArray | None = None,
+    intrinsics: FilePath | AnyArray | Camera | None = None,
     fov: float | None = None,
     depth_scale: float | None = None,
     depth_kind: DepthKind | None = None,
     baseline: float | None = None,
-    pose: FilePath | ArrayLike | None = None,
+    pose: FilePath | AnyArray | None = None,
     poses: FilePath | None = None,
     allow_outside: bool = False,
     max_pixels: float = MAX_PIXELS,

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypedDict, TypeGuard
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from ...messages.foreign_arrays import AnyArray
 from ...messages.formatting import option
 from ...messages.notes import Note
 from ...messages.validation import check_choice, check_positive
@@ -30,12 +31,12 @@ from .film_scale import SCALES, ScaleName
 class ReadOptions:
     """What the caller says about frames; see `load_frame`."""
 
-    intrinsics: FilePath | ArrayLike | Camera | None = None
+    intrinsics: FilePath | AnyArray | Camera | None = None
     fov: float | None = None
     depth_scale: float | None = None
     depth_kind: DepthKind | None = None
     baseline: float | None = None
-    pose: FilePath | ArrayLike | None = None
+    pose: FilePath | AnyArray | None = None
     max_pixels: float = MAX_PIXELS
     depth_model: Model | None = None
     model_size: str | int | tuple[int, int] | None = None
@@ -70,14 +71,14 @@ class ReadOptions:
 class LoadOptions(TypedDict, total=False):
     """The options of `load_frame`; None counts as not given."""
 
-    color: FilePath | ArrayLike | None
-    depth: Model | FilePath | ArrayLike | None
-    intrinsics: FilePath | ArrayLike | Camera | None
+    color: FilePath | AnyArray | None
+    depth: Model | FilePath | AnyArray | None
+    intrinsics: FilePath | AnyArray | Camera | None
     fov: float | None
     depth_scale: float | None
     depth_kind: DepthKind | None
     baseline: float | None
-    pose: FilePath | ArrayLike | None
+    pose: FilePath | AnyArray | None
     poses: FilePath | None
     allow_outside: bool | None
     max_pixels: float | None

@@ -15,8 +15,9 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from ...messages.foreign_arrays import AnyArray, way_to
 from ...messages.formatting import cut
 from ...messages.validation import as_given, check_path
 from ..access.atomic_write import check_place, written_whole
@@ -59,7 +60,7 @@ def check_writable(path: FilePath) -> Path:
     return check_place(path)
 
 
-def save_image(path: FilePath, image: ArrayLike, small: bool = False) -> None:
+def save_image(path: FilePath, image: AnyArray, small: bool = False) -> None:
     """Write a picture in the format of the path's suffix, completely or not at all.
 
     Parameters
@@ -91,12 +92,12 @@ def save_image(path: FilePath, image: ArrayLike, small: bool = False) -> None:
         _encode(file, array, path.suffix.lower(), small)
 
 
-def check_picture(image: ArrayLike, kind: str) -> NDArray[Any]:
+def check_picture(image: AnyArray, kind: str) -> NDArray[Any]:
     """The picture as an array. Raises ValueError or TypeError unless the format can hold it: 8 bits, a PNG also 16."""
     expected = "image must have shape (h, w), (h, w, 3) or (h, w, 4)"
     array = as_given(image, expected)
     if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)) or 0 in array.shape:
-        raise ValueError(f"{expected}, got {array.shape}")
+        raise ValueError(f"{expected}, got {array.shape}{way_to(array.shape, 'image', image, (3, 4))}")
     if array.dtype != np.uint8 and not (array.dtype == np.uint16 and kind == "PNG"):
         raise TypeError(f"image must be uint8, got {array.dtype}: scale it to 0..255, or save it as .npy")
     if max(array.shape) > _LONGEST.get(kind, np.inf):
@@ -254,7 +255,7 @@ def _check_webp(head: bytes, name: str, max_pixels: float) -> None:
     check_pixels(*sides, name, max_pixels)
 
 
-def normals_to_rgb(normals: ArrayLike, axes: AxesName = "opengl", bits: int = 8) -> NDArray[Any]:
+def normals_to_rgb(normals: AnyArray, axes: AxesName = "opengl", bits: int = 8) -> NDArray[Any]:
     """Normals in colours, by default the usual ones: red = right, green = up, blue = towards the viewer.
 
     normals  (h, w, 3) float, unit, camera axes (x right, y down, z forward), NaN where missing
@@ -269,11 +270,12 @@ def normals_to_rgb(normals: ArrayLike, axes: AxesName = "opengl", bits: int = 8)
     return image
 
 
-def turned_normals(normals: ArrayLike, axes: AxesName) -> tuple[NDArray[Any], NDArray[np.bool_]]:
+def turned_normals(normals: AnyArray, axes: AxesName) -> tuple[NDArray[Any], NDArray[np.bool_]]:
     """Normals of the camera's axes in others, (h, w, 3) float and 0 where missing, and (h, w) where they are known."""
     array = as_given(normals, "normals must have shape (h, w, 3)")
     if array.ndim != 3 or array.shape[2] != 3:
-        raise ValueError(f"normals must have shape (h, w, 3), got {array.shape}")
+        way = way_to(array.shape, "normals", normals, (3,))
+        raise ValueError(f"normals must have shape (h, w, 3), got {array.shape}{way}")
     if array.dtype.kind != "f":
         raise TypeError(f"normals must be floating point, got {array.dtype}")
     known = np.all(np.isfinite(array), axis=2)

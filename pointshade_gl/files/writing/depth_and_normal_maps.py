@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from ...messages.foreign_arrays import AnyArray, way_to
 from ...messages.formatting import option
 from ...messages.notes import Note, print_note
 from ...messages.validation import check_choice, check_path, depth_as_given
@@ -32,7 +33,7 @@ def check_depth_path(path: FilePath) -> Path:
     return _check_map(path)
 
 
-def save_depth(path: FilePath, depth: ArrayLike, notes: Note = print_note) -> None:
+def save_depth(path: FilePath, depth: AnyArray, notes: Note = print_note) -> None:
     """Write depth completely or not at all: metres as floats, or millimetres in a .png of 16 bits; missing is 0.
 
     Parameters
@@ -71,10 +72,10 @@ def save_depth(path: FilePath, depth: ArrayLike, notes: Note = print_note) -> No
             write_by_pillow(file, Image.fromarray(metres), "TIFF")
 
 
-def _known_depth(depth: ArrayLike) -> NDArray[np.float32]:
+def _known_depth(depth: AnyArray) -> NDArray[np.float32]:
     array = depth_as_given(depth)
     if array.ndim != 2 or 0 in array.shape:
-        raise ValueError(f"depth must have shape (h, w), got {array.shape}")
+        raise ValueError(f"depth must have shape (h, w), got {array.shape}{way_to(array.shape, 'depth', depth)}")
     if array.dtype.kind != "f":
         raise TypeError(f"depth must be floating point metres, got {array.dtype}")
     with np.errstate(over="ignore"):
@@ -109,7 +110,7 @@ def check_normals_path(path: FilePath, axes: str | None = None, bits: int = 8) -
     return _check_map(path)
 
 
-def save_normals(path: FilePath, normals: ArrayLike, axes: AxesName | None = None, bits: Literal[8, 16] = 8) -> None:
+def save_normals(path: FilePath, normals: AnyArray, axes: AxesName | None = None, bits: Literal[8, 16] = 8) -> None:
     """Write normals completely or not at all: floats to .npy and .exr, colours to pictures.
 
     Parameters

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from ...messages.foreign_arrays import AnyArray
 from ...messages.formatting import option
 from ...messages.validation import check_fps, check_path
 from ..access.atomic_write import check_place, error_of, hidden_beside, naming_written
@@ -86,7 +86,7 @@ class Film:
         self._temporary = hidden_beside(self.path)
         self._writer: _Mp4 | _Gif | None = None
 
-    def add(self, image: ArrayLike) -> None:
+    def add(self, image: AnyArray) -> None:
         """Add a picture.
 
         Parameters
@@ -232,7 +232,7 @@ def _palette(pictures: list[Image.Image], looked_at: int = 400_000) -> Image.Ima
     return strip.quantize(256, method=Image.Quantize.MEDIANCUT, kmeans=3)
 
 
-def _flattened(image: ArrayLike) -> Image.Image:
+def _flattened(image: AnyArray) -> Image.Image:
     from PIL import Image
 
     array = check_picture(image, "film")

@@ -6,13 +6,13 @@ defaults. Not covered: queries, conditional rendering and transform feedback in 
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import moderngl
 
+from ...messages.notes import print_warning
 from .raw_gl import GL
 from .state_parts import UPLOAD_UNIT, all_parts
 
@@ -27,6 +27,7 @@ class CallersState:
         self._context: Any = context
         self._gl = GL(context)
         self._parts = all_parts(self._gl, context)
+        self._told: set[int] = set()  # errors that there was a warning about
 
     @contextmanager
     def set_aside(self) -> Iterator[None]:
@@ -51,13 +52,14 @@ class CallersState:
         return errors
 
     def _note_again(self, errors: list[int]) -> None:
-        """Let GL note the caller's errors again. Those that no call can repeat become a warning."""
+        """Let GL note the caller's errors again. Those that no call can repeat become a warning, each once."""
         for error in errors:
             if error in AGAIN:
                 name, *arguments = AGAIN[error]
                 getattr(self._gl, name)(*arguments)
-            else:
-                warnings.warn(f"OpenGL had noted error {error:#06x} before this call", RuntimeWarning, stacklevel=2)
+            elif error not in self._told:
+                self._told.add(error)
+                print_warning(f"OpenGL had noted error {error:#06x} before this call")
 
 
 @contextmanager

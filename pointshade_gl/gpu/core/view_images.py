@@ -171,10 +171,10 @@ class Target(Images):
         """The picture with a depth buffer, for splats that are drawn with their light."""
         return self._framebuffer(self.color, depth=self._allocate(self._context.depth_renderbuffer, self.size))
 
-    def read(self) -> np.ndarray:
-        """The picture as (h, w, 4) uint8, top row first."""
+    def read(self, out: np.ndarray | None = None) -> np.ndarray:
+        """The picture as (h, w, 4) uint8, top row first, in a new array or in one of this shape, in C order."""
         width, height = self.size
-        picture = np.empty((height, width, 4), np.uint8)
+        picture = np.empty((height, width, 4), np.uint8) if out is None else out
         self.color.read_into(picture)
         check_memory(self._context)  # some drivers take it only when they draw
         return picture

@@ -42,10 +42,10 @@ def uploaded(color, depth):
     return opened(color=color, depth=depth)
 
 
-with gr.Blocks(title="pointshade", analytics_enabled=False) as page:
+with gr.Blocks(title="pointshade", fill_width=True, analytics_enabled=False) as page:
     frame = gr.State(opened(*sys.argv[1:2] or ["vase"], notes=print))
     with gr.Row():
-        picture = gr.Image(format="png", image_mode="RGBA", label="Click to place the light", scale=3)
+        picture = gr.Image(format="png", image_mode="RGBA", label="Click to place the light", elem_id="lit", scale=3)
         with gr.Column():
             right = gr.Slider(-1.5, 1.5, -0.5, step=0.01, label="right")
             up = gr.Slider(-1.5, 1.5, 0.7, step=0.01, label="up")

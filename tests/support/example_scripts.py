@@ -55,10 +55,15 @@ def free_port() -> int:
 
 @contextmanager
 def served(folder: Path, *command: str | Path, **environment: str) -> Iterator[str]:
-    """The address that a server prints, which runs until the end of the block, with all its children."""
+    """The address that a server prints, which runs until the end of the block, with all its children.
+
+    Where the tests are ended before that, it ends by itself five minutes after its start.
+    """
     lines: list[str] = []
     options = {"cwd": folder, "env": _environment(folder, **environment), "text": True, "start_new_session": True}
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, **options) as server:
+    with subprocess.Popen(
+        ["timeout", "300", *command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, **options
+    ) as server:
         try:
             reading = threading.Thread(target=lambda: lines.extend(iter(server.stdout.readline, "")), daemon=True)
             reading.start()

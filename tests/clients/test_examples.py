@@ -17,11 +17,19 @@ from PIL import Image
 import pointshade_gl as ps
 
 from ..support.compare import compare_images
-from ..support.example_scripts import EXAMPLES, PICTURES, free_port, need, run_example, served
+from ..support.example_scripts import EXAMPLES, PICTURES, free_port, run_example, served
+from .conftest import missing
 
 SCRIPTS = sorted(path for path in EXAMPLES.iterdir() if path.suffix in (".py", ".ipynb"))
 GALLERY = (EXAMPLES / "README.md").read_text(encoding="utf-8")
 PLACE = np.array([-0.5, -0.7, -0.8])  # where most examples put their light, from the middle, in units of the distance
+
+
+def need(*modules: str) -> None:
+    """Skip the test without these modules, or fail it where all clients must be there."""
+    for name in modules:
+        if importlib.util.find_spec(name) is None:
+            missing(f"no {name}")
 
 
 @pytest.fixture(scope="module")

@@ -12,24 +12,12 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
-
-import pytest
 
 from .places import ROOT
 
 EXAMPLES = ROOT / "examples"
 PICTURES = EXAMPLES / "pictures"
-
-
-def need(*modules: str) -> None:
-    """Skip the test without these modules, unless POINTSHADE_REQUIRE_CLIENTS=1."""
-    missing = [name for name in modules if find_spec(name) is None]
-    if missing and os.environ.get("POINTSHADE_REQUIRE_CLIENTS") == "1":
-        pytest.fail(f"no {', '.join(missing)}: see tests/clients/run")
-    if missing:
-        pytest.skip(f"no {', '.join(missing)}")
 
 
 def _environment(folder: Path, **more: str) -> dict[str, str]:

@@ -497,19 +497,27 @@ class TestGradio:
             "() => Math.abs(document.querySelector('[aria-label^=\"number input for right\"]').value) < 0.05"
         )
 
-    def test_depth_and_colour_are_uploaded_and_errors_are_sentences(self, opened_page, tmp_path, vase):
-        flat = np.full((60, 80, 3), (200, 100, 50), np.uint8)
-        depth = 1 + 0.1 * np.sin(np.arange(80) / 8, dtype=np.float32)[None].repeat(60, axis=0)
-        ps.save_image(tmp_path / "photo.png", flat)
-        np.save(tmp_path / "depth.npy", depth)
-        np.save(tmp_path / "text.npy", np.array(["no depth"]))
-        files = opened_page.locator("input[type=file]")
-        files.nth(0).set_input_files(tmp_path / "photo.png")
-        files.last.set_input_files(tmp_path / "text.npy")
-        opened_page.get_by_text("text.npy").first.wait_for()
-        opened_page.get_by_text("Relight it").click()
-        opened_page.locator(".toast-body.error").first.wait_for()
-        assert "text.npy" in opened_page.locator(".toast-body.error").first.inner_text()
+    @staticmethod
+    def upload(page, folder, name, depth) -> None:
+        ps.save_image(folder / "photo.png", np.full((60, 80, 3), (200, 100, 50), np.uint8))
+        np.save(folder / name, depth)
+        files = page.locator("input[type=file]")
+        files.nth(0).set_input_files(folder / "photo.png")
+        files.last.set_input_files(folder / name)
+        page.get_by_text(name).first.wait_for()
+        page.get_by_text("Relight it").click()
+
+    def test_a_photograph_and_its_depth_are_lit(self, opened_page, tmp_path):
+        depth = 1 + 0.1 * np.sin(np.arange(80, dtype=np.float32) / 8)[None].repeat(60, axis=0)
+        self.upload(opened_page, tmp_path, "waves.npy", depth)
+        frame = ps.load_frame(color=tmp_path / "photo.png", depth=tmp_path / "waves.npy")
+        self.wait_for_picture(opened_page, self.lit(frame, -0.5, 0.7))
+
+    def test_what_is_no_depth_is_named_in_a_message(self, opened_page, tmp_path):
+        self.upload(opened_page, tmp_path, "text.npy", np.array(["no depth"]))
+        message = opened_page.locator(".toast-body.error").first
+        message.wait_for()
+        assert "text.npy" in message.inner_text()
 
 
 def started(program: str) -> list[str]:

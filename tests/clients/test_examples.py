@@ -1,0 +1,601 @@
+"""Each example runs as a user types it; what it makes is compared by number, or with its picture in the gallery."""
+
+import ast
+import importlib.util
+import io
+import json
+import re
+import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import pointshade_gl as ps
+
+from ..support.compare import compare_images
+from ..support.example_scripts import EXAMPLES, PICTURES, free_port, run_example, served
+from .conftest import missing
+
+SCRIPTS = sorted(path for path in EXAMPLES.iterdir() if path.suffix in (".py", ".ipynb"))
+GALLERY = (EXAMPLES / "README.md").read_text(encoding="utf-8")
+PLACE = np.array([-0.5, -0.7, -0.8])  # where most examples put their light, from the middle, in units of the distance
+
+
+def need(*modules: str) -> None:
+    """Skip the test without these modules, or fail it where all clients must be there."""
+    for name in modules:
+        if importlib.util.find_spec(name) is None:
+            missing(f"no {name}")
+
+
+@pytest.fixture(scope="module")
+def vase():
+    return ps.load_frame("vase")
+
+
+@pytest.fixture
+def lamp(vase):
+    return ps.Light(position=vase.pivot + vase.pivot[2] * PLACE)
+
+
+@pytest.fixture
+def stored(request):
+    """check(name, picture): it is the gallery's, which --update-golden rewrites."""
+
+    def check(name: str, picture: np.ndarray) -> None:
+        path = PICTURES / f"{name}.png"
+        if request.config.getoption("--update-golden"):
+            ps.save_image(path, picture, small=True)
+            pytest.skip(f"rewrote {path.name}")
+        with Image.open(path) as image:
+            assert not compare_images(picture, np.asarray(image))
+
+    return check
+
+
+def opened(path) -> np.ndarray:
+    with Image.open(path) as image:
+        return np.asarray(image)
+
+
+def install_line(path: Path) -> str:
+    """The `pip install` of an example."""
+    found = re.findall(r"pip install [^\n\"\\]+", path.read_text(encoding="utf-8"))
+    assert len(found) == 1, f"{path.name} has {len(found)} lines to install"
+    return found[0]
+
+
+class TestGallery:
+    @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.name)
+    def test_each_example_is_in_the_gallery_with_its_picture_and_its_line(self, path):
+        assert f"({path.name})" in GALLERY and f"(pictures/{path.stem}.png)" in GALLERY
+        assert (PICTURES / f"{path.stem}.png").is_file()
+        assert install_line(path) in GALLERY
+
+    def test_pictures_are_small_and_belong_to_an_example(self):
+        for picture in PICTURES.iterdir():
+            assert picture.stem in {path.stem for path in SCRIPTS}
+            assert picture.stat().st_size < 150_000, picture.name
+
+    @pytest.mark.parametrize("path", [path for path in SCRIPTS if path.suffix == ".py"], ids=lambda path: path.name)
+    def test_examples_use_nothing_but_public_names(self, path):
+        imported = [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom)]
+        assert not [node.module for node in imported if (node.module or "").startswith("pointshade_gl")]
+
+
+@pytest.mark.gl
+class TestTrimesh:
+    def test_points_come_back_and_both_stand_under_one_light(self, renderer, tmp_path, vase, stored):
+        trimesh = pytest.importorskip("trimesh")
+        pytest.importorskip("scipy")
+        printed = run_example(tmp_path, "trimesh_roundtrip")
+        assert float(re.search(r"at most (\S+) m apart", printed)[1]) < 1e-6
+        (cloud,) = trimesh.load_scene(tmp_path / "trimesh_roundtrip.glb").geometry.values()
+        points = vase.camera.unproject(vase.depth)[vase.depth > 0]
+        np.testing.assert_allclose(cloud.vertices, points * (1, -1, -1), atol=1e-6)  # y up, towards the viewer
+        stored("trimesh_roundtrip", opened(tmp_path / "trimesh_roundtrip.png"))
+
+
+@pytest.mark.clients
+@pytest.mark.gl
+class TestOpen3D:
+    def test_points_normals_and_light_are_the_same_in_both(self, renderer, tmp_path, vase, lamp):
+        need("open3d")
+        printed = run_example(tmp_path, "open3d_roundtrip")
+        assert float(re.search(r"at most (\S+) m apart", printed)[1]) < 1e-9
+        import open3d as o3d
+
+        cloud = o3d.io.read_point_cloud(str(tmp_path / "open3d_roundtrip.ply"))
+        lit = ps.render_points(vase, lamp)
+        np.testing.assert_allclose(np.asarray(cloud.points), lit.positions, atol=1e-9)
+        np.testing.assert_allclose(np.asarray(cloud.normals), lit.normals, atol=1e-6)
+        np.testing.assert_allclose(np.asarray(cloud.colors) * 255, lit.colors, atol=1)
+
+    def test_what_open3d_draws_is_what_render_draws(self, renderer, tmp_path, vase, lamp):
+        need("open3d")
+        run_example(tmp_path, "open3d_roundtrip")
+        theirs = opened(tmp_path / "open3d_roundtrip.png")
+        ours = renderer.render(vase, lamp, camera=vase.camera.resized(480, 360))
+        inside = ours[..., 3] == 255
+        assert np.median(np.abs(theirs[..., :3].astype(int) - ours[..., :3])[inside]) < 10
+        assert (theirs[~inside & (ours[..., 3] == 0)] == 255).mean() > 0.95
+
+
+def logged(path) -> dict[str, list]:
+    """What an .rrd holds: by entity and component, the rows in their order."""
+    from rerun.chunk import RrdReader
+
+    found: dict[str, list] = {}
+    for chunk in RrdReader(path).stream():
+        batch = chunk.to_record_batch()
+        for name in batch.schema.names:
+            found.setdefault(f"{chunk.entity_path} {name}", []).extend(batch.column(name))
+    return found
+
+
+@pytest.fixture(scope="module")
+def rows(renderer, tmp_path_factory):
+    need("rerun", "pyarrow")
+    folder = tmp_path_factory.mktemp("rerun")
+    run_example(folder, "rerun_log")
+    return logged(folder / "rerun_log.rrd")
+
+
+@pytest.mark.clients
+@pytest.mark.gl
+class TestRerun:
+    @staticmethod
+    def one(rows, name):
+        (row,) = rows[name]
+        return np.array(row.as_py())
+
+    def test_camera_and_axes_are_those_of_the_frame(self, rows, vase):
+        c = vase.camera
+        matrix = self.one(rows, "/world/camera Pinhole:image_from_camera").reshape(3, 3).T  # by columns
+        np.testing.assert_allclose(matrix, [[c.fx, 0, c.cx + 0.5], [0, c.fy, c.cy + 0.5], [0, 0, 1]])
+        for name in ("/world ViewCoordinates:xyz", "/world/camera Pinhole:camera_xyz"):
+            assert self.one(rows, name).ravel().tolist() == [3, 2, 5]  # right, down, forward
+        np.testing.assert_allclose(
+            self.one(rows, "/world/camera Transform3D:mat3x3").reshape(3, 3).T, vase.pose[:3, :3]
+        )
+
+    def test_points_project_onto_the_pixels_of_the_depth(self, rows, vase):
+        points = self.one(rows, "/world/points Points3D:positions").reshape(-1, 3)
+        matrix = self.one(rows, "/world/camera Pinhole:image_from_camera").reshape(3, 3).T
+        seen = points @ matrix.T
+        v, u = np.nonzero(vase.depth)
+        np.testing.assert_allclose(seen[:, :2] / seen[:, 2:], np.stack([u, v], axis=1) + 0.5, atol=1e-3)
+        depth = np.array(rows["/world/camera/depth DepthImage:buffer"][0].as_py(), np.uint8).view(np.float32)
+        np.testing.assert_array_equal(depth.reshape(480, 640), vase.depth)
+
+    def test_normals_face_the_camera_and_the_light_goes_round(self, rows, vase):
+        origins = self.one(rows, "/world/normals Arrows3D:origins").reshape(-1, 3)
+        vectors = self.one(rows, "/world/normals Arrows3D:vectors").reshape(-1, 3)
+        assert ((origins * vectors).sum(axis=1) < 0).mean() > 0.99
+        places = [row.as_py()[0] for row in rows["/world/light Points3D:positions"]]
+        lights = [row.as_py() for row in rows["/world/light light"]]
+        by_step = dict(zip(lights, places, strict=True))
+        colors = dict(
+            zip(
+                (row.as_py() for row in rows["/world/points light"]), rows["/world/points Points3D:colors"], strict=True
+            )
+        )
+        assert sorted(by_step) == sorted(colors) == list(range(12))
+        for step in (0, 5):
+            logged_colors = np.array(colors[step].as_py(), ">u4").view(np.uint8).reshape(-1, 4)[:, :3]
+            lit = ps.render_points(vase, ps.Light(position=by_step[step])).colors
+            assert np.abs(logged_colors.astype(int) - lit).max() <= 1
+
+
+def loaded_as_comfyui_does(path: Path):
+    """The module of a custom node: a file, or a folder with __init__.py, under a name made of its path."""
+    entry = path / "__init__.py" if path.is_dir() else path
+    spec = importlib.util.spec_from_file_location(str(path).replace(".", "_x_"), entry)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module", params=["file", "folder"])
+def node(request, renderer, tmp_path_factory):
+    """The class out of the table of a folder custom_nodes."""
+    need("torch")
+    nodes = tmp_path_factory.mktemp("custom_nodes")
+    path = nodes / ("pointshade.py" if request.param == "file" else "pointshade/__init__.py")
+    path.parent.mkdir(exist_ok=True)
+    path.write_text((EXAMPLES / "comfyui_node.py").read_text())
+    module = loaded_as_comfyui_does(nodes / path.relative_to(nodes).parts[0])
+    assert set(module.NODE_CLASS_MAPPINGS) == set(module.NODE_DISPLAY_NAME_MAPPINGS)
+    return module.NODE_CLASS_MAPPINGS["PointshadeRelight"]
+
+
+@pytest.mark.clients
+@pytest.mark.gl
+class TestComfyUI:
+    @pytest.fixture
+    def tensors(self, vase):
+        import torch
+
+        color = torch.from_numpy(vase.color[None, ..., :3] / np.float32(255))
+        near, far = vase.depth_range
+        inverse = np.where(vase.depth > 0, (1 / np.maximum(vase.depth, near) - 1 / far) / (1 / near - 1 / far), 0)
+        return color, torch.from_numpy(inverse[None, ..., None].repeat(3, axis=-1).astype(np.float32))
+
+    @staticmethod
+    def call(node, image, depth, **changed):
+        """As ComfyUI calls it: by name, with what the widgets show at first, in a thread that is not the main one."""
+        inputs = node.INPUT_TYPES()["required"]
+        widgets = {name: kind[1]["default"] for name, kind in inputs.items() if kind[0] != "IMAGE"}
+        assert set(changed) <= set(widgets)
+        arguments = {"image": image, "depth": depth} | widgets | changed
+        with ThreadPoolExecutor(1) as thread:
+            return thread.submit(getattr(node(), node.FUNCTION), **arguments).result()
+
+    def test_the_class_table_is_what_comfyui_reads(self, node):
+        assert len(node.RETURN_TYPES) == len(node.RETURN_NAMES) == 3 and node.RETURN_TYPES == ("IMAGE", "IMAGE", "MASK")
+        assert isinstance(node.CATEGORY, str) and callable(getattr(node, node.FUNCTION))
+        for name, kind in node.INPUT_TYPES()["required"].items():
+            if isinstance(kind[0], list):
+                assert kind[1]["default"] in kind[0], name
+            elif kind[0] == "FLOAT":
+                assert kind[1]["min"] <= kind[1]["default"] <= kind[1]["max"], name
+            else:
+                assert kind[0] in ("IMAGE", "BOOLEAN"), name
+
+    def test_depth_of_a_network_is_lit_as_render_lights_its_metres(self, node, tensors, vase):
+        image, depth = tensors
+        lit, normals, mask = self.call(node, image, depth, far=3.0, fov=50.0)
+        assert lit.shape == normals.shape == (1, 480, 640, 3) and mask.shape == (1, 480, 640)
+        assert lit.dtype == normals.dtype == mask.dtype == image.dtype and lit.min() >= 0 and lit.max() <= 1
+        metres = 1 / (1 / 3 + depth[0, ..., 0].numpy() * (1 - 1 / 3))
+        frame = ps.Frame(vase.color[..., :3], metres, ps.Camera.from_fov(50, 640, 480))
+        light = ps.Light(position=frame.pivot + frame.pivot[2] * np.array([-0.6, -0.7, -0.8]))
+        assert not compare_images((lit[0].numpy() * 255).round().astype(int), ps.render(frame, light)[..., :3])
+        assert mask.min() == 1  # a network has depth everywhere
+
+    def test_metres_leave_what_has_no_depth_out_of_the_mask(self, node, tensors, vase):
+        import torch
+
+        metres = torch.tensor(vase.depth[None, ..., None])
+        _, normals, mask = self.call(node, tensors[0], metres, depth_kind="metres")
+        known = vase.depth > 0
+        assert (mask[0].numpy()[known] == 1).mean() > 0.99 and (mask[0].numpy()[~known] == 0).mean() > 0.99
+        vectors = normals[0].numpy()[known] * 2 - 1
+        np.testing.assert_allclose(np.linalg.norm(vectors, axis=1).mean(), 1, atol=0.02)
+        assert vectors[:, 2].mean() > 0.5  # blue is towards the viewer
+
+    @pytest.mark.parametrize(("side", "brighter"), [(-3.0, np.s_[:, :320]), (3.0, np.s_[:, 320:])])
+    @pytest.mark.parametrize("light", ["lamp", "sun"])
+    def test_the_light_is_where_the_widgets_say(self, node, light, side, brighter):
+        import torch
+
+        v, u = np.mgrid[-1:1:240j, -1:1:320j]
+        ball = torch.from_numpy(np.sqrt(np.maximum(1 - u * u - v * v, 0)).astype(np.float32))[None, ..., None]
+        grey = torch.full((1, 480, 640, 3), 0.5)
+        lit, _, _ = self.call(node, grey, ball, light=light, right=side, up=0.0, towards_viewer=0.5, far=1.5)
+        other = np.s_[:, 320:] if brighter == np.s_[:, :320] else np.s_[:, :320]
+        assert lit.shape == (1, 480, 640, 3)  # the larger of the two sizes
+        assert lit[0].numpy()[brighter].mean() > 1.5 * lit[0].numpy()[other].mean()
+
+    def test_batches_are_lit_one_by_one_and_one_depth_serves_all(self, node, tensors):
+        import torch
+
+        image, depth = tensors
+        images, depths = torch.cat([image, image.flip(2)]), torch.cat([depth, depth.flip(2)])
+        lit, normals, mask = self.call(node, images, depths)
+        for k in range(2):
+            alone = self.call(node, images[k : k + 1], depths[k : k + 1])
+            for both, one in zip((lit, normals, mask), alone, strict=True):
+                assert torch.equal(both[k], one[0])
+        shared = self.call(node, images, depth)
+        assert torch.equal(shared[0][0], lit[0]) and not torch.equal(shared[0][1], lit[1])
+
+    def test_as_many_depths_as_images_or_one(self, node, tensors):
+        image, depth = tensors
+        with pytest.raises(ValueError, match="3 images need 3 depths or 1, got 2"):
+            self.call(node, image.expand(3, -1, -1, -1), depth.expand(2, -1, -1, -1))
+
+    def test_without_comfyui_it_lights_the_vase(self, renderer, tmp_path, stored):
+        need("torch")
+        run_example(tmp_path, "comfyui_node")
+        stored("comfyui_node", opened(tmp_path / "comfyui_node.png"))
+
+
+def png(picture: np.ndarray) -> bytes:
+    data = io.BytesIO()
+    Image.fromarray(picture).save(data, "PNG")
+    return data.getvalue()
+
+
+@pytest.fixture(scope="module")
+def app(renderer):
+    need("fastapi", "httpx", "multipart")
+    from fastapi.testclient import TestClient
+
+    module = loaded_as_comfyui_does(EXAMPLES / "fastapi_upload.py")
+    with TestClient(module.app) as client:
+        yield client
+
+
+@pytest.mark.clients
+@pytest.mark.gl
+class TestFastAPI:
+    @pytest.fixture
+    def upload(self, vase):
+        """The vase in millimetres."""
+        depth = png((vase.depth * 1000).round().astype(np.uint16))
+        return {"color": ("photo.png", png(vase.color)), "depth": ("depth.png", depth)}
+
+    @staticmethod
+    def picture(reply) -> np.ndarray:
+        assert reply.status_code == 200, reply.text
+        assert reply.headers["content-type"] == "image/png"
+        return opened(io.BytesIO(reply.content))
+
+    @staticmethod
+    def ours(vase, place, fov=40.5):
+        camera = ps.Camera.from_fov(fov, 640, 480)
+        frame = ps.load_frame(color=vase.color, depth=(vase.depth * 1000).round().astype(np.uint16), intrinsics=camera)
+        return ps.render(frame, ps.Light(position=frame.pivot + frame.pivot[2] * np.array(place)))
+
+    def test_the_picture_is_that_of_render(self, app, upload, vase):
+        reply = app.post("/lit", files=upload, data={"fov": 40.5})
+        assert not compare_images(self.picture(reply), self.ours(vase, PLACE))
+
+    def test_requests_at_once_get_each_their_own_light(self, app, upload, vase):
+        places = np.linspace(-1, 1, 8)
+
+        def ask(right):
+            return self.picture(app.post("/lit", files=upload, data={"fov": 40.5, "right": right}))
+
+        with ThreadPoolExecutor(8) as threads:
+            for right, picture in zip(places, threads.map(ask, places), strict=True):
+                assert not compare_images(picture, self.ours(vase, (right, -0.7, -0.8)))
+        assert sum(thread.name.startswith("pointshade") for thread in threading.enumerate()) == 2
+
+    @pytest.mark.parametrize(
+        ("changed", "words"),
+        [
+            ({"depth": ("depth.png", b"no picture")}, "depth.png"),
+            ({"depth": ("depth.png", b"")}, "depth.png"),
+            ({"depth": ("model.onnx", b"\x08\x07")}, "depth must be a file of .exr, .npy"),
+            ({"depth": ("depth.zip", b"PK\x03\x04")}, "got .zip"),
+            ({"color": ("photo", b"x")}, "got no suffix"),
+            ({"color": ("photo.png", b"\x89PNG\r\n\x1a\n" + b"\0" * 50)}, "color.png"),
+            (
+                {"depth": ("depth.npy", b"\x93NUMPY\x01\0v\0{'descr': '|O', 'fortran_order': False, 'shape': (1,)}")},
+                "depth.npy",
+            ),
+        ],
+        ids=["no picture", "empty", "network", "archive", "no suffix", "broken picture", "pickle"],
+    )
+    def test_what_cannot_be_read_is_refused_in_a_sentence_that_names_no_folder(self, app, upload, changed, words):
+        reply = app.post("/lit", files=upload | changed)
+        assert reply.status_code == 400 and words in reply.json()["detail"]
+        assert "/tmp" not in reply.text and "Traceback" not in reply.text
+
+    def test_a_name_that_leads_elsewhere_is_only_a_name(self, app, upload):
+        name = "../../../../etc/evil.png"
+        self.picture(app.post("/lit", files=upload | {"color": (name, upload["color"][1])}, data={"fov": 40.5}))
+
+    @pytest.mark.parametrize("data", [{"fov": 400}, {"right": "nan"}, {"up": "inf"}])
+    def test_numbers_that_mean_nothing_are_refused(self, app, upload, data):
+        assert app.post("/lit", files=upload, data=data).status_code == 400
+
+    def test_pictures_with_too_many_pixels_are_refused_before_they_are_unpacked(self, app, upload):
+        large = png(np.zeros((5000, 5000), np.uint16))
+        reply = app.post("/lit", files=upload | {"depth": ("depth.png", large)})
+        assert reply.status_code == 400 and "16" in reply.json()["detail"]
+
+    def test_requests_that_are_too_large_or_say_no_length_are_turned_away(self, app):
+        assert app.post("/lit", content=b"x", headers={"content-length": "30000001"}).status_code == 413
+        assert app.post("/lit", content=iter([b"x"])).status_code == 413
+
+    @pytest.mark.system
+    def test_it_serves_as_typed(self, renderer, tmp_path, upload, vase, stored):
+        need("fastapi", "uvicorn", "httpx")
+        import httpx
+
+        with served(tmp_path, sys.executable, EXAMPLES / "fastapi_upload.py", "0") as address:
+            reply = httpx.post(f"{address}/lit", files=upload, data={"fov": 40.5}, timeout=60)
+        picture = self.picture(reply)
+        assert not compare_images(picture, self.ours(vase, PLACE))
+        stored("fastapi_upload", np.asarray(Image.fromarray(picture).reduce(2)))
+
+
+@pytest.fixture
+def page(browser):
+    """page(address, width, height): a page of a server on this machine, which asks for nothing from elsewhere."""
+    contexts = []
+
+    def open_it(address, width=1000, height=1000):
+        context = browser.chromium.new_context(viewport={"width": width, "height": height})
+        contexts.append(context)
+        context.route(re.compile(r"^https?://(?!127\.0\.0\.1|localhost)"), lambda route: route.abort())
+        opened_page = context.new_page()
+        opened_page.goto(address)
+        return opened_page
+
+    yield open_it
+    for context in contexts:
+        context.close()
+
+
+def screenshot(page, request, name: str, **options) -> None:
+    """Rewrite the gallery's picture of an application, if asked."""
+    if request.config.getoption("--update-golden"):
+        picture = Image.fromarray(opened(io.BytesIO(page.screenshot(**options)))[..., :3])
+        smaller = picture.resize((480, round(480 * picture.height / picture.width)), Image.Resampling.LANCZOS)
+        ps.save_image(PICTURES / f"{name}.png", np.asarray(smaller), small=True)
+
+
+def follows_the_mouse(page, cell) -> None:
+    """Whether the light of a page in a notebook's cell goes where the mouse goes."""
+    inside = cell.content_frame
+    inside.locator("body.live").wait_for(timeout=60_000)
+    cell.scroll_into_view_if_needed()
+    box, marker = cell.bounding_box(), inside.locator("#marker")
+    page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 0.3 * box["height"])
+    before = marker.bounding_box()
+    page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 0.5 * box["height"], steps=6)
+    assert marker.bounding_box()["x"] > before["x"] + 0.1 * box["width"]
+
+
+def shown_picture(image) -> np.ndarray:
+    """The pixels of an <img>, whatever it comes from."""
+    script = """async (image) => {
+        const bytes = new Uint8Array(await (await fetch(image.currentSrc || image.src)).arrayBuffer());
+        return Array.from(bytes);
+    }"""
+    return opened(io.BytesIO(bytes(image.evaluate(script))))
+
+
+@pytest.mark.clients
+@pytest.mark.system
+@pytest.mark.gl
+@pytest.mark.browser
+class TestGradio:
+    @pytest.fixture
+    def opened_page(self, renderer, page, tmp_path):
+        need("gradio")
+        with served(
+            tmp_path, sys.executable, EXAMPLES / "gradio_light.py", GRADIO_SERVER_PORT=str(free_port())
+        ) as address:
+            opened_page = page(address, 1000, 700)
+            opened_page.locator("#lit img").wait_for(timeout=60_000)
+            yield opened_page
+
+    @staticmethod
+    def wait_for_picture(page, expected) -> None:
+        for _ in range(100):
+            if page.locator("#lit img").count():
+                picture = shown_picture(page.locator("#lit img"))
+                if not compare_images(picture, expected):
+                    return
+            page.wait_for_timeout(100)
+        raise AssertionError(compare_images(picture, expected))
+
+    @staticmethod
+    def lit(frame, right, up, nearer=0.8):
+        return ps.render(frame, ps.Light(position=frame.pivot + frame.pivot[2] * np.array([right, -up, -nearer])))
+
+    def test_sliders_and_clicks_move_the_light(self, opened_page, request, vase):
+        self.wait_for_picture(opened_page, self.lit(vase, -0.5, 0.7))
+        screenshot(opened_page, request, "gradio_light")
+        slider = opened_page.get_by_label("number input for right")
+        slider.fill("0.8")
+        slider.press("Enter")
+        self.wait_for_picture(opened_page, self.lit(vase, 0.8, 0.7))
+        box = opened_page.locator("#lit img").bounding_box()
+        opened_page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        opened_page.wait_for_function(
+            "() => Math.abs(document.querySelector('[aria-label^=\"number input for right\"]').value) < 0.05"
+        )
+
+    @staticmethod
+    def upload(page, folder, name, depth) -> None:
+        ps.save_image(folder / "photo.png", np.full((60, 80, 3), (200, 100, 50), np.uint8))
+        np.save(folder / name, depth)
+        files = page.locator("input[type=file]")
+        files.nth(0).set_input_files(folder / "photo.png")
+        files.last.set_input_files(folder / name)
+        page.get_by_text(name).first.wait_for()
+        page.get_by_text("Relight it").click()
+
+    def test_a_photograph_and_its_depth_are_lit(self, opened_page, tmp_path):
+        depth = 1 + 0.1 * np.sin(np.arange(80, dtype=np.float32) / 8)[None].repeat(60, axis=0)
+        self.upload(opened_page, tmp_path, "waves.npy", depth)
+        frame = ps.load_frame(color=tmp_path / "photo.png", depth=tmp_path / "waves.npy")
+        self.wait_for_picture(opened_page, self.lit(frame, -0.5, 0.7))
+
+    def test_what_is_no_depth_is_named_in_a_message(self, opened_page, tmp_path):
+        self.upload(opened_page, tmp_path, "text.npy", np.array(["no depth"]))
+        message = opened_page.locator(".toast-body.error").first
+        message.wait_for()
+        assert "text.npy" in message.inner_text()
+
+
+def started(program: str) -> list[str]:
+    """`python -m` of a program whose own command may not be on the path."""
+    return [sys.executable, "-m", program]
+
+
+@pytest.mark.clients
+@pytest.mark.gl
+class TestMarimo:
+    def test_it_runs_as_a_script_and_its_picture_is_that_of_render(self, renderer, vase, lamp):
+        need("marimo")
+        module = loaded_as_comfyui_does(EXAMPLES / "marimo_notebook.py")
+        outputs, values = module.app.run()
+        (picture,) = [one for one in outputs if isinstance(one, np.ndarray)]
+        assert not compare_images(picture, ps.render(vase, lamp)) and values["frame"].depth.shape == (480, 640)
+
+    @pytest.mark.system
+    @pytest.mark.browser
+    def test_the_cell_is_drawn_and_its_light_follows_the_mouse(self, renderer, page, tmp_path, request, vase):
+        need("marimo")
+        command = [*started("marimo"), "run", EXAMPLES / "marimo_notebook.py", "--headless", "--host", "127.0.0.1"]
+        with served(tmp_path, *command) as address:
+            opened_page = page(address, 900, 1160)
+            follows_the_mouse(opened_page, opened_page.locator("iframe"))
+            screenshot(opened_page, request, "marimo_notebook")
+            still = opened_page.locator("img").first
+            before = shown_picture(still)
+            opened_page.get_by_role("slider").first.press("ArrowRight")
+            for _ in range(100):
+                if (picture := shown_picture(still)).tobytes() != before.tobytes():
+                    break
+                opened_page.wait_for_timeout(100)
+            light = ps.Light(position=vase.pivot + vase.pivot[2] * np.array([-0.45, -0.7, -0.8]))
+            assert not compare_images(picture, ps.render(vase, light))
+
+
+@pytest.mark.clients
+@pytest.mark.gl
+class TestJupyter:
+    def test_its_cells_show_the_pictures_and_the_page(self, renderer, tmp_path, vase):
+        need("nbclient", "ipykernel")
+        import nbformat
+        from nbclient import NotebookClient
+
+        notebook = nbformat.read(EXAMPLES / "jupyter.ipynb", as_version=4)
+        NotebookClient(notebook, timeout=120, resources={"metadata": {"path": tmp_path}}).execute()
+        data = {cell.id: cell.outputs[-1].data for cell in notebook.cells if cell.cell_type == "code" and cell.outputs}
+        light = ps.Light(position=vase.pivot + vase.pivot[2] * np.array([0.6, -0.5, -0.4]))
+        from base64 import b64decode
+
+        shown = {name: opened(io.BytesIO(b64decode(one["image/png"]))) for name, one in data.items() if name != "show"}
+        assert not compare_images(shown["still"], ps.render(vase, light, yaw=15))
+        assert not compare_images(shown["normals"], ps.render(vase, show="normals"))
+        assert data["show"]["text/html"].startswith("<iframe srcdoc=") and len(data["show"]["text/html"]) < 3_000_000
+
+    def test_it_is_stored_without_what_it_shows(self):
+        cells = json.loads((EXAMPLES / "jupyter.ipynb").read_text())["cells"]
+        assert not any(cell.get("outputs") or cell.get("execution_count") for cell in cells)
+
+    @pytest.mark.system
+    @pytest.mark.browser
+    def test_in_jupyterlab_the_light_follows_the_mouse(self, renderer, page, tmp_path, request):
+        need("jupyterlab")
+        (tmp_path / "jupyter.ipynb").write_text((EXAMPLES / "jupyter.ipynb").read_text())
+        labs = tmp_path / ".jupyter"  # no advice to build others' extensions, no question about news
+        settings = "lab/user-settings/@jupyterlab/apputils-extension/notification.jupyterlab-settings"
+        for name, text in (("labconfig/page_config.json", {"buildCheck": False}), (settings, {"fetchNews": "false"})):
+            (labs / name).parent.mkdir(parents=True)
+            (labs / name).write_text(json.dumps(text))
+        options = ["--no-browser", "--allow-root", "--ip=127.0.0.1", "--port=0", "--IdentityProvider.token="]
+        with served(tmp_path, *started("jupyterlab"), *options, f"--ServerApp.root_dir={tmp_path}") as address:
+            opened_page = page(f"{address.split('/lab')[0]}/lab/tree/jupyter.ipynb", 1100, 1000)
+            opened_page.locator(".jp-Notebook-cell").first.wait_for(timeout=60_000)
+            opened_page.get_by_text(re.compile(r"\| Idle")).first.wait_for(timeout=60_000)  # the kernel
+            opened_page.locator(".lm-MenuBar-item", has_text="Run").click()
+            opened_page.locator(".lm-Menu-item", has_text="Run All Cells").first.click()
+            cell = opened_page.locator(".jp-OutputArea iframe")
+            cell.wait_for(timeout=60_000)
+            follows_the_mouse(opened_page, cell)
+            screenshot(opened_page, request, "jupyter")

@@ -10,7 +10,7 @@ node    "pointshade": "vase", or {"frame": "vase", ...}, makes it a point object
         {"visible": false}, {"shadow": false} are the switches of any `Node`.
         Of nodes that `save_scene` adds for other programs: {"fallback": true} is below a point object and left out for
         it; {"content": true} holds what belongs to the node above; {"turned": true} stands above a whole scene whose y
-        points down, and does not turn it here.
+        points down, and does not turn it here; {"sheared": true} is one half of a sheared node, the other is below it.
 light   {"shadow": false}, {"attenuation": [kc, kl, kq]}; {"radius": r} of a point or spot light, {"angle": degrees} of
         a directional one, as in `Light`; {"size": [w, h]} makes a spot an area light, which other programs see as a
         spot of 90 degrees; {"at": "viewer"} is the light at the viewer's upper left; {"cone": [inner, outer]} in

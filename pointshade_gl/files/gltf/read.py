@@ -28,7 +28,7 @@ from .meshes import Meshes
 from .points import KEYS, NAMING, read_points
 from .transforms import local_matrix
 
-_NODE_KEYS = (*KEYS, "visible", "shadow", "fallback", "content", "turned")
+_NODE_KEYS = (*KEYS, "visible", "shadow", "fallback", "content", "turned", "sheared")
 
 
 def load_scene(path: FilePath, allow_outside: bool, max_pixels: float, notes: Note | None) -> Scene:
@@ -113,25 +113,31 @@ class _Reader:
 
     def _walk(self, roots: list[int]) -> None:
         """Visits all nodes below the roots. Raises ValueError for one that it meets twice: nodes form trees."""
-        stack: list[tuple[Any, int | None, Matrix]] = [(root, None, np.eye(4)) for root in roots[::-1]]
+        flat = np.eye(4)
+        stack: list[tuple[Any, int | None, Matrix, Matrix]] = [(root, None, flat, flat) for root in roots[::-1]]
         while stack:
-            index, parent, above = stack.pop()
+            index, parent, above, place = stack.pop()
             with telling("the scene" if parent is None else self._label(parent)):
                 node = self._node(index)
                 if index in self.parents:
                     raise ValueError(self._met_twice(index, parent))
             self.parents[index] = parent
             with telling(self._label(index)):
-                is_turned = parent is None and self._is_turned(node)
-                self.places[index] = np.eye(4) if is_turned else local_matrix(node)
+                place = place @ (flat if parent is None and self._is_turned(node) else local_matrix(node))
+                is_half = self._is_half(node)  # then the rest of the place is that of the node below
+                self.places[index] = flat if is_half else place
                 world = above @ self.places[index]
             if node.camera is not None:
                 self.cameras.append((index, world))
-            stack += [(child, index, world) for child in (node.children or [])[::-1]]
+            stack += [(k, index, world, place if is_half else flat) for k in (node.children or [])[::-1]]
 
     def _is_turned(self, node: SimpleNamespace) -> bool:
         """Whether a node only turns our scene for other programs."""
         return self._is_ours and switch(options(node.extras, _NODE_KEYS), "turned", False)
+
+    def _is_half(self, node: SimpleNamespace) -> bool:
+        """Whether a node and the only one below it are one of ours, sheared."""
+        return len(node.children or ()) == 1 and switch(options(node.extras, _NODE_KEYS), "sheared", False)
 
     def _is_fallback(self, index: int, said: dict[str, Any]) -> bool:
         """Whether the node is what other programs draw of the point object above it."""
@@ -167,7 +173,7 @@ class _Reader:
                 if not children and above is not None and switch(said, "content", False):
                     self.loose.setdefault(above, [])[:0] = content  # those below come last first
                     content, is_extra = (), True
-                is_extra |= index == camera or (above is None and self._is_turned(node))
+                is_extra |= index == camera or (above is None and self._is_turned(node)) or self._is_half(node)
                 if is_extra and not content and (not children or index != camera):
                     built[index] = children
                     continue

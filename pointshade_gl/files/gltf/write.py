@@ -28,7 +28,7 @@ from .document import Document, extras_of
 from .environments import write_environment
 from .fallbacks import Fallback, write_fallback
 from .points import write_points
-from .transforms import transform_of
+from .transforms import transform_of, unsheared
 
 NO_NAME = r"\W+"  # not in the names of folders
 _LEANING = 0.5  # cosine: a scene whose y points down by as much is turned for other programs
@@ -55,6 +55,7 @@ class _Writer:
         self.document, self.fallback, self.units = document, fallback, units
         self.frames: dict[Frame, dict[str, Any]] = {}
         self.folders: set[str] = set()
+        self.above: dict[int, int] = {}  # by node: one more above it, where one cannot say a shear
 
     def scene(self, scene: Scene) -> None:
         """Numbers the nodes from above, each before those below it."""
@@ -67,8 +68,9 @@ class _Writer:
             node, siblings, above, is_shown = stack.pop()
             world, is_shown = above @ node.transform, is_shown and node.visible
             with telling(f"node {node.name!r}" if node.name else f"node {len(nodes)}"):
-                siblings.append(self.node(node, world, is_shown))
-            below = nodes[siblings[-1]]["children"]
+                number = self.node(node, world, is_shown)
+            siblings.append(self.above.pop(number, number))
+            below = nodes[number]["children"]
             stack += [(child, below, world, is_shown) for child in node.children[::-1]]
         said: dict[str, Any] = {}
         if scene.ambient != (1.0, 1.0, 1.0):
@@ -81,7 +83,7 @@ class _Writer:
             said["pose"] = pose.tolist()
         is_turned = _is_upside_down(scene)
         if is_turned and roots:
-            top = self.add_node("", FLIP, {"turned": True})
+            top = self.add_node("y up", FLIP, {"turned": True})
             nodes[top]["children"] = roots
             roots = [top]
         around = None if scene.environment is None else write_environment(scene.environment, self.document.image)
@@ -124,12 +126,23 @@ class _Writer:
             for holder, item in objects:
                 children = write_fallback(self.document, item, self.frames, self.fallback)
                 held = self.document.gltf["nodes"][holder]["children"]
-                held += [self.add_node(node.name, place, {"fallback": True}, mesh=mesh) for mesh, place in children]
+                held += [
+                    self.add_node(f"{node.name} {self.fallback}".lstrip(), place, {"fallback": True}, mesh=mesh)
+                    for mesh, place in children
+                ]
         return index
 
     def add_node(self, name: str, matrix: Matrix, extras: dict[str, Any] | None = None, **values: Any) -> int:
-        values |= {"extras": extras_of(extras or {})} | transform_of(matrix)
-        return self.document.add("nodes", name=name or None, **values, children=[])
+        place, above = transform_of(matrix), None
+        if place is None:
+            above, matrix = unsheared(matrix)
+            place = transform_of(matrix) or {}
+        values |= {"extras": extras_of(extras or {})} | place
+        index = self.document.add("nodes", name=name or None, **values, children=[])
+        if above is not None:
+            self.above[index] = self.add_node("", above, {"sheared": True})
+            self.document.gltf["nodes"][self.above[index]]["children"].append(index)
+        return index
 
     def points(self, points: PointObject, name: str) -> dict[str, Any]:
         folders = [self.folder(name) for _ in points.frames]
@@ -152,7 +165,8 @@ class _Writer:
         """A light that its node cannot hold: it looks another way, or stands elsewhere."""
         place, extras, held = light_place(light), None, self.light(light, world, True)
         if _is_viewers(light):
-            place, extras = np.linalg.inv(world) @ looking_along(self.viewer[:3, :3] @ UPPER_LEFT), {"content": True}
+            towards = np.linalg.solve(world[:3, :3], self.viewer[:3, :3] @ UPPER_LEFT)
+            place, extras = looking_along(towards), {"content": True}
         return self.add_node("", place, extras, extensions=held)
 
     def light(self, light: Light, world: Matrix, node_casts: bool) -> dict[str, Any]:

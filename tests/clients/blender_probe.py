@@ -1,7 +1,8 @@
 """Run by a Python that has bpy: opens scenes as the example does, says what Blender made of them, and renders them.
 
-Arguments: a file of jobs (JSON), each with "scene", with "picture", "size" and "samples" where it is to be rendered, and
-with "exported" where Blender is to write it again; and a file for the answers. Pictures are (h, w, 4) linear float32, .npy.
+Arguments: a file of jobs (JSON), each with "scene", with "picture", "size" and "samples" where it is to be rendered,
+and with "exported" where Blender is to write it again; and a file for the answers. Pictures are (h, w, 4) linear
+float32, .npy.
 """
 
 import json

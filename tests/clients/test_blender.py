@@ -157,3 +157,15 @@ def test_a_mesh_has_its_colour_and_a_viewers_light_its_direction(tmp_path):
     np.testing.assert_allclose(answer["meshes"]["one"]["positions"], [in_blender(one) for one in corners], atol=1e-6)
     (sun,) = answer["lamps"].values()
     np.testing.assert_allclose(sun["ahead"], in_blender(np.array((1, 1, 2)) / math.sqrt(6)), atol=1e-6)
+
+
+@pytest.mark.gl
+def test_a_scene_that_blender_writes_again_looks_the_same(tmp_path, scenes):
+    """Also lights that glTF has not, whose own values stay beside them."""
+    shine = ps.Node(ps.Light(intensity=0.3), "viewer"), ps.Node(LAMPS["vase"]["spot"], "spot")
+    scene = scenes["vase", "steady"]
+    scene = ps.Scene((*scene.nodes, *shine), scene.camera, ambient=(0.5, 0.6, 0.7))
+    ps.save_scene(tmp_path / "ours.gltf", scene)
+    ask([{"scene": str(tmp_path / "ours.gltf"), "exported": str(tmp_path / "theirs.gltf")}], tmp_path)
+    again = ps.load_scene(tmp_path / "theirs.gltf", notes=lambda _: None)
+    assert np.abs(ps.render(again).astype(int) - ps.render(scene)).max() <= 2

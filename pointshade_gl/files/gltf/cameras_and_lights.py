@@ -189,7 +189,7 @@ def write_light(light: Light, node_casts: bool, reach: float, units: Units) -> d
     if kind == "spot":
         cone = (0.0, 90.0) if light.is_area else light.cone
         values["spot"] = _write_cone(cone, units)
-        if not light.is_area and not _is_kept(cone, values["spot"]):
+        if not light.is_area and _read_cone(values["spot"], {}, is_blenders=False) != cone:
             said["cone"] = list(cone)
     said |= {name: size for name in ("radius", "angle", "size") if (size := getattr(light, name))}
     if light.position is None and light.direction is None:
@@ -197,9 +197,3 @@ def write_light(light: Light, node_casts: bool, reach: float, units: Units) -> d
     if said:
         values["extras"] = {"pointshade": said}
     return values
-
-
-def _is_kept(cone: tuple[float, float], spot: dict[str, float]) -> bool:
-    """Return whether a spot's angles say its cone to 12 digits."""
-    angles = spot["innerConeAngle"], spot["outerConeAngle"]
-    return all(abs(math.degrees(angle) - ours) <= 1e-12 * ours for angle, ours in zip(angles, cone, strict=True))

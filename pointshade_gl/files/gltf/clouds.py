@@ -93,12 +93,9 @@ def cloud_attributes(cloud: PointCloud) -> dict[str, NDArray[Any]]:
     return held
 
 
-def linear_colors(colors: NDArray[np.uint8]) -> NDArray[np.uint16]:
-    """Return sRGB colours (n, 3) as glTF's are: (n, 4) linear, of which 65535 is 1."""
-    linear = np.rint(srgb_to_linear(np.arange(256) / 255) * 65535).astype(np.uint16)
-    found = np.full((len(colors), 4), 65535, np.uint16)  # four: glTF wants multiples of 4 bytes
-    found[:, :3] = linear[colors]
-    return found
+def linear_colors(colors: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Return sRGB colours (n, 3) as linear ones: float32, as trimesh takes glTF's 16 bits for 8."""
+    return srgb_to_linear(np.arange(256) / 255).astype(np.float32)[colors]
 
 
 def cloud_extras(cloud: PointCloud) -> dict[str, Any]:

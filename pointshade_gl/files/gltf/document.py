@@ -18,7 +18,7 @@ from .container import GENERATOR, IMAGE_BASED, LIGHTS, SPECULAR, UNLIT, pack
 from .points import write_material
 
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963  # numbers of OpenGL
-KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
+KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
 COMPONENTS = {"f": 5126, "H": 5123, "I": 5125}  # by NumPy's type
 WHITE = (1.0, 1.0, 1.0)
 QUALITY = 92  # of JPEG
@@ -58,8 +58,6 @@ class Document:
         """Return the accessor of (n, width) values, behind those before."""
         view, kind = self.view(values.tobytes(), target), KINDS[values.shape[1]]
         component = COMPONENTS[values.dtype.char]
-        if kind == "VEC4":  # colours
-            beside["normalized"] = True
         return self.add("accessors", bufferView=view, componentType=component, count=len(values), type=kind, **beside)
 
     def view(self, data: bytes, target: int | None) -> int:

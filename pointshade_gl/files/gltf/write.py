@@ -81,8 +81,8 @@ class _Writer:
             roots.append(self.add_node("camera", pose @ FLIP, camera=0))
         elif not np.array_equal(pose, FLIP):
             said["pose"] = pose.tolist()
-        is_turned = _is_upside_down(scene)
-        if is_turned and roots:
+        is_turned = bool(roots) and _is_upside_down(scene)
+        if is_turned:
             top = self.add_node("y up", FLIP, {"turned": True})
             nodes[top]["children"] = roots
             roots = [top]

@@ -1,12 +1,11 @@
-"""A scene of a frame and a lamp, drawn here and, from the .glb that was saved, path-traced by Cycles in Blender.
+"""A frame and a lamp, drawn here and, from the .glb that was saved, path-traced by Cycles in Blender.
 
-Install, with Python 3.11: `pip install pointshade-gl bpy==5.0.1`
+    pip install pointshade-gl bpy==5.0.1
 
-    python examples/blender_cycles.py [OUTPUT.png]     # here on the left, Cycles on the right
-    blender -b -P examples/blender_cycles.py -- OUTPUT.png SCENE.glb     # inside Blender: a scene that was saved before
-
-`open_scene` is the part to copy. Blender's importer gives positions, colours and lamps as they are meant; ambient light
-and the size of lamps do not exist in glTF and are read from what our files say beside it.
+With Python 3.11, `python blender_cycles.py [OUTPUT.png]` puts our picture on the left, that of Cycles on the right.
+Inside Blender, without pointshade-gl, `blender -b -P blender_cycles.py -- OUTPUT.png SCENE.glb` renders a scene that
+was saved before. `open_scene` is the part to copy: the importer gives positions, colours and lamps as they are meant;
+ambient light and the size of lamps do not exist in glTF, and are read from what our files say beside it.
 """
 
 import sys
@@ -15,7 +14,7 @@ from pathlib import Path
 
 import bpy
 
-SAMPLES, WIDTH = 64, 400
+SAMPLES, WIDTH = 64, 320
 
 
 def open_scene(path):

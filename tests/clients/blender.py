@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-PROBE = Path(__file__).with_name("blender_probe.py")
-ROOT = PROBE.parents[2]
+PROBE = Path(__file__).with_name("in_blender") / "read_scene.py"
 
 
 def blender_python():
@@ -25,7 +24,7 @@ def blender_python():
 
 
 def ask(jobs, folder):
-    """What Blender makes of files, see blender_probe.py; pictures are arrays."""
+    """What Blender makes of files, see in_blender/read_scene.py; pictures are arrays."""
     (folder / "jobs.json").write_text(json.dumps(jobs))
     command = [blender_python(), str(PROBE), str(folder / "jobs.json"), str(folder / "answers.json")]
     done = subprocess.run(command, capture_output=True, text=True, cwd=folder)

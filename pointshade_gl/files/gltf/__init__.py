@@ -8,9 +8,10 @@ node    "pointshade": "vase", or {"frame": "vase", ...}, makes it a point object
         The node stands where the camera stood that took the frame, and looks as glTF cameras do, along -z with y up;
         pose, 4x4 from the frame's camera (OpenCV axes) to the node, changes that.
         {"visible": false}, {"shadow": false} are the switches of any `Node`.
-        Of nodes that `save_scene` adds for other programs: {"fallback": true} is below a point object and left out for
-        it; {"content": true} holds what belongs to the node above; {"turned": true} stands above a whole scene whose y
-        points down, and does not turn it here; {"sheared": true} is one half of a sheared node, the other is below it.
+        Of nodes that `save_scene` adds for other programs: {"fallback": true} is below a point object, and left out
+        unless the object's files are missing; {"content": true} holds what belongs to the node above; {"turned": true}
+        stands above a whole scene whose y points down, and does not turn it here; {"sheared": true} is one half of a
+        sheared node, the other is below it.
 light   {"shadow": false}, {"attenuation": [kc, kl, kq]}; {"radius": r} of a point or spot light, {"angle": degrees} of
         a directional one, as in `Light`; {"size": [w, h]} makes a spot an area light, which other programs see as a
         spot of 90 degrees; {"at": "viewer"} is the light at the viewer's upper left; {"cone": [inner, outer]} in
@@ -101,7 +102,8 @@ def save_scene(
     fallback : {"mesh", "points", None}
         What other programs show of a visible point object, which is an empty node to them: the triangles between
         neighbouring pixels that lie on one surface, with the colours as a texture; or points with colours, as also
-        where depth is too sparse for triangles; or nothing. `load_scene` leaves it out.
+        where depth is too sparse for triangles; or nothing. `load_scene` leaves it out unless the object's files are
+        missing, as beside a .glb that was sent alone.
     light_units : {"photometric", "unitless"}
         "photometric" writes 683 lumens for a watt, and spots' cones, so that Blender's importer ("Standard") gives the
         same light. "unitless" is for viewers that take candela and lux as they are, as those in browsers do: a white

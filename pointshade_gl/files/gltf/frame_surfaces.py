@@ -135,7 +135,8 @@ def _triangles(w: Floats, right: Floats, down: Floats, focal: float, max_step: S
     """Return (m, 3) pixels of the triangles in each square of four pixels, cut along either diagonal."""
 
     def joined(a: tuple[slice, slice], b: tuple[slice, slice], off: tuple[int, int]) -> NDArray[np.bool_]:
-        return _are_joined(w[a], w[b], *(off[0] * right[k] + off[1] * down[k] for k in (a, b)), focal, max_step)
+        own, other = (off[0] * right[k] + off[1] * down[k] for k in (a, b))
+        return _are_joined(w[a], w[b], own, other, focal, max_step)
 
     first, last = slice(None, -1), slice(1, None)
     a, b, c, d = (first, first), (first, last), (last, first), (last, last)

@@ -26,7 +26,6 @@ from .frames import FRAME_KEYS, read_frame, write_frame
 OBJECT_KEYS = {
     "size" if name == "point_size" else name: name for name in Look().options if name not in (*SWITCHES, "material")
 }
-NAMING = {"frame", "depth", "frames"}  # one of these makes a node a point object
 KEYS = (*FRAME_KEYS, "frames", *OBJECT_KEYS, *SWITCHES, "material")
 
 

@@ -14,6 +14,7 @@ from ...scene.frame import Frame
 from ...scene.graph import Scene
 from ...scene.light import Light
 from ...scene.node import Node
+from ...scene.point_object import PointObject
 from ..access.builtin import builtin_scene
 from ..access.content import FilePath
 from ..access.limits import PARTS, check_limit
@@ -25,7 +26,7 @@ from .container import GENERATOR, KNOWN, LIGHTS, SPECULAR, read_container
 from .environments import read_environment
 from .extras import options, switch
 from .meshes import Meshes
-from .points import KEYS, NAMING, read_points
+from .points import KEYS, read_points
 from .transforms import local_matrix
 
 _NODE_KEYS = (*KEYS, "visible", "shadow", "fallback", "content", "turned", "sheared")
@@ -49,6 +50,7 @@ class _Reader:
         self.parents: dict[int, int | None] = {}  # in the order of the walk
         self.places: dict[int, Matrix] = {}  # node-to-parent
         self.cameras: list[tuple[int, Matrix]] = []  # nodes with one, node-to-world
+        self.objects: dict[int, PointObject | None] = {}  # by node
         self.exposure = 1.0
         self.loose: dict[int | None, list[Any]] = {}  # by node: content that stands below it in the file
 
@@ -142,9 +144,7 @@ class _Reader:
     def _is_fallback(self, index: int, said: dict[str, Any]) -> bool:
         """Whether the node is what other programs draw of the point object above it."""
         above = self.parents[index]
-        if above is None or not switch(said, "fallback", False):
-            return False
-        return not NAMING.isdisjoint(options(self._node(above).extras, _NODE_KEYS))
+        return switch(said, "fallback", False) and above is not None and self.objects[above] is not None
 
     def _met_twice(self, index: int, parent: int | None) -> str:
         above = parent
@@ -163,12 +163,15 @@ class _Reader:
     def _build(self, roots: list[int], camera: int | None) -> tuple[Node, ...]:
         """The nodes. One that holds only the scene's camera becomes the scene's pose; those for other programs go."""
         built: dict[int, tuple[Node, ...]] = {}
+        for index in self.parents:
+            with telling(self._label(index)):
+                self.objects[index] = self._object(index)
         for index in reversed(self.parents):
             node = self._node(index)
             with telling(self._label(index)):
                 said, above = options(node.extras, _NODE_KEYS), self.parents[index]
                 is_extra = self._is_fallback(index, said)
-                content = () if is_extra else (*self._content(node, said), *self.loose.pop(index, ()))
+                content = () if is_extra else (*self._content(index, said), *self.loose.pop(index, ()))
                 children = tuple(child for k in node.children or () for child in built.pop(k))
                 if not children and above is not None and switch(said, "content", False):
                     self.loose.setdefault(above, [])[:0] = content  # those below come last first
@@ -188,8 +191,20 @@ class _Reader:
                 built[index] = (made,)
         return tuple(node for root in roots for node in built[root])
 
-    def _content(self, node: SimpleNamespace, said: dict[str, Any]) -> tuple[Any, ...]:
-        points = read_points(said, self.parts, self.frames)
+    def _object(self, index: int) -> PointObject | None:
+        """The point object of a node; None without one, or if its files are missing and a mesh stands for it."""
+        node = self._node(index)
+        try:
+            return read_points(options(node.extras, _NODE_KEYS), self.parts, self.frames)
+        except FileNotFoundError as error:
+            below = [options(self._node(child).extras, _NODE_KEYS) for child in node.children or ()]
+            if not any(switch(said, "fallback", False) for said in below):
+                raise
+            self.note(f"{self._label(index)}: {error}: what other programs see is drawn in its place")
+            return None
+
+    def _content(self, index: int, said: dict[str, Any]) -> tuple[Any, ...]:
+        node, points = self._node(index), self.objects[index]
         meshes = () if node.mesh is None else self.meshes[node.mesh]
         light = self._light(node, said)
         return (*([points] if points else []), *meshes, *([light] if light else []))

@@ -52,7 +52,9 @@ def save_scene(path: FilePath, scene: Scene, fallback: Fallback, light_units: Un
 
 class _Writer:
     def __init__(self, document: Document, fallback: Fallback, units: Units) -> None:
-        self.document, self.fallback, self.units = document, fallback, units
+        self.document = document
+        self.fallback: Fallback = fallback
+        self.units: Units = units
         self.frames: dict[Frame, dict[str, Any]] = {}
         self.folders: set[str] = set()
         self.above: dict[int, int] = {}  # by node: one more above it, where one cannot say a shear

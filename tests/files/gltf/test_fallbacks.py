@@ -201,6 +201,22 @@ def test_a_fallback_whose_object_is_gone_is_a_mesh(tmp_path):
     assert isinstance(placed.content, ps.Mesh) and len(placed.content.positions) == 48 * 64
 
 
+def test_a_fallback_is_drawn_where_the_objects_files_are_missing(tmp_path):
+    """A .glb is sent alone, without the folders beside it."""
+    save(tmp_path / "a.glb", tilted(checked(48, 64)), fallback="mesh")
+    (tmp_path / "b").mkdir()
+    (tmp_path / "a.glb").rename(tmp_path / "b" / "a.glb")
+    notes = []
+    (placed,) = ps.load_scene(tmp_path / "b" / "a.glb", notes=notes.append).placed()
+    assert isinstance(placed.content, ps.Mesh) and placed.content.texture is not None
+    (note,) = notes
+    assert note.startswith("node 'thing': 'a_glb_thing' does not exist in ") and "other programs see" in note
+    save(tmp_path / "c.glb", tilted(), fallback=None)
+    (tmp_path / "c_glb_thing" / "depth.npy").unlink()
+    with pytest.raises(OSError, match="thing"):
+        ps.load_scene(tmp_path / "c.glb")
+
+
 def test_hidden_objects_have_no_fallback(tmp_path):
     hidden = ps.Node(None, "group", children=(ps.Node(ps.PointObject(tilted()), "in it"),), visible=False)
     alone = ps.Node(ps.PointObject(tilted()), "alone", visible=False)

@@ -1,4 +1,4 @@
-"""Run by a Python that has bpy: opens scenes as the example does, says what Blender made of them, and renders them.
+"""Runs in Blender: opens scenes as the example does, says what Blender made of them, and renders them.
 
 Arguments: a file of jobs (JSON), each with "scene", with "picture", "size" and "samples" where it is to be rendered,
 and with "exported" where Blender is to write it again; and a file for the answers. Pictures are (h, w, 4) linear
@@ -13,7 +13,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-EXAMPLE = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "blender_cycles.py"), run_name="example")
+EXAMPLE = runpy.run_path(str(Path(__file__).parents[3] / "examples" / "blender_cycles.py"), run_name="example")
 
 
 def lamp(thing):

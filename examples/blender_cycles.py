@@ -8,6 +8,7 @@ was saved before. `open_scene` is the part to copy: the importer gives positions
 ambient light and the size of lamps do not exist in glTF, and are read from what our files say beside it.
 """
 
+import math
 import sys
 import tempfile
 from pathlib import Path
@@ -26,17 +27,18 @@ def open_scene(path):
         said = lamp.get("pointshade", {})
         lamp.use_shadow = bool(said.get("shadow", True))
         if lamp.type == "SUN":
-            lamp.angle = said.get("angle", 0) * 3.14159265 / 180
+            lamp.angle = said.get("angle", 0) * math.pi / 180
         else:
             lamp.shadow_soft_size = said.get("radius", 0)
     material = next((m["pointshade"] for m in bpy.data.materials if "pointshade" in m), {})
-    share = material.get("ambient", 0.1) / material.get("diffuse", 0.9)  # our ambient light, for each unit of diffuse
+    ambient, diffuse = material.get("ambient", 0.1), material.get("diffuse", 0.9)
     scene.world = bpy.data.worlds.new("ambient")
     scene.world.use_nodes = True
     background = scene.world.node_tree.nodes["Background"]
     background.inputs["Color"].default_value = (*scene.get("pointshade", {}).get("ambient", (1, 1, 1)), 1)
-    background.inputs["Strength"].default_value = share
+    background.inputs["Strength"].default_value = ambient / diffuse
     scene.view_settings.view_transform = "Standard"  # sRGB, as here
+    scene.view_settings.exposure = math.log2(diffuse)  # colours come without the strength of their diffuse light
     scene.render.film_transparent = True
     scene.camera = next((thing for thing in scene.objects if thing.type == "CAMERA"), None)
 

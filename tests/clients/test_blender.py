@@ -8,7 +8,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.scene.srgb import srgb_to_linear
 
-from .blender import ask
+from .blender import ask, run_example
 
 pytestmark = [pytest.mark.clients, pytest.mark.timeout(900)]
 
@@ -169,3 +169,12 @@ def test_a_scene_that_blender_writes_again_looks_the_same(tmp_path, scenes):
     ask([{"scene": str(tmp_path / "ours.gltf"), "exported": str(tmp_path / "theirs.gltf")}], tmp_path)
     again = ps.load_scene(tmp_path / "theirs.gltf", notes=lambda _: None)
     assert np.abs(ps.render(again).astype(int) - ps.render(scene)).max() <= 2
+
+
+@pytest.mark.gl
+def test_the_example_draws_the_same_vase_twice(tmp_path):
+    ours, theirs = np.split(run_example(tmp_path / "pair.png").astype(float), 2, axis=1)
+    seen = np.abs(ours - ours[0, 0]).max(-1) > 20
+    assert 0.1 < seen.mean() < 0.5
+    assert np.abs(ours - theirs)[~inside(~seen)].mean() < 12  # of 255; Cycles has light that bounces
+    assert np.corrcoef(ours[seen].mean(-1), theirs[seen].mean(-1))[0, 1] > 0.95

@@ -56,7 +56,8 @@ def frame_surface(
     used = np.zeros(w.size, bool)
     used[faces] = True
     number = np.cumsum(used, dtype=np.uint32) - 1  # of each pixel among those used
-    u, v, z, w, right, down = (part.ravel()[used] for part in (u, v, z, w, right / every, down / every))
+    u, v = u.ravel()[used], v.ravel()[used]
+    z, w, right, down = (part.ravel()[used] for part in (z, w, right / every, down / every))
     x, y = frame.camera.ray_at(u, v)
     if normals is None:
         camera = frame.camera

@@ -143,4 +143,4 @@ def aimed(eye: tuple[float, float, float], target: tuple[float, float, float]) -
 if __name__ == "__main__":
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER
     folder.mkdir(parents=True, exist_ok=True)
-    save_scene(folder / "scene.gltf", scene())
+    save_scene(folder / "scene.gltf", scene(), fallback=None)

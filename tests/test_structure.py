@@ -157,7 +157,11 @@ def test_the_graph_holds_what_functions_and_types_import():
 
 
 def test_the_files_that_code_and_documents_name_are_there():
-    files = [path for top in ("pointshade_gl", "shaders", "tests", "assets") for path in (CHECKOUT / top).rglob("*.*")]
+    files = [
+        path
+        for top in ("pointshade_gl", "shaders", "tests", "assets", "examples")
+        for path in (CHECKOUT / top).rglob("*.*")
+    ]
     names = {f"/{path.relative_to(CHECKOUT).as_posix()}" for path in files}
     named = re.compile(r"(?<![\w./%{-])(?:[a-z_]+/)*[a-z_]+\.(?:py|glsl|frag|vert|comp|js)\b")
     texts = [path for path in files if path.suffix in (".py", ".js", ".glsl", ".frag", ".vert", ".comp", ".md")]

@@ -17,6 +17,7 @@ from .values import frozen
 
 BACKGROUND = 100  # times as far as all else: one value there is that of a sky without a depth
 LEAST = 1 / LARGEST  # of a depth: shaders square lengths, and drivers take the squares of smaller ones for 0
+NEUTRAL = 204  # light grey, sRGB: the colour of a frame without colours
 PROBE = 10_000  # pixels looked at for the pivot and the range: enough for a median, quick for any size
 
 

@@ -45,19 +45,22 @@ def client() -> Callable[[str], Any]:
     return load
 
 
+def blender_python() -> str:
+    """The Python named by POINTSHADE_BPY_PYTHON, or this one: that which has Blender as the module bpy."""
+    named = os.environ.get("POINTSHADE_BPY_PYTHON")
+    if named is None and importlib.util.find_spec("bpy") is None:
+        missing("no bpy, and no POINTSHADE_BPY_PYTHON")
+    return named or sys.executable
+
+
 @pytest.fixture
 def blender(tmp_path) -> Callable[..., dict[str, np.ndarray]]:
-    """blender(script, *arguments): the arrays that a script of in_blender saves to the .npz named after them.
-
-    It runs in the Python of POINTSHADE_BPY_PYTHON, which has Blender as the module bpy, or in this one.
-    """
-    python = os.environ.get("POINTSHADE_BPY_PYTHON")
-    if python is None and importlib.util.find_spec("bpy") is None:
-        missing("no bpy, and no POINTSHADE_BPY_PYTHON")
+    """blender(script, *arguments): the arrays that a script of in_blender saves to the .npz named after them."""
+    python = blender_python()
 
     def run(script: str, *arguments: object) -> dict[str, np.ndarray]:
         saved = tmp_path / "from_blender.npz"
-        command = [python or sys.executable, IN_BLENDER / script, *map(str, arguments), saved]
+        command = [python, IN_BLENDER / script, *map(str, arguments), saved]
         clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
         done = subprocess.run(command, cwd=tmp_path, env=clean, capture_output=True, text=True, timeout=240)
         assert done.returncode == 0 and saved.exists(), f"{done.stdout}\n{done.stderr}"

@@ -132,6 +132,10 @@ class FileSet:
         path.parent.mkdir(parents=True, exist_ok=True)
         return path
 
+    def holds(self, name: str) -> bool:
+        """Whether a file of this name was staged."""
+        return name in self._names
+
     def commit(self) -> None:
         """Moves the files into place, in the order of staging. Raises OSError, before the first, if one cannot move."""
         for name in self._names:

@@ -80,19 +80,22 @@ def cloud_place(cloud: PointCloud) -> Matrix:
 
 
 def cloud_attributes(cloud: PointCloud) -> dict[str, NDArray[Any]]:
-    """The arrays of the primitive by their names, but normals; colours as linear uint16 of which 65535 is 1."""
+    """The arrays of the primitive by their names, but normals."""
     shift = cloud_place(cloud)[:3, 3] - cloud.origin
     held: dict[str, NDArray[Any]] = {"POSITION": (cloud.positions - shift).astype(np.float32)}
     if cloud.colors is not None:
-        linear = np.rint(srgb_to_linear(np.arange(256) / 255) * 65535).astype(np.uint16)
-        held["COLOR_0"] = np.full((len(cloud), 4), 65535, np.uint16)  # four: glTF wants multiples of 4 bytes
-        held["COLOR_0"][:, :3] = linear[cloud.colors]
+        held["COLOR_0"] = linear_colors(cloud.colors)
     for key, name in SINGLES.items():
         if getattr(cloud, name) is not None:
             held[key] = getattr(cloud, name)[:, None]
     if cloud.seen_from is not None and cloud.seen_from.ndim == 2:
         held["_SEEN_FROM"] = (cloud.seen_from - shift).astype(np.float32)
     return held
+
+
+def linear_colors(colors: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Return sRGB colours (n, 3) as linear ones: float32, as trimesh takes glTF's 16 bits for 8."""
+    return srgb_to_linear(np.arange(256) / 255).astype(np.float32)[colors]
 
 
 def cloud_extras(cloud: PointCloud) -> dict[str, Any]:

@@ -15,6 +15,8 @@ from .decode import decode
 LIGHTS, UNLIT, QUANTIZED = "KHR_lights_punctual", "KHR_materials_unlit", "KHR_mesh_quantization"
 IMAGE_BASED = "EXT_lights_image_based"
 KNOWN = (LIGHTS, IMAGE_BASED, UNLIT, QUANTIZED)
+SPECULAR = "KHR_materials_specular"  # written for other programs: our own values say it better
+GENERATOR = "pointshade_gl"  # what our files say of who wrote them
 _MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
 
 

@@ -38,8 +38,14 @@ _SMALLEST, _LARGEST = 16, 128  # pixels of a side of the faces that are written:
 _BLURRED = 64  # columns of the picture of which the first rough level is made; half of it for the next, and so on
 
 
-def read_environment(scene: SimpleNamespace | None, parts: Parts, factor: float) -> Environment | None:
-    """Return the environment of a scene of the file, its light times a factor; None without one. Raises ValueError."""
+def read_environment(
+    scene: SimpleNamespace | None, parts: Parts, factor: float, axes: NDArray[np.float64]
+) -> Environment | None:
+    """Return the environment of a scene of the file; None without one. Raises ValueError.
+
+    factor  on its light
+    axes    (3, 3) from the scene's world to the file's
+    """
     held = (scene.extensions or {}).get(IMAGE_BASED) if scene else None
     if held is None:
         return None
@@ -56,7 +62,7 @@ def read_environment(scene: SimpleNamespace | None, parts: Parts, factor: float)
             raise ValueError(f"intensity must be 0 or above, got {intensity:g}")
         numbers(light.get("irradianceCoefficients", np.zeros(27)), (9, 3), "irradianceCoefficients")
         faces = _faces(light.get("specularImages"), parts)
-        directions = sphere_directions(min(4 * faces.shape[1], WIDEST)) @ turn  # rows: the inverse turn
+        directions = sphere_directions(min(4 * faces.shape[1], WIDEST)) @ axes.T @ turn  # rows: the inverse turn
         return Environment(intensity * factor * seen_in_cube(faces, directions))
 
 

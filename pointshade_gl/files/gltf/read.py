@@ -13,8 +13,8 @@ from ...messages.validation import check_positive
 from ...scene.frame import Frame
 from ...scene.graph import Scene
 from ...scene.light import Light
-from ...scene.light_units import LUX
 from ...scene.node import Node
+from ...scene.point_object import PointObject
 from ..access.builtin import builtin_scene
 from ..access.content import FilePath
 from ..access.limits import PARTS, check_limit
@@ -22,14 +22,14 @@ from ..access.safe_paths import Folder
 from .buffers import Parts
 from .cameras_and_lights import FLIP, LUMENS, Matrix, camera_pose, read_camera, read_light
 from .checks import label, numbers, pick, telling
-from .container import KNOWN, LIGHTS, read_container
+from .container import GENERATOR, KNOWN, LIGHTS, SPECULAR, read_container
 from .environments import read_environment
 from .extras import options, switch
 from .meshes import Meshes
 from .points import KEYS, read_points
 from .transforms import local_matrix
 
-_NODE_KEYS = (*KEYS, "visible", "shadow")
+_NODE_KEYS = (*KEYS, "visible", "shadow", "fallback", "content", "turned", "sheared")
 
 
 def load_scene(path: FilePath, allow_outside: bool, max_pixels: float, notes: Note | None) -> Scene:
@@ -50,7 +50,9 @@ class _Reader:
         self.parents: dict[int, int | None] = {}  # in the order of the walk
         self.places: dict[int, Matrix] = {}  # node-to-parent
         self.cameras: list[tuple[int, Matrix]] = []  # nodes with one, node-to-world
-        self.light_factor = LUX
+        self.objects: dict[int, PointObject | None] = {}  # by node
+        self.exposure = 1.0
+        self.loose: dict[int | None, list[Any]] = {}  # by node: content that stands below it in the file
 
     def scene(self) -> Scene:
         self._tell_what_is_left_out()
@@ -60,7 +62,10 @@ class _Reader:
         chosen = pick(gltf.scenes, gltf.scene or 0, "scene") if gltf.scenes or gltf.scene is not None else None
         said = options(chosen.extras if chosen else None, ("ambient", "exposure", "pose"))
         exposure = numbers(said.get("exposure", 1), (), "exposure").item()
-        self.light_factor = self._light_factor(exposure)
+        self.exposure = exposure
+        if self._is_blenders and LIGHTS in (gltf.extensions or {}):
+            units = f"{LUMENS:g} lumens a watt, as Blender writes them"
+            self.note(f"lights are taken as {units}; the scene's exposure is a factor")
         roots = chosen.nodes if chosen else self._roots()
         self._walk(roots or [])
         camera, pose, taken = None, numbers(said.get("pose", FLIP), (4, 4), "pose"), None
@@ -73,11 +78,14 @@ class _Reader:
                     self.note(f"{self._label(index)}: camera {number} is left out, the first perspective one is taken")
         nodes = self._build(roots or [], taken)
         ambient = numbers(said.get("ambient", (1, 1, 1)), (3,), "ambient").tolist()
-        environment = read_environment(chosen, self.parts, exposure)
+        is_turned = any(self._is_turned(self._node(root)) for root in roots or ())
+        axes = FLIP[:3, :3] if is_turned else np.eye(3)
+        environment = read_environment(chosen, self.parts, exposure, axes)
         return Scene(nodes, camera, pose, (ambient[0], ambient[1], ambient[2]), environment)
 
     def _tell_what_is_left_out(self) -> None:
-        unread = [str(name) for name in self.gltf.extensionsUsed or () if name not in KNOWN]
+        known = (*KNOWN, SPECULAR) if self._is_ours else KNOWN
+        unread = [str(name) for name in self.gltf.extensionsUsed or () if name not in known]
         if unread:
             self.note(f"the extension{'s' * (len(unread) > 1)} {cut(', '.join(unread))} cannot be read")
         if self.gltf.animations:
@@ -95,13 +103,9 @@ class _Reader:
     def _is_blenders(self) -> bool:
         return "Blender" in (self.gltf.asset.generator or "")
 
-    def _light_factor(self, exposure: float) -> float:
-        if LIGHTS not in (self.gltf.extensions or {}) or not self._is_blenders:
-            return LUX * exposure
-        self.note(
-            f"lights are taken as {LUMENS:g} lumens a watt, as Blender writes them; the scene's exposure is a factor"
-        )
-        return LUX / LUMENS * exposure
+    @property
+    def _is_ours(self) -> bool:
+        return self.gltf.asset.generator == GENERATOR
 
     def _node(self, index: Any) -> SimpleNamespace:
         return pick(self.gltf.nodes, index, "node")
@@ -111,20 +115,36 @@ class _Reader:
 
     def _walk(self, roots: list[int]) -> None:
         """Visits all nodes below the roots. Raises ValueError for one that it meets twice: nodes form trees."""
-        stack: list[tuple[Any, int | None, Matrix]] = [(root, None, np.eye(4)) for root in roots[::-1]]
+        flat = np.eye(4)
+        stack: list[tuple[Any, int | None, Matrix, Matrix]] = [(root, None, flat, flat) for root in roots[::-1]]
         while stack:
-            index, parent, above = stack.pop()
+            index, parent, above, place = stack.pop()
             with telling("the scene" if parent is None else self._label(parent)):
                 node = self._node(index)
                 if index in self.parents:
                     raise ValueError(self._met_twice(index, parent))
             self.parents[index] = parent
             with telling(self._label(index)):
-                self.places[index] = local_matrix(node)
+                place = place @ (flat if parent is None and self._is_turned(node) else local_matrix(node))
+                is_half = self._is_half(node)  # then the rest of the place is that of the node below
+                self.places[index] = flat if is_half else place
                 world = above @ self.places[index]
             if node.camera is not None:
                 self.cameras.append((index, world))
-            stack += [(child, index, world) for child in (node.children or [])[::-1]]
+            stack += [(k, index, world, place if is_half else flat) for k in (node.children or [])[::-1]]
+
+    def _is_turned(self, node: SimpleNamespace) -> bool:
+        """Whether a node only turns our scene for other programs."""
+        return self._is_ours and switch(options(node.extras, _NODE_KEYS), "turned", False)
+
+    def _is_half(self, node: SimpleNamespace) -> bool:
+        """Whether a node and the only one below it are one of ours, sheared."""
+        return len(node.children or ()) == 1 and switch(options(node.extras, _NODE_KEYS), "sheared", False)
+
+    def _is_fallback(self, index: int, said: dict[str, Any]) -> bool:
+        """Whether the node is what other programs draw of the point object above it."""
+        above = self.parents[index]
+        return switch(said, "fallback", False) and above is not None and self.objects[above] is not None
 
     def _met_twice(self, index: int, parent: int | None) -> str:
         above = parent
@@ -141,16 +161,24 @@ class _Reader:
             return None if camera.type == "orthographic" else read_camera(camera, self.parts.max_pixels)
 
     def _build(self, roots: list[int], camera: int | None) -> tuple[Node, ...]:
-        """The nodes. A node that holds only the scene's camera becomes the scene's pose and is left out."""
+        """The nodes. One that holds only the scene's camera becomes the scene's pose; those for other programs go."""
         built: dict[int, tuple[Node, ...]] = {}
+        for index in self.parents:
+            with telling(self._label(index)):
+                self.objects[index] = self._object(index)
         for index in reversed(self.parents):
             node = self._node(index)
             with telling(self._label(index)):
-                said = options(node.extras, _NODE_KEYS)
-                content = self._content(node, said)
+                said, above = options(node.extras, _NODE_KEYS), self.parents[index]
+                is_extra = self._is_fallback(index, said)
+                content = () if is_extra else (*self._content(index, said), *self.loose.pop(index, ()))
                 children = tuple(child for k in node.children or () for child in built.pop(k))
-                if index == camera and not content and not children:
-                    built[index] = ()
+                if not children and above is not None and switch(said, "content", False):
+                    self.loose.setdefault(above, [])[:0] = content  # those below come last first
+                    content, is_extra = (), True
+                is_extra |= index == camera or (above is None and self._is_turned(node)) or self._is_half(node)
+                if is_extra and not content and (not children or index != camera):
+                    built[index] = children
                     continue
                 made = Node(
                     content[0] if len(content) == 1 else content or None,
@@ -163,8 +191,20 @@ class _Reader:
                 built[index] = (made,)
         return tuple(node for root in roots for node in built[root])
 
-    def _content(self, node: SimpleNamespace, said: dict[str, Any]) -> tuple[Any, ...]:
-        points = read_points(said, self.parts, self.frames)
+    def _object(self, index: int) -> PointObject | None:
+        """The point object of a node; None without one, or if its files are missing and a mesh stands for it."""
+        node = self._node(index)
+        try:
+            return read_points(options(node.extras, _NODE_KEYS), self.parts, self.frames)
+        except FileNotFoundError as error:
+            below = [options(self._node(child).extras, _NODE_KEYS) for child in node.children or ()]
+            if not any(switch(said, "fallback", False) for said in below):
+                raise
+            self.note(f"{self._label(index)}: {error}: what other programs see is drawn in its place")
+            return None
+
+    def _content(self, index: int, said: dict[str, Any]) -> tuple[Any, ...]:
+        node, points = self._node(index), self.objects[index]
         meshes = () if node.mesh is None else self.meshes[node.mesh]
         light = self._light(node, said)
         return (*([points] if points else []), *meshes, *([light] if light else []))
@@ -180,4 +220,4 @@ class _Reader:
         with telling(f"light {index}"):
             if isinstance(light, dict) and "range" in light:
                 self.note(f"light {index}: its range is not used, it falls with the square of the distance")
-            return read_light(light, self.light_factor, switch(said, "shadow"), self._is_blenders)
+            return read_light(light, self.exposure, switch(said, "shadow"), self._is_blenders)

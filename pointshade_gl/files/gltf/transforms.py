@@ -35,12 +35,14 @@ def turn_of(rotation: Any) -> Matrix:
     return rotation_of(quaternion / length)
 
 
-def transform_of(matrix: Matrix) -> dict[str, list[float]]:
-    """translation, rotation and scale if they are the same as the matrix, else the matrix."""
+def transform_of(matrix: Matrix) -> dict[str, list[float]] | None:
+    """translation, rotation and scale that make the matrix; None of a shear, which glTF has not."""
     scale = np.linalg.norm(matrix[:3, :3], axis=0)
+    if np.linalg.det(matrix[:3, :3]) < 0:  # a mirror
+        scale[2] *= -1
     turn = matrix[:3, :3] / scale
     if not is_rotation(turn, 1e-12):
-        return {"matrix": matrix.T.ravel().tolist()}
+        return None
     scale[np.abs(scale - 1) < 1e-12] = 1
     parts = {
         "translation": (matrix[:3, 3], (0, 0, 0)),
@@ -48,3 +50,15 @@ def transform_of(matrix: Matrix) -> dict[str, list[float]]:
         "scale": (scale, (1, 1, 1)),
     }
     return {name: value.tolist() for name, (value, usual) in parts.items() if not np.array_equal(value, usual)}
+
+
+def unsheared(matrix: Matrix) -> tuple[Matrix, Matrix]:
+    """Return the matrices of a node and of one below it, both without a shear, whose product is the matrix."""
+    left, scale, right = np.linalg.svd(matrix[:3, :3])
+    for turn, axis in ((left, np.s_[:, 2]), (right, np.s_[2])):
+        if np.linalg.det(turn) < 0:
+            turn[axis] *= -1
+            scale[2] *= -1
+    above, below = np.array(matrix), np.eye(4)
+    above[:3, :3], below[:3, :3] = left * scale, right
+    return above, below

@@ -12,6 +12,7 @@ import numpy as np
 from ...messages.notes import print_note
 from ...scene.camera import Camera
 from ...scene.frame import Frame
+from ...scene.frame_arrays import NEUTRAL
 from ...scene.noise import Choice, Noise
 from .images import R32F, RGBA8, Box, Image, Images, check_size, empty
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from ...estimation.light_fit import FoundLight
 
 CELL = 16  # pixels along a side for which the certainty of normals is found together
-NEUTRAL = np.full((1, 1, 3), 204, np.uint8)  # light grey: the colour of a frame without colours
+GREY = np.full((1, 1, 3), NEUTRAL, np.uint8)
 
 
 class DepthTextures(Images):
@@ -53,7 +54,7 @@ class FrameTextures(DepthTextures):
 
     def __init__(self, context: moderngl.Context, frame: Frame):
         super().__init__(context, _size(frame.depth))
-        color = NEUTRAL if frame.color is None else frame.color
+        color = GREY if frame.color is None else frame.color
         self._shape = frame.depth.shape, color.shape
         with self._all_or_nothing():
             check_size(context, *_size(color))
@@ -71,7 +72,7 @@ class FrameTextures(DepthTextures):
         self.choice = Choice("")  # what estimated the normals, and why; nothing yet
 
     def fits(self, frame: Frame) -> bool:
-        color = NEUTRAL if frame.color is None else frame.color
+        color = GREY if frame.color is None else frame.color
         return self._shape == (frame.depth.shape, color.shape)
 
     def upload(self, frame: Frame) -> None:
@@ -79,7 +80,7 @@ class FrameTextures(DepthTextures):
         left, top, right, bottom = frame.box
         self.surface.confine((left, top, right - left, bottom - top))
         self.depth.write(np.ascontiguousarray(frame.depth))
-        self.color.write(NEUTRAL if frame.color is None else np.ascontiguousarray(frame.color))
+        self.color.write(GREY if frame.color is None else np.ascontiguousarray(frame.color))
         self.frame = frame
         self.raise_version()
 

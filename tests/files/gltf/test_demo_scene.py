@@ -32,7 +32,7 @@ def test_the_vase_stands_on_the_floor_where_it_was_photographed():
 
 
 def test_the_files_are_what_the_program_writes(tmp_path):
-    ps.save_scene(tmp_path / "scene.gltf", make_demo.scene())
+    ps.save_scene(tmp_path / "scene.gltf", make_demo.scene(), fallback=None)
     names = sorted(path.name for path in make_demo.FOLDER.iterdir())
     assert names == sorted(path.name for path in tmp_path.iterdir())
     stored, made = ps.load_scene("demo"), ps.load_scene(tmp_path / "scene.gltf")

@@ -13,6 +13,7 @@ import pointshade_gl as ps
 from ...support.frames import all_missing, single_pixel, step
 from .test_read import pygltflib_scene, refuse
 
+FLIP = np.diag([1.0, -1.0, -1.0, 1.0])  # the pose of a camera in a world whose y points up
 CHANCE = np.random.default_rng(9)
 RGB = CHANCE.integers(0, 256, (5, 7, 3), dtype=np.uint8)
 RGBA = CHANCE.integers(0, 256, (4, 4, 4), dtype=np.uint8)
@@ -134,7 +135,8 @@ def test_meshes_and_frames_that_nodes_share_are_written_once(tmp_path):
     ps.save_scene(tmp_path / "out.gltf", ps.Scene(tuple(nodes)))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out.bin", "out.gltf", "out_0.png", "out_same"]
     data = json.loads((tmp_path / "out.gltf").read_text())
-    assert (len(data["meshes"]), len(data["materials"]), len(data["images"])) == (1, 1, 1)
+    assert (len(data["meshes"]), len(data["materials"])) == (2, 2)  # the second of each is the frame's fallback
+    assert [image["uri"] for image in data["images"]] == ["out_0.png", "out_same/color.png"]
     a, b, c = ps.load_scene(tmp_path / "out.gltf").nodes
     assert a.content[1] is b.content[1] and a.content[0].frame is c.content.frame
 
@@ -169,11 +171,13 @@ def test_frames_are_named_where_they_are_if_the_file_can_name_them(tmp_path):
     read = ps.load_scene(tmp_path / "a.gltf")
     ps.save_scene(tmp_path / "b.gltf", read)
     assert json.loads((tmp_path / "b.gltf").read_text())["nodes"][0]["extras"]["pointshade"]["frame"] == "a_wall"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.gltf", "a_wall", "b.gltf"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.bin", "a.gltf", "a_wall", "b.bin", "b.gltf"]
+    (image,) = json.loads((tmp_path / "b.gltf").read_text())["images"]  # of the fallback
+    assert image["uri"] == "a_wall/color.png"
     other = tmp_path / "other"
     other.mkdir()
     ps.save_scene(other / "c.gltf", read)
-    assert sorted(path.name for path in other.iterdir()) == ["c.gltf", "c_wall"]
+    assert sorted(path.name for path in other.iterdir()) == ["c.bin", "c.gltf", "c_wall"]
     assert_same(read, ps.load_scene(other / "c.gltf"))
 
 
@@ -222,7 +226,7 @@ def test_a_glb_is_aligned_as_its_specification_asks(tmp_path):
 
 def test_other_tools_open_what_is_written(tmp_path):
     trimesh = pytest.importorskip("trimesh")
-    ps.save_scene(tmp_path / "out.glb", ps.Scene((ps.Node((FLAT, SMOOTH), "a", transform(1)),)))
+    ps.save_scene(tmp_path / "out.glb", ps.Scene((ps.Node((FLAT, SMOOTH), "a", transform(1)),), pose=FLIP))
     opened = trimesh.load_scene(tmp_path / "out.glb")
     corners = (transform(1) @ np.column_stack([FLAT.positions, np.ones(5)]).T)[:3]
     np.testing.assert_allclose(opened.bounds, [corners.min(1), corners.max(1)], atol=1e-6)

@@ -1,6 +1,6 @@
 """Measures films of noisy frames beside PyVista and Open3D: frames a second, and CPU seconds over all cores.
 
-Run by hand: python tests/benchmarks/film_beside_others.py [--frames N] [--peers PYTHON] [--chart FILE]. PYTHON is an
+Run by hand: python tests/benchmarks/film_beside_others.py [--frames N] [--peers PYTHON]. PYTHON is an
 interpreter with pyvista, open3d, pillow and imageio-ffmpeg; without it only this package is measured. All read the same
 folder, 640x480 colours and millimetres with a Kinect's noise, see each frame from 15 degrees aside under one light, and
 write an H.264 film. Each is a process of its own, from its start to the finished film, in interleaved rounds.
@@ -26,7 +26,7 @@ import pointshade_gl as ps
 
 ROOT = Path(__file__).resolve().parents[2]
 CAMERA = ps.Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
-COMMAND = "from pointshade_gl.cli.main import main; import sys; main([{words}])"
+COMMAND = "import sys; from pointshade_gl.cli.main import main; sys.argv[1:] = [{words}]; main()"
 
 SHARED = """
 import json, sys
@@ -176,23 +176,8 @@ def measure(python: str, program: str, folder: Path) -> Run | str:
     return Run(wall, used.ru_utime + used.ru_stime, used.ru_maxrss / 2**20)
 
 
-def chart(path: Path, rates: dict[str, float]) -> None:
-    """Bars: frames a second of each."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7, 0.5 + 0.42 * len(rates)), dpi=200)
-    axes = figure.add_subplot()
-    names = list(rates)[::-1]
-    bars = axes.barh(
-        names, [rates[name] for name in names], color=["#d03a2b" if "ps" in n else "#7d7d7d" for n in names]
-    )
-    axes.bar_label(bars, fmt="%.1f", padding=3, fontsize=8.5)
-    axes.set_xlabel("frames a second to film, 640x480 with noise", fontsize=8.5)
-    axes.spines[["top", "right"]].set_visible(False)
-    figure.savefig(path, bbox_inches="tight")
-
-
-def main() -> None:
+def main() -> int:
+    """Print a table. Returns 1 if one of them failed."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--frames", type=int, default=120)
     parser.add_argument("--rounds", type=int, default=3)
@@ -211,16 +196,19 @@ def main() -> None:
         for _ in range(asked.rounds):
             for name, program in programs.items():
                 runs[name].append(measure(*program, folder))
+    failed = 0
     print(f"{'':26}{'frames a second':>16}{'ms a frame':>12}{'CPU ms':>9}{'cores':>7}{'GB':>7}")
     for name, found in runs.items():
         good = [one for one in found if isinstance(one, Run)]
         if len(good) < len(found):
+            failed = 1
             print(f"{name:26} {next(one for one in found if not isinstance(one, Run))}")
             continue
         wall, cpu, memory = (median(values) for values in zip(*good, strict=True))
         each = 1e3 / asked.frames
         print(f"{name:26}{asked.frames / wall:16.1f}{each * wall:12.1f}{each * cpu:9.1f}{cpu / wall:7.2f}{memory:7.2f}")
+    return failed
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

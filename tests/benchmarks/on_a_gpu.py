@@ -279,10 +279,12 @@ def markdown(results: dict[str, Any]) -> str:
             "",
         ]
         lines += ["| picture | beside | more than 2 steps, % | mean | most | dB |", "|---|---|---|---|---|---|"]
-        for row in results["pictures"]:
+        differing = [row for row in results["pictures"] if row["most"]]
+        for row in differing:
             name = f"{row['name']} **differs**" if row["complaint"] else row["name"]
             numbers = f"{100 * row['share']:.3f} | {row['mean']:.4f} | {row['most']} | {row['decibels']}"
             lines.append(f"| {name} | {row['kind']} | {numbers} |")
+        lines += ["", f"{len(results['pictures']) - len(differing)} others are equal, bit by bit."]
     return "\n".join(lines) + "\n"
 
 

@@ -80,6 +80,7 @@ for name in names:
         plotter.show(auto_close=False, interactive=False)
     else:
         actor.mapper.SetInputData(cloud)
+        plotter.render()
     film.send(np.ascontiguousarray(plotter.screenshot(None, return_img=True)[..., :3]))
 film.close()
 """
@@ -96,6 +97,8 @@ renderer = rendering.OffscreenRenderer(w, h)
 scene = renderer.scene
 scene.set_background([0.11, 0.11, 0.125, 1])
 scene.view.set_post_processing(False)
+scene.view.set_antialiasing(False)
+scene.view.set_ambient_occlusion(False)
 scene.view.set_shadowing(False, rendering.View.ShadowType.PCF)
 material = rendering.MaterialRecord()
 material.shader, material.point_size, material.base_roughness = "defaultLit", 2.0, 0.4

@@ -43,6 +43,7 @@ NEEDED = {  # modules, and the packages that have them
 }  # fmt: skip
 USEFUL = {"xdist": "pytest-xdist", "imageio_ffmpeg": "imageio-ffmpeg"}  # tests on all cores, films
 INSTALLING = 200.0  # seconds at most
+LAST_WORDS = 5.0  # seconds after the limit
 MOST_LISTED = 40  # failures of a part in report.md; log.txt has all
 DIFFERENCES = "differences.jsonl"
 _WORD = "(PASSED|FAILED|ERROR|SKIPPED)"
@@ -143,6 +144,9 @@ def run(command: Sequence[str], limit: float, environment: dict[str, str], log: 
             status: int | None = child.wait(max(limit, 1.0))
         except subprocess.TimeoutExpired:
             status = None
+            os.killpg(child.pid, signal.SIGINT)  # pytest then says what has failed so far
+            with suppress(subprocess.TimeoutExpired):
+                child.wait(LAST_WORDS)
         except BaseException:
             _end(child)
             raise

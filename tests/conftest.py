@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import random
 import select
@@ -21,7 +22,7 @@ import pointshade_gl as ps
 from .support.browser import Browser, find_chromium
 from .support.children import default_signals
 from .support.command import run
-from .support.compare import compare_images, difference_picture
+from .support.compare import compare_images, difference_figures, difference_picture
 from .support.places import FAILURES, GOLDEN, ROOT
 from .support.shader_function import evaluate
 
@@ -35,6 +36,7 @@ settings.load_profile("same")
 
 def pytest_addoption(parser):
     parser.addoption("--update-golden", action="store_true", help="rewrite the stored pictures with today's pictures")
+    parser.addoption("--differences", metavar="FILE", help="append how stored pictures differ, a line of JSON for each")
     parser.addoption("--shuffle", metavar="SEED", help="run files in random order, and the tests of each file, too")
 
 
@@ -206,6 +208,10 @@ def golden(request, renderer):
                 expected["stored"] = np.asarray(image)
         for kind, picture in expected.items():
             complaint = compare_images(actual, picture)
+            if file := request.config.getoption("--differences"):
+                with Path(file).open("a") as lines:
+                    row = {"name": name, "kind": kind, "complaint": complaint} | difference_figures(actual, picture)
+                    lines.write(json.dumps(row) + "\n")
             if complaint:
                 FAILURES.mkdir(exist_ok=True)
                 ps.save_image(FAILURES / f"{name}.actual.png", actual)

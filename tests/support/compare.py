@@ -20,6 +20,20 @@ def compare_images(actual: np.ndarray, expected: np.ndarray) -> str:
     return ""
 
 
+def difference_figures(actual: np.ndarray, expected: np.ndarray) -> dict[str, float]:
+    """How two pictures differ: share of pixels by more than STEP, mean, most, and decibels (99 if they are equal)."""
+    if actual.shape != expected.shape:
+        return {"share": 1.0, "mean": 255.0, "most": 255, "decibels": 0.0}
+    difference = np.abs(actual.astype(int) - expected)
+    power = float((difference.astype(float) ** 2).mean())
+    return {
+        "share": float((difference.max(-1) > STEP).mean()),
+        "mean": float(difference.mean()),
+        "most": int(difference.max()),
+        "decibels": round(min(10 * np.log10(255**2 / power), 99.0), 1) if power else 99.0,
+    }
+
+
 def difference_picture(actual: np.ndarray, expected: np.ndarray) -> np.ndarray:
     """The difference, amplified 20 times, opaque."""
     if actual.shape != expected.shape:

@@ -1,0 +1,137 @@
+"""Probes of a driver, for on_a_gpu.py; they print what they find: python tests/benchmarks/gpu_probes.py PROBE REPORT"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import moderngl
+import numpy as np
+
+import pointshade_gl as ps
+from pointshade_gl.bench.command import write
+from pointshade_gl.bench.speed import SIZES, measure_speed
+from pointshade_gl.bench.speed_jobs import NOISE, ball_and_wall
+from pointshade_gl.bench.speed_report import show_speed, speed_chart
+from pointshade_gl.bench.tables import wide_console
+from pointshade_gl.gpu.context.cuda_devices import _cuda_numbers, egl_device
+from pointshade_gl.gpu.context.software_driver import wants_software
+
+LIMITS = (
+    "GL_MAX_COLOR_ATTACHMENTS", "GL_MAX_VIEWPORT_DIMS", "GL_MAX_TEXTURE_IMAGE_UNITS", "GL_MAX_ARRAY_TEXTURE_LAYERS",
+    "GL_MAX_SHADER_STORAGE_BLOCK_SIZE", "GL_MAX_COMPUTE_WORK_GROUP_COUNT", "GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS",
+)  # fmt: skip
+
+
+def probe_environment(report: Path) -> None:
+    """Print facts about the driver as JSON."""
+    facts: dict[str, Any] = {"versions": f"Python {platform.python_version()}, NumPy {np.__version__}"}
+    facts["versions"] += f", moderngl {moderngl.__version__}"  # type: ignore[attr-defined]
+    facts["first picture, s"] = "{:.2f}, again {:.2f}".format(*(_first_picture(report) for _ in range(2)))
+    with ps.Renderer() as renderer:
+        facts |= renderer.context.limits()
+        facts["is software"] = renderer.context.is_software
+        facts["programs"] = "software" if wants_software(renderer.context.gl) else "hardware"
+        facts["rasterizers"] = "points, compute" if renderer.context.gl.version_code >= 430 else "points"
+        facts["limits"] = ", ".join(f"{name[3:]} {renderer.context.info.get(name)}" for name in LIMITS)
+        assert renderer.render(ps.load_frame("vase")).any(), "the vase is an empty picture"
+    facts["CUDA numbers of the EGL devices"] = _cuda_numbers()
+    print(json.dumps(facts))
+
+
+def _first_picture(report: Path) -> float:
+    begin = time.perf_counter()
+    command = [sys.executable, "-m", "pointshade_gl", "render", "-o", str(report / "vase.png"), "--quiet"]
+    subprocess.run(command, check=True)
+    return time.perf_counter() - begin
+
+
+def probe_rasterizers(_: Path) -> None:
+    """Print how pictures of the two rasterisers differ, and what each costs. Fails if they cover other pixels."""
+    color, depth, camera = ball_and_wall(640, 480)
+    noisy = depth + np.random.default_rng(0).normal(0, NOISE, depth.shape).astype(np.float32)
+    scenes = {
+        "vase": ps.load_frame("vase"),
+        "ball": ps.Frame(color, depth, camera),
+        "noisy": ps.Frame(color, noisy, camera),
+    }
+    with ps.Renderer(rasterizer="points") as points:
+        if points.context.gl.version_code < 430:
+            print("no OpenGL 4.3: only points")
+            return
+        with ps.Renderer(rasterizer="compute") as compute:
+            print(f"{'':16}{'covered by one':>15}{'> 2 steps':>11}{'mean':>8}{'points ms':>11}{'compute ms':>12}")
+            worst = 0.0
+            for name, frame in scenes.items():
+                for yaw in (0, 15, 40, 75):
+                    both = [_drawn(one, frame, yaw) for one in (points, compute)]
+                    (first, first_ms), (second, second_ms) = both
+                    other = float(((first[..., 3] > 0) != (second[..., 3] > 0)).mean())
+                    steps = np.abs(first.astype(int) - second)
+                    share, worst = float((steps.max(-1) > 2).mean()), max(worst, other)
+                    numbers = f"{other:15.5f}{share:11.5f}{steps.mean():8.3f}{first_ms:11.2f}{second_ms:12.2f}"
+                    print(f"{name:8}{yaw:6}°{'':1}{numbers}", flush=True)
+    if worst > 0.001:
+        sys.exit(f"they cover other pixels: {worst:.5f} of them, expected at most 0.001")
+
+
+def _drawn(renderer: Any, frame: Any, yaw: float) -> tuple[Any, float]:
+    """A view of a frame, and the median of how long a new frame takes. Fails if it is not the same each time."""
+    pictures, times = [], []
+    for _ in range(4):
+        begin = time.perf_counter()
+        new = ps.Frame(frame.color, frame.depth, frame.camera)
+        pictures.append(renderer.render(new, ps.Light(position=(-0.5, -1, 0)), yaw=yaw))
+        times.append(1e3 * (time.perf_counter() - begin))
+    assert all(np.array_equal(pictures[0], one) for one in pictures), "the same call gives another picture"
+    return pictures[0], float(np.median(times[1:]))
+
+
+def probe_cuda(_: Path) -> None:
+    """Print which EGL device is which CUDA device. Fails if the name of what draws is not that of nvidia-smi."""
+    print(f"CUDA numbers of the EGL devices: {_cuda_numbers()}")
+    if not shutil.which("nvidia-smi"):
+        print("no nvidia-smi: nothing to compare with")
+        return
+    asked = ["nvidia-smi", "--query-gpu=index,name", "--format=csv,noheader"]
+    rows = subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip().splitlines()
+    visible = os.environ.get("CUDA_VISIBLE_DEVICES", "")
+    for index, name in (row.split(", ", 1) for row in rows):
+        if visible and index not in visible.split(","):
+            continue
+        device = egl_device(index, visible)
+        with ps.Renderer(device=device) as renderer:
+            drawing = renderer.context.renderer
+        print(f"GPU {index} ({name}): EGL device {device}, {drawing}")
+        if name.lower().removeprefix("nvidia ") not in drawing.lower():
+            sys.exit(f"GPU {index} is {name}, but EGL device {device} is {drawing}")
+
+
+def probe_speed(report: Path) -> None:
+    """Measure as `bench --speed` does: tables, speed.json and, with matplotlib, speed.png."""
+    with ps.Renderer() as renderer:
+        sizes = SIZES[:2] if renderer.context.is_software else SIZES[:4]
+    results = measure_speed(0, 3, sizes, lambda: None)
+    write(report, {}, results, "speed.json")
+    show_speed(results, wide_console())
+    try:
+        write(report, {"speed.png": speed_chart(results)}, results, "speed.json")
+    except ImportError:
+        print("no chart without matplotlib")
+
+
+PROBES: dict[str, Callable[[Path], None]] = {
+    "environment": probe_environment, "rasterizers": probe_rasterizers, "cuda": probe_cuda, "speed": probe_speed
+}  # fmt: skip
+
+
+if __name__ == "__main__":
+    PROBES[sys.argv[1]](Path(sys.argv[2]))

@@ -99,7 +99,7 @@ class Pipeline:
         source    of which the scene was made; None is the scene itself
         progress  told of each frame of several that is prepared and compared, and of each sample
         """
-        count, given = self._count(progress, scene, camera, pose, finish.samples), scene
+        count, given, uploads = self._count(progress, scene, camera, pose, finish.samples), scene, self._uploads
         scene = self._aligner.aligned(scene, count)
         visible = compose(scene, lights, camera, pose)
         around = surroundings_of(finish, source or given, scene, lights, visible.materials, self._upright)
@@ -123,12 +123,18 @@ class Pipeline:
         if not finish.is_plain:
             self._accumulator.draw(target, visible, drawables, finish, count)
             return target
-        light_set = self._light_setup.prepare(visible, drawables)
+        light_set, before = self._light_setup.prepare(visible, drawables), target.surfaces.version
         if not self._frame_pass.draw_lit_splats(target, visible, drawables, light_set):
             self._light_setup.light_points(visible, drawables, light_set)
             self._frame_pass.draw(target, Canvas(target.picture), visible, drawables, light_set)
+        if self._uploads > uploads and target.surfaces.version == before:
+            target.surfaces.free()  # new frames are lit as they are drawn: a third of a stream's memory
         count.step()
         return target
+
+    @property
+    def _uploads(self) -> int:
+        return self.steps.counts["upload"]
 
     def _scale_of(
         self, finish: Finish, target: Target, visible: VisibleScene, drawables: Drawables

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from ..messages.foreign_arrays import Numbers, UnreadableError, as_numpy
 from ..messages.formatting import option, shown
 from ..messages.validation import LARGEST, as_array, check_float, check_number
+from .values import frozen
 
 UNITS = "px", "x", "m"  # of a cloud's sizes that are texts; metres are world units
+ONE = frozen(np.ones(1, np.float32))  # source pixel
 _OF_CLOUD = "the radius of a point cloud's points, a number of world units, '3px' or '2x' (times their spacing)"
 
 
@@ -20,9 +22,11 @@ def check_sizes(size: float | Numbers | str | None, shape: tuple[int, ...]) -> N
 
     Raises ValueError for an impossible size.
     """
+    if size is None or isinstance(size, str):
+        return ONE  # the same for every picture
     name = option("point_size")
     complaint = f"{name} is the splats' size in source pixels, one number or an array of {shape}"
-    sizes = np.atleast_1d(as_array(1.0 if size is None or isinstance(size, str) else size, complaint, np.float32))
+    sizes = np.atleast_1d(as_array(size, complaint, np.float32))
     if sizes.shape not in ((1,), shape):
         raise ValueError(f"{complaint}, got {sizes.shape}")
     if not ((sizes >= 0) & (sizes <= LARGEST)).all():

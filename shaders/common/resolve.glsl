@@ -47,23 +47,23 @@ Seen look_up(
     vec3 back = carry_back(target_pixel, inverse_depth, target, view, source);
     Corners corners = corners_at(surface_map, back.xy);
     bvec2 side = seen_corner(corners, back.xy, back.z);
-    Seen seen = Seen(back.xy, inverse_depth, corner_pixel(corners, side), corner_surface(corners, side), corners);
+    ivec2 pixel = corner_pixel(corners, side);
     float least = 1e30;
     int around = 2 * HIDDEN_PIXELS + 1, searches = hidden ? around * around : 0;
+    ivec2 first = ivec2(floor(back.xy + 0.5)) - HIDDEN_PIXELS;
+    ivec2 found = pixel;
     for (int k = 0; k < searches; ++k) {  // the pixel whose plane goes on here
-        ivec2 pixel = ivec2(floor(back.xy + 0.5)) + ivec2(k % around, k / around) - HIDDEN_PIXELS;
-        vec4 surface = texel_or_zero(surface_map, pixel);
-        vec2 off = back.xy - vec2(pixel);
-        vec2 slope = inverse_depth_slope(surface.xyz, pixel_ray(vec2(pixel), source), -surface.w, source);
+        ivec2 other = first + ivec2(k % around, k / around);
+        vec4 surface = texel_or_zero(surface_map, other);
+        vec2 off = back.xy - vec2(other);
+        vec2 slope = inverse_depth_slope(surface.xyz, pixel_ray(vec2(other), source), -surface.w, source);
         float error = abs(-1.0 / surface.w + dot(slope, off) - back.z) + NEARBY * back.z * dot(off, off);
-        if (surface.w < 0.0 && error < least) {
-            seen.at = vec2(pixel);
-            seen.pixel = pixel;
-            seen.own = vec4(surface.xyz, -surface.w);
-            least = error;
-        }
+        bool is_better = surface.w < 0.0 && error < least;
+        found = is_better ? other : found;
+        least = is_better ? error : least;
     }
-    return seen;
+    bool is_found = least < 1e30;
+    return Seen(is_found ? vec2(found) : back.xy, inverse_depth, found, surface_at(surface_map, found), corners);
 }
 
 vec4 seen_weights(Seen seen, vec4 source) {

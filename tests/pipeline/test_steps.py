@@ -194,3 +194,24 @@ class TestWhenAStepRuns:
         with pytest.raises(ZeroDivisionError):
             steps.run("divide", lambda a: 1 / a, 0)
         assert steps.run("divide", lambda a: 1 / a, 1) == 1
+
+
+def test_a_stream_that_is_lit_as_it_is_drawn_keeps_no_surfaces_of_views(renderer):
+    lamp, first = ps.Light(position=(1, 0, 0)), frames.sphere()
+    surfaces = [renderer.draw(first, light) and renderer._pipeline._target.surfaces for light in (None, lamp)][1]
+    assert surfaces._made
+    renderer.draw(frames.sphere())
+    assert not surfaces._made
+    renderer.draw(first)
+    picture = renderer.render(first, lamp)
+    assert surfaces._made
+    with ps.Renderer() as other:
+        assert (other.render(first, lamp) == picture).all()
+
+
+def test_a_stream_whose_lights_cast_shadows_makes_its_surfaces_once(renderer):
+    light = ps.Light(position=(1, -1, 0), shadow=True)
+    renderer.draw(frames.sphere(), light)
+    surface = renderer._pipeline._target.surfaces.surface
+    renderer.draw(frames.sphere(), light)
+    assert renderer._pipeline._target.surfaces.surface is surface

@@ -35,6 +35,14 @@ class Images(Versioned, Owner):
         self.size = size
         self.window: Box = 0, 0, *size  # the part in which something can be seen: no other is looked at
 
+    def free(self) -> None:
+        """Free the textures: each is made again when it is next used. For classes that make all of theirs so."""
+        if self._made:
+            self.release()
+            for name in [name for name in vars(self) if isinstance(getattr(type(self), name, None), cached_property)]:
+                del vars(self)[name]
+            self.raise_version()
+
     def _texture(self, components: int, dtype: str = "f1", size: tuple[int, int] | None = None) -> moderngl.Texture:
         texture = self._allocate(self._context.texture, size or self.size, components, dtype=dtype, alignment=1)
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)

@@ -202,23 +202,28 @@ class PointObjects(FullscreenPasses):
 
     def add_shadow(self, tile: Tile, points: Points | PointSet, eye: Eye) -> None:
         """Draw the depth of an object, and of what it hides, into a shadow map. eye: the light's camera."""
-        if isinstance(points, Points) and points.hidden:
-            self._add_shadow(tile, points.hidden, eye)
-        self._add_shadow(tile, points, eye)
+        hidden = points.hidden if isinstance(points, Points) else None
+        if isinstance(points, Points) and hidden and not self._rasterizer(points).look_up:
+            self._add_shadow(tile, hidden, eye)  # source ids are those of one surface
+            hidden = None
+        self._add_shadow(tile, points, eye, hidden)
 
-    def _add_shadow(self, tile: Tile, points: Points | PointSet, eye: Eye) -> None:
+    def _add_shadow(self, tile: Tile, points: Points | PointSet, eye: Eye, hidden: Points | None = None) -> None:
+        """hidden: points that are drawn together with the others"""
         scratch = self._scratch.fit((tile.side, tile.side))
         if isinstance(points, PointSet):
             fragment, (look_up, inputs) = "points/set_shadow.frag", self._set_depths(points, scratch, eye)
         else:
-            fragment, (look_up, inputs) = "shading/shadow.frag", self._depths(points, scratch, eye)
+            fragment, (look_up, inputs) = "shading/shadow.frag", self._depths(points, scratch, eye, hidden)
         with depth_tested(self._context, tile.target, tile.part(scratch.window)):
             self.fullscreen(fragment, look_up).draw(tile.target, {}, first=tile.first, **inputs)
 
-    def _depths(self, points: Points, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
+    def _depths(
+        self, points: Points, image: SplatImage, eye: Eye, hidden: Points | None
+    ) -> tuple[bool, dict[str, Any]]:
         """Draws splats. Returns how and by which inputs shadow.frag finds their depth."""
         rasterizer, splats = self._rasterizer(points), _splats(points, eye)
-        rasterizer.draw(image, splats)
+        rasterizer.draw_set(image, [_splats(hidden, eye), splats] if hidden else [splats])
         if not rasterizer.look_up:
             maps = {"source_ids": image.source_ids, "window_depths": image.depth, "surface_map": points.surface.texture}
             return False, maps | splats.way | {"first_id": 1, "near": splats.near}

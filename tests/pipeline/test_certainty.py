@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import plane, sphere, trace
-from pointshade_gl.gpu.surface import normals
+from pointshade_gl.estimation import noise_bumps
 from pointshade_gl.gpu.surface.noise_measurement import NoisePass
 from pointshade_gl.scene.appearance import Look, Material
 from pointshade_gl.scene.camera import Eye
@@ -49,7 +49,7 @@ def frame_of(depth):
 @pytest.fixture(autouse=True)
 def bumpy_wall(monkeypatch):
     """The wall keeps its bumps, as curved surfaces do: where they are left out of planes, nobody doubts these."""
-    for module in (normals, surface_pass):
+    for module in (noise_bumps, surface_pass):
         monkeypatch.setattr(module, "find_bumps", lambda *_: 0.0)
 
 

@@ -36,7 +36,7 @@ class SharedSamples(FullscreenPasses):
     def draw(
         self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet, samples: int
     ) -> bool:
-        """Add up the samples of such pixels in an empty sum. Return whether there are many: the others are then open."""
+        """Add up the samples of such pixels in an empty sum. Return whether there are many; the others are open."""
         thing = single_object(visible, drawables, light_set)
         is_large = samples * target.size[0] * target.size[1] >= WORTH
         if thing is None or not is_large or not _can_share(thing, visible):

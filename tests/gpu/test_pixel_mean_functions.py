@@ -64,7 +64,7 @@ def test_the_mean_colour_of_samples_and_of_nine_texels(gpu, random):
 def test_errors_of_means_and_what_is_steady(gpu, random):
     row = random.uniform(0, 1, (5, 300, 3)).astype(F)
     inputs = dict(zip("abcde", row, strict=True))
-    a, b, c, d, e = row
+    a, b, c, d, _ = row
     close(gpu("pixel_mean.glsl", "opposed(a - b, c - d), 0", **inputs), pixel_mean.opposed(a - b, c - d))
     close(gpu("pixel_mean.glsl", "mean_error(b, c, d), 0", **inputs), pixel_mean.mean_error(b, c, d))
     close(gpu("pixel_mean.glsl", "mean_error_of_five(a, b, c, d, e), 0", **inputs), pixel_mean.mean_error_of_five(*row))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import moderngl
 import numpy as np
 
@@ -71,7 +73,8 @@ class SharedSamples(FullscreenPasses):
         is_trial: bool = False,
     ) -> None:  # fmt: skip
         """Give the pixels of the window that are not open their sum."""
-        kind, eye, surfaces, lit = self._objects.kind_of(thing), visible.eye, target.surfaces, target.samples.shades
+        kind: Any = self._objects.kind_of(thing)
+        eye, surfaces, lit = visible.eye, target.surfaces, target.samples.shades
         kind.draw_surface(surfaces, target.splats, thing, eye, samples)
         clear = empty_part if is_trial else empty
         clear(lit.target, surfaces.window)
@@ -98,6 +101,6 @@ class SharedSamples(FullscreenPasses):
 def _can_share(thing: ShownPoints | ShownGrid, visible: VisibleScene) -> bool:
     """Return whether each pixel is lit by itself, and is seen as the frame's own camera saw it, or larger."""
     points, camera = thing.points, visible.eye.camera
-    away = np.linalg.norm(visible.eye.pose[:3, 3] - points.pose[:3, 3])
+    away = float(np.linalg.norm(visible.eye.pose[:3, 3] - points.pose[:3, 3]))
     larger = min(abs(camera.fx / points.source.fx), abs(camera.fy / points.source.fy))
     return thing.shading == "phong" and away <= AT_FRAME * visible.scene.bounds[1] and larger > 1 - 1e-3

@@ -64,7 +64,7 @@ class ComputeSplatPass(Owner):
         program = self._program("points/splats.comp", is_set, masked)
         if masked < 2:
             set_uniforms(program, corner=corner)
-        if masked == 1:
+        if image.active is not None and masked == 1:
             bind_texture(program, "active_map", image.active, unit=2)
             set_uniforms(program, active_map=2)
         set_inputs(program, inputs)  # binds the textures for the lists' programs, too

@@ -23,6 +23,7 @@ from ..scene.sample_pattern import at_sample
 from ..scene.visible_scene import VisibleScene, looking_distance
 from .frame_pass import FramePass
 from .light_setup import LightSetup
+from .shared_samples import SharedSamples
 
 if TYPE_CHECKING:
     from ..gpu.output.resolve_samples import ResolveSamplesPass
@@ -32,13 +33,20 @@ class Accumulator(FullscreenPasses):
     """Averages samples into finished pictures. A target keeps its sum, for more samples of the same picture."""
 
     def __init__(
-        self, context: moderngl.Context, steps: Steps, light: LightPass, light_setup: LightSetup, frame_pass: FramePass
+        self,
+        context: moderngl.Context,
+        steps: Steps,
+        light: LightPass,
+        light_setup: LightSetup,
+        frame_pass: FramePass,
+        shared: SharedSamples,
     ):
         super().__init__(context)
         self._steps = steps
         self._light = light
         self._light_setup = light_setup
         self._frame_pass = frame_pass
+        self._shared = shared
 
     @cached_property
     def _develop(self) -> ResolveSamplesPass:
@@ -83,17 +91,30 @@ class Accumulator(FullscreenPasses):
             sums.clear(has_ground)
         sums.content = None  # stays so if a sample fails
         count.step(done)
-        is_soft, light_set = any(light.is_soft for light in visible.lights), None
+        try:
+            self._add_missing(target, visible, drawables, finish, count, done)
+        finally:
+            target.splats.draw_only(None)
+        sums.content, sums.count = content, finish.samples
+
+    def _add_missing(
+        self, target: Target, visible: VisibleScene, drawables: Drawables, finish: Finish, count: Count, done: int
+    ) -> None:
+        """Add up the samples that are not there yet. In large stills many pixels share what they have in common."""
+        sums, is_soft, light_set = target.samples, any(light.is_soft for light in visible.lights), None
+        canvas = self._develop.canvas(sums.surfaces)
         for k in range(done, finish.samples):
             sample = at_sample(visible, k)
             if is_soft or light_set is None:
                 light_set = self._light_setup.prepare(sample, drawables)
                 self._light_setup.light_points(sample, drawables, light_set)
-            self._frame_pass.draw(target, self._develop.canvas(sums.surfaces), sample, drawables, light_set)
+            if k == 0 and not is_soft and self._shared.draw(target, visible, drawables, light_set, finish.samples):
+                canvas = self._develop.rest_canvas(sums)
+                target.splats.draw_only(sums.active.texture)
+            self._frame_pass.draw(target, canvas, sample, drawables, light_set)
             if finish.up is not None and light_set.shadow_map is not None:
                 self._draw_ground(target, sample, light_set, finish.up, finish.ground_height)
             count.step()
-        sums.content, sums.count = content, finish.samples
 
     def _draw_ground(
         self, target: Target, visible: VisibleScene, light_set: LightSet, up: Vector, height: float | None

@@ -50,8 +50,8 @@ class FramePass:
         self, target: Target, canvas: Canvas, visible: VisibleScene, drawables: Drawables, light_set: LightSet
     ) -> None:
         """Draw one sample of the picture onto a canvas."""
-        if single := _single(visible, drawables, light_set):
-            self._draw_single(target, canvas, single, visible, light_set)
+        if single := single_object(visible, drawables, light_set):
+            self._drawsingle_object(target, canvas, single, visible, light_set)
         else:
             self.draw_surfaces(target, visible, drawables, light_set)
             if visible.scale is not None:
@@ -62,7 +62,7 @@ class FramePass:
 
     def keep_surfaces(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
         """Draw the surfaces of a picture that `draw` has drawn: they are there already in most cases."""
-        if single := _single(visible, drawables, light_set):
+        if single := single_object(visible, drawables, light_set):
             run, points, eye = self._steps.run, self._objects.kind_of(single), visible.eye
             run("splats", points.draw_splats, target.splats, single.points, eye)
             run("resolve", points.draw_surface, target.surfaces, target.splats, single, eye)
@@ -76,7 +76,7 @@ class FramePass:
         leaves it to `draw`: for all other objects, and for the same view under another light, for which its splats are
         kept.
         """
-        thing, counts, points = _single(visible, drawables, light_set), self._steps.counts, self._objects.points
+        thing, counts, points = single_object(visible, drawables, light_set), self._steps.counts, self._objects.points
         if not isinstance(thing, ShownPoints) or thing.shading != "flat" or not points.can_light(thing.points):
             return False
         if light_set.around is not None or thing.visibility is not None:
@@ -89,7 +89,7 @@ class FramePass:
         self._steps.run("lit splats", draw, target, thing.points, thing.colors, visible.eye)
         return counts["lit splats"] > before
 
-    def _draw_single(
+    def _drawsingle_object(
         self, target: Target, canvas: Canvas, thing: ShownPoints | ShownGrid, visible: VisibleScene, light_set: LightSet
     ) -> None:
         """Draw a single point object. A new view is lit in the same pass: most views see only one light."""
@@ -173,7 +173,7 @@ class FramePass:
         return self._steps.run("view visibility", self._view_visibility.find, *inputs, of=surfaces)
 
 
-def _single(visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> ShownPoints | ShownGrid | None:
+def single_object(visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> ShownPoints | ShownGrid | None:
     """Return the only object in view if it can be drawn and lit alone: points at their own scale, without spots and
     shadows.
 

@@ -41,6 +41,7 @@ from .exposure import ExposureMeter
 from .frame_pass import FramePass
 from .gpu_scene import GpuScene, merged_frames
 from .light_setup import LightSetup
+from .shared_samples import SharedSamples
 
 if TYPE_CHECKING:
     from ..estimation.pose_search import Found
@@ -77,7 +78,9 @@ class Pipeline:
         self._view_visibility = ViewVisibilityPass(context.gl)
         self._colors = SurfaceColorsPass(context.gl)
         self._frame_pass = FramePass(steps, self._objects, self._light, self._view_visibility, self._colors)
-        self._accumulator = Accumulator(context.gl, steps, self._light, self._light_setup, self._frame_pass)
+        self._shared = SharedSamples(context.gl, steps, self._objects, self._light)
+        passes = self._light, self._light_setup, self._frame_pass, self._shared
+        self._accumulator = Accumulator(context.gl, steps, *passes)
         setup = self.gpu_scene, self._light, self._light_setup, self._accumulator
         self._meter = ExposureMeter(context.gl, steps, *setup)
         self._aligner = Aligner(self.gpu_scene)
@@ -273,6 +276,7 @@ class Pipeline:
         for part in (
             self._meter,
             self._accumulator,
+            self._shared,
             self._colors,
             self._view_visibility,
             self._light_setup,

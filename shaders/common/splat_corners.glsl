@@ -50,6 +50,18 @@ vec4 corner_surface(Corners corners, bvec2 side) {
     return vec4(surface.xyz, abs(surface.w));
 }
 
+// Do all four pixels lie on the surface of `pixel`, whose w and slope are given, away from its rims?
+bool are_on_surface(Corners corners, vec2 pixel, float w, vec2 slope) {
+    vec4 depths = vec4(corners.a.w, corners.b.w, corners.c.w, corners.d.w);
+    vec2 low = vec2(corners.low), high = vec2(corners.high);
+    vec4 expected = w + vec4(
+        dot(slope, low - pixel), dot(slope, vec2(high.x, low.y) - pixel),
+        dot(slope, vec2(low.x, high.y) - pixel), dot(slope, high - pixel)
+    );
+    return all(greaterThan(depths, vec4(0.0)))
+        && all(lessThanEqual(abs(1.0 / depths - expected), vec4(SAME_SURFACE * w)));
+}
+
 // Weights of a, b, c, d at a position: bilinear, and 0 off the surface of `pixel`, whose w and slope are given.
 vec4 corner_weights(Corners corners, vec2 at, vec2 pixel, float w, vec2 slope) {
     vec2 low = vec2(corners.low), high = vec2(corners.high);

@@ -11,9 +11,14 @@
 #ifndef CERTAINTY
 #define CERTAINTY 0  // 1: some normals are uncertain
 #endif
+#ifndef SHARED
+#define SHARED 0  // the albedo is the mean of all samples, and depth negative where more than that may change in a pixel;
+                  // 2: the picture has the frame's size, and its sides are those of the view
+#endif
 // What each pixel of the view shows -> what the light pass reads. SHADING 3 (phong): normal and albedo, interpolated.
 // 0 to 2 (as in resolve_picture.frag): the light itself, with normal 0, which means: already lit.
 #include "common/color.glsl"
+#include "common/pixel_mean.glsl"
 #include "common/surroundings.glsl"
 #include "common/toksvig.glsl"
 #include "points/visible_point.glsl"
@@ -25,6 +30,7 @@ uniform float near;
 uniform float scale;  // of the object; the view does not contain it
 uniform sampler2D visibility_map;
 uniform float material_number;
+uniform int samples;
 
 layout(location = 0) out vec4 surface;  // normal as long as it is certain, depth, both in target axes
 layout(location = 1) out vec4 albedo;   // linear; number of the material
@@ -35,6 +41,7 @@ void main() {
     vec2 size = vec2(textureSize(surface_map, 0));
     vec3 normal = vec3(0.0);
     vec3 linear = vec3(0.0);
+    bool is_even = true;
     visibility = vec4(0.0, 0.0, 0.0, -1.0);
     if (SHADING == 0) linear = srgb_to_linear(picture_at(color_map, vec2(seen.pixel), size));
     if (SHADING == 1) linear = texelFetch(light_map, seen.pixel, 0).rgb;
@@ -44,10 +51,19 @@ void main() {
         normal = mat3(view) * mix_normal(seen, weight);
         if (CERTAINTY == 1) normal *= certainty_at(certainty_map, seen.at, size);
         vec2 at = color_position(seen, weight);
-        linear = srgb_to_linear(picture_at(color_map, at, size));
+        if (SHARED > 0) {
+            mat2 wide = source_step(gl_FragCoord.xy - 0.5, target, view, source);
+            if (SHARED == 1) linear = mean_color(color_map, seen.at, wide, size, samples);
+            else linear = mean_of_nine(color_map, seen.at, vec2(wide[0].x, wide[1].y), samples);
+            vec2 pixel = vec2(seen.pixel);
+            vec2 slope = inverse_depth_slope(seen.own.xyz, pixel_ray(pixel, source), seen.own.w, source);
+            is_even = are_on_surface(seen.corners, pixel, 1.0 / seen.own.w, slope) && shows_all(wide);
+        } else {
+            linear = srgb_to_linear(picture_at(color_map, at, size));
+        }
         if (VISIBILITY == 1) visibility = carried_visibility(visibility_map, at, size, mat3(view));
     }
-    surface = vec4(normal, scale / seen.inverse_depth);
+    surface = vec4(normal, is_even ? scale / seen.inverse_depth : -scale / seen.inverse_depth);
     albedo = vec4(linear, material_number);
     gl_FragDepth = 1.0 - near * seen.inverse_depth / scale;
 }

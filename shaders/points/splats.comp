@@ -12,12 +12,44 @@
 #ifndef SET
 #define SET 0     // 1: one of several frames
 #endif
+#ifndef MASKED
+#define MASKED 0  // only some tiles of the view are drawn; 1: lists the blocks that may be seen there, 2: draws only those
+#endif
 #include "points/splat_blocks.glsl"
 
 layout(local_size_x = 32) in;
 
 uniform ivec2 corner;     // of the part that has points, a multiple of 4
 uniform int most_groups;  // of large_splats.comp and of rims.comp
+
+#if MASKED
+layout(std430, binding = 3) restrict buffer Chosen {
+    uvec4 chosen_groups;  // for the next samples
+    uint chosen_count;
+    uint chosen[];        // the numbers of blocks, row by row
+};
+
+uniform sampler2D active_map;  // the tiles of the view that are drawn: 1, else 0
+
+const int TILE = 4;   // pixels a side
+const int MOVED = 1;  // pixels: by so much, at most, lies a splat elsewhere in another sample
+
+bool is_chosen = false;
+
+void choose(ivec2 low, ivec2 high) {
+    ivec2 first = max(low - MOVED, 0) / TILE, last = min(high + MOVED, target_size - 1) / TILE, tile = first;
+    while (tile.y <= last.y && tile.x <= last.x && !is_chosen) {
+        is_chosen = texel_at(active_map, tile).r > 0.0;
+        tile = tile.x < last.x ? ivec2(tile.x + 1, tile.y) : ivec2(first.x, tile.y + 1);
+    }
+}
+
+void put_chosen_on_list(uint block) {
+    uint place = atomicAdd(chosen_count, 1u);
+    atomicMax(chosen_groups.x, min(place / 32u + 1u, uint(most_groups)));
+    if (place < uint(chosen.length())) chosen[place] = block;
+}
+#endif
 
 bool leaves_some = false;  // large splats of the block
 uint rims_here = 0u;       // rim pixels of the block, a bit for each, row by row
@@ -29,6 +61,9 @@ void take_splat(Footprint splat, float reach) {
     splat_box(splat, reach, low, high);
     bool is_large = is_bent || (high.x - low.x) * (high.y - low.y) > LARGE;
     leaves_some = leaves_some || is_large;
+#if MASKED == 1
+    choose(low, high);
+#endif
     if (is_large) high = low - 1;
 #if WINDOW
     widen_window(low, high);
@@ -38,6 +73,9 @@ void take_splat(Footprint splat, float reach) {
 
 void take_rim(ivec2 pixel) {
     rims_here |= 1u << uint(4 * (pixel.y & 3) + (pixel.x & 3));
+#if MASKED == 1
+    is_chosen = true;
+#endif
 }
 
 void put_on_list(uint block) {
@@ -56,13 +94,28 @@ void put_rims_on_list(ivec2 block) {
     }
 }
 
-void main() {
-    ivec2 block = corner + 4 * ivec2(gl_GlobalInvocationID.xy);
-    int columns = (textureSize(surface_map, 0).x + 3) / 4;
-    if (block.x >= 4 * columns) return;
+void draw_block(ivec2 block, int columns) {
+    leaves_some = false;
+    rims_here = 0u;
     take_splats(block);
     if (rims_here != 0u) put_rims_on_list(block);
     if (leaves_some) put_on_list(uint(block.y / 4 * columns + block.x / 4));
+#if MASKED == 1
+    if (is_chosen) put_chosen_on_list(uint(block.y / 4 * columns + block.x / 4));
+#endif
+}
+
+void main() {
+    int columns = (textureSize(surface_map, 0).x + 3) / 4;
+#if MASKED == 2
+    for (uint k = gl_GlobalInvocationID.x; k < chosen_count; k += 32u * gl_NumWorkGroups.x) {
+        draw_block(4 * pixel_of(int(chosen[k]), columns), columns);
+    }
+#else
+    ivec2 block = corner + 4 * ivec2(gl_GlobalInvocationID.xy);
+    if (block.x >= 4 * columns) return;
+    draw_block(block, columns);
+#endif
 #if WINDOW
     note_window();
 #endif

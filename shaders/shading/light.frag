@@ -24,6 +24,9 @@
 #ifndef TONE
 #define TONE 0       // 1: light above white rolls off; only where pixels do not stay linear
 #endif
+#ifndef SPLIT
+#define SPLIT 0      // 1: what a white matt surface sends back, in alpha the sign of its depth; and highlights
+#endif
 // Lights every texel in a picture of surfaces. Deferred shading: Deering et al. 1988.
 #include "common/camera.glsl"
 #include "common/color.glsl"
@@ -54,7 +57,26 @@ uniform sampler2D shadow_map;
 uniform sampler2D views;
 uniform mat3 to_world;
 
-out vec4 color;
+layout(location = 0) out vec4 color;
+#if SPLIT
+layout(location = 1) out vec4 shine;
+#endif
+
+vec3 sent_back(vec3 point, vec3 normal, vec3 albedo, vec4 own, vec4 around, float lobe) {
+    vec3 everywhere = VISIBILITY == 1 ? ambient * around.w : ambient;
+    vec3 lit;
+    if (SHADOWS == 1) {
+        lit = light_surface_shadowed(
+            point, eye, normal, albedo, own, everywhere, lights, light_count, shadow_map, views, to_world
+        );
+    } else if (ALONE == 1) {
+        lit = light_surface_alone(point, eye, normal, albedo, own, everywhere, only_light);
+    } else {
+        lit = light_surface(point, eye, normal, albedo, own, everywhere, lights, light_count);
+    }
+    if (ENVIRONMENT > 0) lit += light_from_around(around, normalize(eye - point), normal, albedo, own, lobe);
+    return lit;
+}
 
 void main() {
     vec4 surface = texel_at(surface_map, ivec2(gl_FragCoord.xy));
@@ -88,20 +110,14 @@ void main() {
     } else if (ENVIRONMENT > 0) {
         around = around_at(around, normal);
     }
-    vec3 everywhere = VISIBILITY == 1 ? ambient * around.w : ambient;
-    vec3 lit;
-    if (SHADOWS == 1) {
-        lit = light_surface_shadowed(
-            point, eye, normal, albedo.rgb, own, everywhere, lights, light_count, shadow_map, views, to_world
-        );
-    } else if (ALONE == 1) {
-        lit = light_surface_alone(point, eye, normal, albedo.rgb, own, everywhere, only_light);
-    } else {
-        lit = light_surface(point, eye, normal, albedo.rgb, own, everywhere, lights, light_count);
-    }
-    if (ENVIRONMENT > 0) lit += light_from_around(around, normalize(eye - point), normal, albedo.rgb, own, lobe);
+#if SPLIT
+    shine = vec4(sent_back(point, normal, vec3(0.0), own, around, lobe), 1.0);
+    color = vec4(sent_back(point, normal, vec3(1.0), own, around, lobe) - shine.rgb, sign(surface.w));
+#else
+    vec3 lit = sent_back(point, normal, albedo.rgb, own, around, lobe);
     if (POINTS == 0 && surface.xyz == vec3(0.0)) lit = albedo.rgb;
     if (EDL == 1 && albedo.a < 0.0) lit *= eye_dome(surface_map, ivec2(pixel), surface.w);
     if (TONE == 1) lit = neutral_tone(lit);
     color = vec4(POINTS + LINEAR > 0 ? lit : linear_to_srgb(min(lit, 1.0)), 1.0);
+#endif
 }

@@ -27,7 +27,13 @@ CONSTANTS = {  # the values that the project builds each with
     "surface/flat_cells.frag": {"SPREAD": FLAG},
     "surface/bumpy_windows.frag": {"SPREAD": FLAG, "MEASURE": FLAG},
     "meshes/grid.comp": {"WINDOW": FLAG},
-    "meshes/grid.frag": {"LOOK_UP": FLAG, "SHADING": (0, 2, 3), "CERTAINTY": FLAG, "VISIBILITY": FLAG},
+    "meshes/grid.frag": {
+        "LOOK_UP": FLAG,
+        "SHADING": (0, 2, 3),
+        "CERTAINTY": FLAG,
+        "VISIBILITY": FLAG,
+        "SHARED": (0, 1, 2),
+    },
     "meshes/grid_flat.frag": {"LOOK_UP": FLAG, "SHADOWS": FLAG, "VISIBILITY": (0,), "ENVIRONMENT": AROUND},
     "meshes/grid_picture.frag": {
         "LOOK_UP": FLAG,
@@ -42,7 +48,7 @@ CONSTANTS = {  # the values that the project builds each with
     "meshes/mesh.vert": {"COPIES": FLAG},
     "meshes/mesh_lit.vert": {"COPIES": FLAG},
     "shading/light.frag": dict.fromkeys(
-        ("POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL", "TONE", "VISIBILITY"), FLAG
+        ("POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL", "TONE", "VISIBILITY", "SPLIT"), FLAG
     )
     | {"ENVIRONMENT": AROUND},
     "shading/ground.frag": {"VISIBILITY": FLAG, "ENVIRONMENT": AROUND},
@@ -61,6 +67,7 @@ CONSTANTS = {  # the values that the project builds each with
         "SHADING": (0, 1, 2, 3),
         "CERTAINTY": FLAG,
         "VISIBILITY": FLAG,
+        "SHARED": (0, 1, 2),
     },
     "points/set_shadow.frag": {"LOOK_UP": FLAG},
     "shading/shadow.frag": {"LOOK_UP": FLAG},
@@ -71,7 +78,7 @@ CONSTANTS = {  # the values that the project builds each with
     "surface/sparse_cells.frag": {"FROM_DEPTH": FLAG},
     "points/splats.frag": {"LIT": FLAG},
     "points/splats.vert": {"LIT": FLAG},
-    "points/splats.comp": {"SET": FLAG, "WINDOW": FLAG},
+    "points/splats.comp": {"SET": FLAG, "WINDOW": FLAG, "MASKED": (0, 1, 2)},
     "surface/normals_adaptive.frag": {"STAGE": (0, 1, 2, 3), "BUMPY": FLAG},
     "surface/normals_plane_fit.frag": {"WINDOW": tuple(PLANE_FITS.values())},
     "surface/normals_sparse.frag": {"REST": FLAG},

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .depth_lookup import look_up_error, neighbour_weight
+from .depth_lookup import SAME_SURFACE, look_up_error, neighbour_weight
 from .texels import texel_at
+from .vectors import dot
 
 F = np.float32
 
@@ -53,6 +54,16 @@ def corner_surface(corners: Corners, side: np.ndarray) -> np.ndarray:
     right, below = side[..., :1], side[..., 1:]
     surface = np.where(below, np.where(right, corners.d, corners.c), np.where(right, corners.b, corners.a))
     return unmarked(surface)
+
+
+def are_on_surface(corners: Corners, pixel: np.ndarray, w: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    pairs = zip(corners[2:], four(corners.low, corners.high), strict=True)
+    found = np.ones(len(pixel), bool)
+    for surface, place in pairs:
+        expected, z = w + dot(slope, place.astype(F) - pixel)[..., 0], surface[..., 3]
+        off = np.abs(F(1) / np.where(z > 0, z, F(1)) - expected)
+        found &= (z > 0) & (off <= SAME_SURFACE * w)
+    return found
 
 
 def corner_weights(corners: Corners, at: np.ndarray, pixel: np.ndarray, w: np.ndarray, slope: np.ndarray) -> np.ndarray:

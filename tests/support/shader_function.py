@@ -12,7 +12,7 @@ from pointshade_gl.gpu.core.passes import bind_texture
 from pointshade_gl.gpu.core.programs import build_program, shader_folder
 
 COMMON = sorted((shader_folder() / "common").glob("*.glsl"))
-_KIND = r"void|bool|u?int|float|[iub]?vec[234]|mat[34](?:x[34])?|[A-Z]\w+"
+_KIND = r"void|bool|u?int|float|[iub]?vec[234]|mat[234](?:x[34])?|[A-Z]\w+"
 _FUNCTION = re.compile(rf"^(?:{_KIND})(?:\[\w+\])?\s+(\w+)\s*\(", re.MULTILINE)
 
 

@@ -18,8 +18,8 @@ from .steps import Versioned
 _Images = TypeVar("_Images", bound="Images")
 Box = tuple[int, int, int, int]  # left, top, width, height
 Format = tuple[int, str]  # components, and their type as moderngl calls it
-RGBA32F, RG32F, R32F, RGBA16, RG16 = (4, "f4"), (2, "f4"), (1, "f4"), (4, "nu2"), (2, "nu2")
-RGBA8, RG8 = (4, "f1"), (2, "f1")
+RGBA32F, RG32F, R32F, RGBA16F = (4, "f4"), (2, "f4"), (1, "f4"), (4, "f2")
+RGBA16, RG16, RGBA8, RG8 = (4, "nu2"), (2, "nu2"), (4, "f1"), (2, "f1")
 _DTYPES = {"f4": np.float32, "nu2": np.uint16, "f1": np.uint8}
 
 
@@ -112,6 +112,14 @@ def empty(target: moderngl.Framebuffer, window: Box | None = None) -> None:
     confine(target, None)
     target.use()  # its scissor counts from here on; clear() alone would heed that of the target used before
     target.clear(depth=1.0)
+    confine(target, window)
+
+
+def empty_part(target: moderngl.Framebuffer, window: Box) -> None:
+    """The same of a window alone: what lies around it stays."""
+    confine(target, None)
+    target.use()
+    target.clear(depth=1.0, viewport=window)
     confine(target, window)
 
 

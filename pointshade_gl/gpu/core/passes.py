@@ -61,7 +61,7 @@ def bind_texture(
 ) -> None:
     """Bind a texture as the program reads it: as a sampler, or as an image."""
     if program[name].gl_type == IMAGE_2D:  # type: ignore[union-attr]
-        is_as_said = texture.dtype == "f4" and texture.components == len(IMAGES[name]) - len("32f")
+        is_as_said = IMAGES[name] == "rgba"[: texture.components] + {"f4": "32f", "f2": "16f"}.get(texture.dtype, "")
         assert is_as_said, f"{name} must be {IMAGES[name]}: software drivers read it as an image"
         texture.bind_to_image(unit, read=True, write=False)
     else:

@@ -8,12 +8,27 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from .images import R32F, RGBA32F, Box, Image, Images, confine, empty, read_texture
+from .images import R32F, RGBA16F, RGBA32F, Box, Image, Images, confine, empty, read_texture
 from .memory import check_memory
+
+TILE = 4  # pixels a side, as in splats.comp
 
 
 class SplatImage(Images):
-    """What the splats leave of a view: how far the nearest is at each pixel, or which source pixel it shows."""
+    """What the splats leave of a view: how far the nearest is at each pixel, or which source pixel it shows.
+
+    active     the tiles of the view that are drawn, R32F of a texel each: 1, or 0; None is all of it
+    is_listed  whether the rasteriser knows what may be seen there
+    """
+
+    active: moderngl.Texture | None = None
+    is_listed = False
+
+    def draw_only(self, active: moderngl.Texture | None) -> None:
+        """From now on draw these tiles, of one view and its samples."""
+        if active is not self.active:
+            self.active, self.is_listed = active, False
+            self.raise_version()
 
     @cached_property
     def nearest(self) -> moderngl.Buffer:
@@ -133,6 +148,26 @@ class SampleSums(Images):
         super().__init__(context, size)
         self.surfaces = self._keep(Image(context, size))
         self.ground = self._keep(Image(context, size, R32F))
+
+    @cached_property
+    def shades(self) -> Image:
+        """What a white matt surface sends back, and highlights, of the pixels that all samples share."""
+        return self._keep(Image(self._context, self.size, RGBA16F, RGBA16F))
+
+    @cached_property
+    def open(self) -> moderngl.Texture:
+        """Where samples are drawn: 1, else 0."""
+        return self._depth_texture()
+
+    @cached_property
+    def open_surfaces(self) -> moderngl.Framebuffer:
+        """The sum of surfaces, which changes only there if it is depth tested."""
+        return self._framebuffer(self.surfaces.texture, depth=self.open)
+
+    @cached_property
+    def active(self) -> Image:
+        """Which tiles of TILE x TILE pixels have some that are open."""
+        return self._keep(Image(self._context, (-(-self.size[0] // TILE), -(-self.size[1] // TILE)), R32F))
 
     def clear(self, has_ground: bool) -> None:
         """No samples yet."""

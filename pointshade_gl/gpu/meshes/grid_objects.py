@@ -14,6 +14,8 @@ from ..core.frame_textures import Colors, FrameTextures
 from ..core.images import Fitted, Image, depth_tested, empty
 from ..core.passes import FullscreenPass, FullscreenPasses
 from ..core.view_images import SplatImage, SurfaceImage, Target
+from ..points.point_objects import carried
+from ..points.resolve import shared_variant
 from ..shading.light_set import environment_of
 from ..shading.shadow_map import Tile
 from .grid_depths import ComputedDepths, DrawnDepths, Grid
@@ -83,13 +85,21 @@ class GridObjects(FullscreenPasses):
         with canvas.opened(splats.window) as image:
             passed.draw(image, {}, **inputs)
 
-    def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownGrid, eye: Eye) -> None:
-        """Draw the surfaces of a mesh that is alone, for the light pass."""
+    def draw_surface(
+        self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownGrid, eye: Eye, samples: int | None = None
+    ) -> None:
+        """Draw the surfaces of a mesh that is alone, for the light pass. samples: as for points."""
         surfaces.window, surfaces.has_doubts, surfaces.has_eye_dome = splats.window, shown.has_doubts, False
         surfaces.has_visibility, surfaces.knows_visibility = shown.visibility is not None, True
         empty(surfaces.target, splats.window)
         own = {"scale": 1.0, "material_number": 1.0, "near": eye.near}
-        self._pass("meshes/grid.frag", shown).draw(surfaces.target, {}, **self._inputs(splats, shown, eye) | own)
+        how = 0
+        if samples is not None:
+            view = carried(shown.points.pose, shown.points.scale, eye)
+            how = shared_variant(view, shown.points.surface.texture, shown.colors.texture)
+            own["samples"] = samples
+        passed = self._pass("meshes/grid.frag", shown, SHARED=how)
+        passed.draw(surfaces.target, {}, **self._inputs(splats, shown, eye) | own)
         surfaces.raise_version()
 
     def add_surface(self, target: Target, shown: ShownGrid, eye: Eye, number: int, lights: dict[str, Any]) -> None:

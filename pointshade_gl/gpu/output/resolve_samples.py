@@ -9,7 +9,7 @@ from ..core.additive_blend import AdditiveBlend
 from ..core.canvas import Canvas
 from ..core.images import Image, empty
 from ..core.passes import FullscreenPasses
-from ..core.view_images import Target
+from ..core.view_images import SampleSums, Target
 
 
 class ResolveSamplesPass(FullscreenPasses):
@@ -22,6 +22,10 @@ class ResolveSamplesPass(FullscreenPasses):
     def canvas(self, sums: Image) -> Canvas:
         """What samples are drawn on, to be added up: the surfaces, or the ground, of SampleSums."""
         return Canvas(sums.target, self._adding)
+
+    def rest_canvas(self, sums: SampleSums) -> Canvas:
+        """The same of surfaces, where pixels are open."""
+        return Canvas(sums.open_surfaces, self._adding, is_masked=True)
 
     def develop(self, target: Target, finish: Finish) -> None:
         """Average the samples into the picture."""

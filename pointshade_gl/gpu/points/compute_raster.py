@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.images import Box
 from ..core.memory import Owner
-from ..core.passes import set_inputs
+from ..core.passes import bind_texture, set_inputs
 from ..core.programs import build_compute, set_uniforms
 from ..core.view_images import SplatImage
 from .set_splats import Splats, union
@@ -36,10 +36,10 @@ class ComputeSplatPass(Owner):
         super().__init__(context)
         self._is_software = is_software
         self._tolerance = tolerance
-        self._programs: dict[tuple[str, bool], moderngl.ComputeShader] = {}  # made when they are first needed
+        self._programs: dict[tuple[str, bool, int], moderngl.ComputeShader] = {}  # made when they are first needed
         with self._all_or_nothing():
             self._large = self._allocate(context.buffer, reserve=4 * (9 + LIST_LENGTH))
-        self._rims = self._keep(RimList(context))
+        self._rims, self._chosen = (self._keep(RimList(context)) for _ in range(2))
 
     def draw(self, image: SplatImage, splats: Splats) -> None:
         """Fills an image of the view. Sizes and shape are not asked."""
@@ -49,7 +49,7 @@ class ComputeSplatPass(Owner):
         """The keys of several frames' splats. Returns the part of the view that each comes to."""
         clear_nearest(self._context, image, self._is_software)
         windows = [self._add(image, part) for part in parts]
-        image.window = union(windows)
+        image.window, image.is_listed = union(windows), image.active is not None
         image.raise_version()
         return windows
 
@@ -60,13 +60,20 @@ class ComputeSplatPass(Owner):
         inputs = {"surface_map": points.texture, "target_size": image.size}
         inputs |= splats.way | splats.of_set
         listed = {"near": splats.near, "tolerance": self._tolerance, "list_length": LIST_LENGTH}
-        program = self._program("points/splats.comp", is_set)
+        masked = 0 if image.active is None else 1 + image.is_listed
+        program = self._program("points/splats.comp", is_set, masked)
+        if masked < 2:
+            set_uniforms(program, corner=corner)
+        if image.active is not None and masked == 1:
+            bind_texture(program, "active_map", image.active, unit=2)
+            set_uniforms(program, active_map=2)
         set_inputs(program, inputs)  # binds the textures for the lists' programs, too
-        set_uniforms(program, **listed, corner=corner, most_groups=MOST_GROUPS)
+        set_uniforms(program, **listed, most_groups=MOST_GROUPS)
         image.nearest.bind_to_storage_buffer(0)
         across, down = -(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK)
         pixels = points.size[0] * points.size[1]
-        rims = self._draw_most(program, (across, down), image, pixels // 8 if self._is_software else pixels)
+        most = pixels // 8 if self._is_software else pixels
+        rims = self._draw_most(program, (across, down), image, most)
         if self._is_software and (found := int(np.frombuffer(rims.read(4, offset=16), np.uint32)[0])) > pixels // 8:
             rims = self._draw_most(program, (across, down), image, found)  # again, with room for all rims
         if not self._is_empty(rims):
@@ -83,10 +90,20 @@ class ComputeSplatPass(Owner):
         self._large.write(np.array([*indirect, *[0] * 5], np.int32))
         self._large.bind_to_storage_buffer(1)
         rims = self._rims.emptied(most, place=2)
-        program.run(*groups)
+        self._run_blocks(program, groups, image)
         barriers = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT
         self._context.memory_barrier(barriers | moderngl.COMMAND_BARRIER_BIT)  # the lists say how many groups draw them
         return rims
+
+    def _run_blocks(self, program: moderngl.ComputeShader, groups: tuple[int, int], image: SplatImage) -> None:
+        """Draw all blocks, or those that may be seen in the tiles of the view that are drawn."""
+        if image.active is None:
+            program.run(*groups)
+        elif image.is_listed:
+            program.run_indirect(self._chosen.bound(place=3))
+        else:
+            self._chosen.emptied(groups[0] * GROUP * groups[1], place=3)
+            program.run(*groups)
 
     def _run_list(self, name: str, listed: moderngl.Buffer, inputs: dict[str, Any], is_set: bool) -> None:
         """Draw what the first step has put on a list."""
@@ -95,11 +112,12 @@ class ComputeSplatPass(Owner):
         program.run_indirect(listed)
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
-    def _program(self, name: str, is_set: bool) -> moderngl.ComputeShader:
-        if (name, is_set) not in self._programs:
-            made = build_compute(self._context, name, WINDOW=int(self._is_software), SET=int(is_set))
-            self._programs[name, is_set] = self._keep(made)
-        return self._programs[name, is_set]
+    def _program(self, name: str, is_set: bool, masked: int = 0) -> moderngl.ComputeShader:
+        key = name, is_set, masked
+        if key not in self._programs:
+            constants = {"WINDOW": int(self._is_software), "SET": int(is_set)} | ({"MASKED": masked} if masked else {})
+            self._programs[key] = self._keep(build_compute(self._context, name, **constants))
+        return self._programs[key]
 
     def _is_empty(self, listed: moderngl.Buffer) -> bool:
         """Return whether a list is known to be empty: a software driver has run its shaders, nobody waits for them."""
@@ -122,7 +140,7 @@ def read_window(drawn: moderngl.Buffer, width: int, height: int) -> Box:
 
 
 class RimList(Owner):
-    """A list of rim pixels, see compute_raster.glsl."""
+    """A list of rim pixels, see compute_raster.glsl, or of others."""
 
     _most = -1  # for which there is room: none yet
 
@@ -134,5 +152,9 @@ class RimList(Owner):
             self._buffer = self._allocate(self._context.buffer, reserve=4 * (5 + most))
             self._most = most
         self._buffer.write(np.array([0, 1, 1, 0, 0], np.int32))
+        return self.bound(place)
+
+    def bound(self, place: int) -> moderngl.Buffer:
+        """Return the list as it is, where the shaders at this binding find it."""
         self._buffer.bind_to_storage_buffer(place)
         return self._buffer

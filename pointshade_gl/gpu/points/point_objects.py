@@ -159,11 +159,16 @@ class PointObjects(FullscreenPasses):
         """Draw the picture from rasterised splats, lit in the same pass: for phong. lights: as `draw_lit_splats`."""
         self._resolve.draw_lit(canvas, self._looking(splats, shown, eye), lights)
 
-    def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
-        """Draw the surfaces that the light pass reads from rasterised splats: for phong."""
+    def draw_surface(
+        self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownPoints, eye: Eye, samples: int | None = None
+    ) -> None:
+        """Draw the surfaces that the light pass reads from rasterised splats: for phong.
+
+        samples  of the picture, whose mean colour they have; their depth is negative where more may change in a pixel
+        """
         surfaces.window, surfaces.has_doubts, surfaces.has_eye_dome = splats.window, shown.has_doubts, False
         surfaces.has_visibility, surfaces.knows_visibility = shown.visibility is not None, True
-        self._resolve.draw_surfaces(surfaces.target, self._looking(splats, shown, eye), 1)
+        self._resolve.draw_surfaces(surfaces.target, self._looking(splats, shown, eye), 1, samples=samples)
         surfaces.raise_version()
 
     def add_surface(self, target: Target, shown: ShownPoints, eye: Eye, number: int) -> None:

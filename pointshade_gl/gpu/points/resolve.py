@@ -16,6 +16,8 @@ from ..core.programs import source_and_target
 from ..core.view_images import SplatImage
 from ..shading.light_set import environment_of
 
+UPRIGHT = 1e-6  # of a view's axes: turned by less they are the frame's
+
 
 class Looking(NamedTuple):
     """Where the pixels of a view look up their points: the frame, its rasterised splats, and the transform between."""
@@ -41,6 +43,12 @@ class Looking(NamedTuple):
         return source_and_target(self.source, self.camera, self.view)
 
 
+def shared_variant(view: np.ndarray, surface: moderngl.Texture, colors: moderngl.Texture) -> int:
+    """Return `SHARED` of resolve_surfaces.frag for a view (4, 4) of a frame from its own place."""
+    is_upright = np.abs(view[:3, :3] - np.eye(3)).max() < UPRIGHT
+    return 2 if is_upright and surface.size == colors.size else 1
+
+
 class ResolvePass(FullscreenPasses):
     """Turns rasterised splats into surfaces or into the picture. One program for each shading model."""
 
@@ -59,19 +67,27 @@ class ResolvePass(FullscreenPasses):
             self._draw("points/resolve_lit.frag", image, looking, inputs, **constants)
 
     def draw_surfaces(
-        self, image: moderngl.Framebuffer, looking: Looking, number: int, depth: tuple[float, float] | None = None
+        self,
+        image: moderngl.Framebuffer,
+        looking: Looking,
+        number: int,
+        depth: tuple[float, float] | None = None,
+        samples: int | None = None,
     ) -> None:
         """Draw surfaces: unit normal and depth; albedo and the number of its material. A normal of 0 marks what is lit
         already.
 
         depth  (near, scale) of one of several objects, the nearest of which stays; without it the object is alone,
                and the image is emptied first
+        samples  the albedo is the mean of so many: see `SHARED` in resolve_surfaces.frag
         """
         near, scale = depth or (0.0, 1.0)
         inputs = looking.way() | {"near": near, "scale": scale, "material_number": float(number)}
         if depth is None:
             empty(image, looking.splats.window)
-            self._draw("points/resolve_surfaces.frag", image, looking, inputs)
+            shared = {} if samples is None else {"samples": samples}
+            how = shared_variant(looking.view, looking.surface, looking.colors) if shared else 0
+            self._draw("points/resolve_surfaces.frag", image, looking, inputs | shared, SHARED=how)
             return
         with depth_tested(self._context, image, looking.splats.window):
             self._draw("points/resolve_surfaces.frag", image, looking, inputs)

@@ -12,7 +12,17 @@ from ...scene.camera import Camera
 from ..core.passes import FullscreenPasses, data_texture
 from .light_set import Lighting, around_inputs, environment_of
 
-KINDS = "POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL", "VISIBILITY"  # constants of light.frag
+KINDS = (
+    "POINTS",
+    "SHADOWS",
+    "MATERIALS",
+    "LINEAR",
+    "ALONE",
+    "CERTAINTY",
+    "EDL",
+    "VISIBILITY",
+    "SPLIT",
+)  # constants of light.frag
 SURELY_HELD = 1024  # rows of a texture, by every driver
 
 
@@ -37,6 +47,7 @@ class LightPass(FullscreenPasses):
         certainty: moderngl.Texture | None = None,
         has_eye_dome: bool = False,
         visibility: moderngl.Texture | None = None,
+        split: bool = False,
     ) -> None:
         """Light surfaces (unit normal, depth) with their albedo, both as the camera sees them, into the image's
         scissor.
@@ -45,6 +56,7 @@ class LightPass(FullscreenPasses):
         points     None lights pixels, linear albedo -> sRGB. Else (eye (3,), scale): lights the points of a frame,
                    whose albedo is a picture, sRGB of any size -> linear; surfaces are `scale` times as far as they say.
         linear     pixels stay linear, too
+        split      draws what a white matt surface sends back, and highlights, in two images
         has_doubts  the normals of pixels are as long as they are certain
         certainty   of the normals of points, see shaders/common/toksvig.glsl
         visibility  what is seen of the light from all around: see shaders/common/surroundings.glsl
@@ -74,11 +86,13 @@ class LightPass(FullscreenPasses):
             doubtful,
             has_eye_dome,
             visibility is not None,
+            split,
         )
         constants = dict(zip(KINDS, map(int, kind), strict=True)) | environment_of(inputs)
         light = self.fullscreen("shading/light.frag", None, **constants)
         colors = "albedo_map" if points is None else "color_map"
-        light.draw(image, {"surface_map": surface, colors: albedo}, **inputs)
+        maps = {"surface_map": surface} if split and len(materials) == 1 else {"surface_map": surface, colors: albedo}
+        light.draw(image, maps, **inputs)
 
     def inputs(self, lighting: Lighting, may_be_alone: bool = False) -> dict[str, Any]:
         """Return the inputs of shaders/common/lights.glsl, or with shadows of shadowed_lights.glsl, by the names of the

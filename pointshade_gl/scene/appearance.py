@@ -18,7 +18,7 @@ from ..messages.validation import (
     check_type,
 )
 from .noise import SENSORS, check_noise, check_noise_text, parse_noise
-from .normal_methods import METHODS, Method, check_method, check_normals, parse_max_depth_step
+from .normal_methods import METHODS, Method, Step, check_method, check_normals, parse_max_depth_step
 from .option_fields import FRAME, LIGHT, VIEW, keys_of, number_or_text, opt, option_class
 from .point_sizes import check_look_size, check_sizes, is_single
 from .values import Options, frozen
@@ -319,6 +319,11 @@ class Look(Options):
     def completes(self) -> bool:
         """Surfaces are completed where depth is missing."""
         return self.missing != "keep" or self.fills
+
+    @property
+    def depth_step(self) -> Step | None:
+        """(metres, share of the depth) by which neighbours of one surface may differ; None: their planes tell."""
+        return None if self.max_depth_step is None else parse_max_depth_step(self.max_depth_step)
 
     @property
     def farthest_reach(self) -> float:

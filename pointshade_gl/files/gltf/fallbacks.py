@@ -49,7 +49,7 @@ def _triangles(
 ) -> dict[str, Any] | None:
     """Return the primitive of a frame's surface; None where no pixels lie on one, as in sparse depth."""
     normals = None if isinstance(look.normals, str) else np.asarray(look.normals, np.float32)
-    surface = frame_surface(frame, most, look.max_depth_step, normals)
+    surface = frame_surface(frame, most, look.depth_step, normals)
     if not len(surface.faces):
         return None
     held = {"POSITION": surface.positions}

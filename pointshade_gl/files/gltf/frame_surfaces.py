@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene.frame import Frame
-from ...scene.normal_methods import Step, parse_max_depth_step
+from ...scene.normal_methods import Step
 
 SAME_SURFACE = 0.02  # a neighbour off the plane by more than this share of 1/z is another surface
 STEEPEST = 10.0  # tangent of the steepest slope of a surface
@@ -35,14 +35,12 @@ class Surface(NamedTuple):
     faces: NDArray[np.uint32]
 
 
-def frame_surface(
-    frame: Frame, most: int, max_depth_step: float | str | None = None, normals: Floats | None = None
-) -> Surface:
+def frame_surface(frame: Frame, most: int, step: Step | None = None, normals: Floats | None = None) -> Surface:
     """Return the triangles between pixels that lie on one surface, and their corners.
 
-    most            pixels that may be used: of larger pictures each second is left out, or more
-    max_depth_step  see `Look`
-    normals         (h, w, 3) in the frame's camera axes, in place of those of the depth
+    most     pixels that may be used: of larger pictures each second is left out, or more
+    step     see `Look.depth_step`
+    normals  (h, w, 3) in the frame's camera axes, in place of those of the depth
     """
     every = max(1, math.ceil(math.sqrt(frame.depth.size / most)))
     v, u = np.mgrid[every // 2 : frame.depth.shape[0] : every, every // 2 : frame.depth.shape[1] : every]
@@ -52,7 +50,7 @@ def frame_surface(
     right, down = _slopes(w), _slopes(w.T).T
     if (noise := _unevenness(w)) * focal > ROUGH:
         right, down = _smoothed(w, right, down, noise)
-    faces = _triangles(w, right, down, focal, None if max_depth_step is None else parse_max_depth_step(max_depth_step))
+    faces = _triangles(w, right, down, focal, step)
     used = np.zeros(w.size, bool)
     used[faces] = True
     number = np.cumsum(used, dtype=np.uint32) - 1  # of each pixel among those used

@@ -8,7 +8,7 @@ import moderngl
 
 from ...scene.appearance import Look, shader_model
 from ...scene.camera import Eye
-from ...scene.normal_methods import Step, parse_max_depth_step
+from ...scene.normal_methods import Step
 from ..core.canvas import Canvas
 from ..core.frame_textures import Colors, FrameTextures
 from ..core.images import Fitted, Image, depth_tested, empty
@@ -153,4 +153,4 @@ class GridObjects(FullscreenPasses):
 
 def depth_step(look: Look) -> Step:
     """Return by how much neighbours of one surface may differ: the look's step, else by their tangent planes."""
-    return BY_PLANES if look.max_depth_step is None else parse_max_depth_step(look.max_depth_step)
+    return look.depth_step or BY_PLANES

@@ -107,8 +107,8 @@ def test_given_normals_and_depth_steps_are_those_of_the_mesh():
     normals = np.broadcast_to(np.float32((0, 0.6, -0.8)), (48, 64, 3))
     surface = frame_surface(frame, 10**6, normals=normals)
     np.testing.assert_allclose(surface.normals, np.broadcast_to((0, -0.6, 0.8), surface.normals.shape), atol=1e-6)
-    assert not len(frame_surface(frame, 10**6, max_depth_step=1e-6).faces)
-    assert len(frame_surface(step(), 10**6, max_depth_step=5.0).faces) == 2 * 119 * 159
+    assert not len(frame_surface(frame, 10**6, step=(1e-6, 0.0)).faces)
+    assert len(frame_surface(step(), 10**6, step=(5.0, 0.0)).faces) == 2 * 119 * 159
 
 
 def test_a_mirrored_camera_turns_no_triangle_around():

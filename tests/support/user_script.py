@@ -84,7 +84,7 @@ look = ps.Look(material, normals="star", shading="flat", point_size="fill", spla
 other = ps.Look(noise="kinect", upsample="none", normals_at="target", flying="snap", missing="photo", temporal=True)
 other = ps.Look(normals=np.zeros((2, 2, 3)), point_size=[[1, 2]], noise=0.01, unlight=True, remove_highlights=True)
 of_look = look.material, look.shading, look.splat, look.upsample, look.normals_at, look.flying, look.missing
-values = look.normals, look.point_size, look.max_depth_step, look.noise
+values = look.normals, look.point_size, look.max_depth_step, look.depth_step, look.noise
 asked = look.temporal, look.unlight, look.remove_highlights, look.align
 checks = (
     look.has_own_sizes,

@@ -1,0 +1,44 @@
+"""How Sphinx builds the documentation: `sphinx-build -W --keep-going -b html docs build/docs`. No network is needed."""
+
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "docs" / "extensions")]
+
+from pointshade_gl import __version__  # noqa: E402
+
+project, release, author = "pointshade_gl", __version__, "The authors of pointshade_gl"
+project_copyright = author
+language = "en"
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml"]
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}  # sphinx-gallery writes the second
+# The source files of Markdown stay readable on GitHub: links are relative, and pictures beside each other are lines of
+# one paragraph.
+
+# The gallery: what sphinx-gallery reads. It writes docs/auto_examples, which git ignores.
+sphinx_gallery_conf: dict[str, object] = {}
+if sphinx_gallery_conf:
+    extensions.append("sphinx_gallery.gen_gallery")
+
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 4
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_preserve_defaults = True
+autoclass_content = "class"
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+
+html_theme = "furo"
+html_title = f"pointshade_gl {release}"
+html_static_path = ["_static"]
+html_css_files = ["page.css"]
+html_copy_source = False
+html_show_sourcelink = False
+html_show_sphinx = False
+html_math_renderer = "mathml"
+pygments_style = "friendly"
+pygments_dark_style = "native"

@@ -1,9 +1,10 @@
 """Measures films of noisy frames beside PyVista and Open3D: frames a second, and CPU seconds over all cores.
 
-Run by hand: python tests/benchmarks/film_beside_others.py [--frames N] [--peers PYTHON]. PYTHON is an
-interpreter with pyvista, open3d, pillow and imageio-ffmpeg; without it only this package is measured. All read the same
-folder, 640x480 colours and millimetres with a Kinect's noise, see each frame from 15 degrees aside under one light, and
-write an H.264 film. Each is a process of its own, from its start to the finished film, in interleaved rounds.
+Run by hand: python tests/benchmarks/film_beside_others.py [--frames N] [--peers PYTHON ...] [--json FILE]. Of the
+PYTHONs one has pyvista, one open3d; both need pillow and imageio-ffmpeg. Without them only this package is measured.
+All read the same folder, 640x480 colours and millimetres with a Kinect's noise, see each frame from 15 degrees aside
+under one light, and write an H.264 film. Each is a process of its own, from its start to the finished film, in
+interleaved rounds.
 
 The peers draw points of 2 pixels with normals by central differences: they have nothing against noise.
 """
@@ -11,20 +12,15 @@ The peers draw points of 2 pixels with normals by central differences: they have
 from __future__ import annotations
 
 import argparse
-import os
-import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
-from statistics import median
-from typing import Any, NamedTuple
 
 import numpy as np
+from peers import OURS, Run, measure, middle, python_with, write_results
 
 import pointshade_gl as ps
 
-ROOT = Path(__file__).resolve().parents[2]
 CAMERA = ps.Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
 COMMAND = "import sys; from pointshade_gl.cli.main import main; sys.argv[1:] = [{words}]; main()"
 
@@ -83,6 +79,7 @@ for name in names:
         plotter.render()
     film.send(np.ascontiguousarray(plotter.screenshot(None, return_img=True)[..., :3]))
 film.close()
+print(json.dumps({"version": f"{pv.__version__} (VTK {'.'.join(map(str, pv.vtk_version_info))})"}))
 """
 )
 OPEN3D = (
@@ -117,18 +114,11 @@ for name in names:
     scene.add_geometry("frame", cloud, material)
     film.send(np.ascontiguousarray(np.asarray(renderer.render_to_image())[..., :3]))
 film.close()
+print(json.dumps({"version": o3d.__version__}))
 sys.stdout.flush()
 os._exit(0)
 """
 )
-
-
-class Run(NamedTuple):
-    """Of a process: seconds by the wall clock and of all cores, and gigabytes."""
-
-    wall: float
-    cpu: float
-    memory: float
 
 
 def ours(*words: str) -> str:
@@ -162,21 +152,12 @@ def write_sequence(folder: Path, count: int) -> None:
     (folder / "intrinsics.json").write_text(str(matrix | {"depth_scale": 1000}).replace("'", '"'))
 
 
-def measure(python: str, program: str, folder: Path) -> Run | str:
-    """Run a program in a process of its own, or say why it failed."""
-    with tempfile.TemporaryDirectory() as place, tempfile.TemporaryFile() as words:
-        out, begin = Path(place) / "film.mp4", time.perf_counter()
-        command = [python, "-c", program, str(folder), str(out)]
-        environment = os.environ | {"PYTHONPATH": str(ROOT)}
-        child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=words, env=environment)
-        _, status, used = os.wait4(child.pid, 0)
-        child.returncode = status
-        wall = time.perf_counter() - begin
-        words.seek(0)
-        if status or not out.is_file():
-            said = words.read().decode(errors="replace").strip().splitlines()
-            return f"failed: {said[-1] if said else f'status {status}'}"
-    return Run(wall, used.ru_utime + used.ru_stime, used.ru_maxrss / 2**20)
+def film(python: str, program: str, folder: Path) -> Run | str:
+    """Make a film in a process of its own, or say why it failed."""
+    with tempfile.TemporaryDirectory() as place:
+        out = Path(place) / "film.mp4"
+        done = measure([python, "-c", program, str(folder), str(out)])
+        return done if isinstance(done, str) or out.is_file() else "failed: no film"
 
 
 def main() -> int:
@@ -184,32 +165,38 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--frames", type=int, default=120)
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--peers", help="a Python with pyvista, open3d, pillow and imageio-ffmpeg")
+    parser.add_argument("--peers", nargs="+", default=[], help="Pythons with pyvista or open3d")
+    parser.add_argument("--json", type=Path, help="a file for the results")
     asked = parser.parse_args()
     programs: dict[str, tuple[str, str]] = {
-        "pointshade_gl": (sys.executable, ours()),
-        "pointshade_gl, 1 sample": (sys.executable, ours("--samples", "1")),
+        OURS: (sys.executable, ours()),
+        f"{OURS}, 1 sample": (sys.executable, ours("--samples", "1")),
     }
-    if asked.peers:
-        programs |= {"PyVista": (asked.peers, PYVISTA), "Open3D": (asked.peers, OPEN3D)}
-    runs: dict[str, list[Any]] = {name: [] for name in programs}
+    for name, text in {"PyVista": PYVISTA, "Open3D": OPEN3D}.items():
+        if (python := python_with(name.lower(), asked.peers)) is not None:
+            programs[name] = (python, text)
+        elif asked.peers:
+            print(f"{name:26} is in none of {', '.join(asked.peers)}")
+    runs: dict[str, list[Run | str]] = {name: [] for name in programs}
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "noisy"
         write_sequence(folder, asked.frames)
         for _ in range(asked.rounds):
             for name, program in programs.items():
-                runs[name].append(measure(*program, folder))
-    failed = 0
+                runs[name].append(film(*program, folder))
+    rows, failed = [], 0
     print(f"{'':26}{'frames a second':>16}{'ms a frame':>12}{'CPU ms':>9}{'cores':>7}{'GB':>7}")
     for name, found in runs.items():
-        good = [one for one in found if isinstance(one, Run)]
-        if len(good) < len(found):
+        one = middle(found)
+        if isinstance(one, str):
             failed = 1
-            print(f"{name:26} {next(one for one in found if not isinstance(one, Run))}")
+            print(f"{name:26} {one}")
             continue
-        wall, cpu, memory = (median(values) for values in zip(*good, strict=True))
-        each = 1e3 / asked.frames
-        print(f"{name:26}{asked.frames / wall:16.1f}{each * wall:12.1f}{each * cpu:9.1f}{cpu / wall:7.2f}{memory:7.2f}")
+        rate, wall, cpu = asked.frames / one.wall, 1e3 * one.wall / asked.frames, 1e3 * one.cpu / asked.frames
+        print(f"{name:26}{rate:16.1f}{wall:12.1f}{cpu:9.1f}{cpu / wall:7.2f}{one.memory:7.2f}")
+        rows.append({"program": name, "frames_a_second": rate, "ms": wall, "cpu_ms": cpu, "memory_gb": one.memory})
+        rows[-1]["version"] = one.said.get("version", ps.__version__)
+    write_results(asked.json, frames=asked.frames, rounds=asked.rounds, rows=rows)
     return failed
 
 

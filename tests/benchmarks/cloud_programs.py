@@ -1,0 +1,110 @@
+"""What each program does with a point cloud: Python texts that clouds_beside_others.py runs, each in a process."""
+
+from __future__ import annotations
+
+from peers import OURS
+
+START = """
+import json, os, sys, time
+path, out, begun = sys.argv[1], sys.argv[2], float(sys.argv[3])
+os.environ.setdefault("EGL_PLATFORM", "surfaceless")
+import numpy as np
+
+def keep(normals):
+    if out.endswith(".npy"):
+        np.save(out, normals)
+
+def pictures(draw, save):
+    save(draw(0))
+    used, wall = time.process_time(), time.time() - begun
+    peak = next(int(line.split()[1]) for line in open("/proc/self/status") if line.startswith("VmHWM:"))
+    laps = []
+    for k in range(1, 6):
+        start = time.perf_counter(), time.process_time()
+        draw(k)
+        laps.append((time.perf_counter() - start[0], time.process_time() - start[1]))
+    view, cpu = np.median(laps, 0)
+    said.update(wall=wall, cpu=used, memory=peak / 2**20, view=view, view_cpu=cpu)
+"""
+END = """
+print(json.dumps(said))
+sys.stdout.flush()
+os._exit(0)
+"""
+PROGRAMS = {  # each with the module it needs, and what it does for each job
+    OURS: (
+        "pointshade_gl",
+        "import pointshade_gl as ps\nsaid = {'version': ps.__version__}\n",
+        {
+            "read": "ps.load_cloud(path)",
+            "normals": "keep(ps.estimate_normals(ps.load_cloud(path)))",
+            "picture": (
+                "cloud, renderer = ps.load_cloud(path), ps.Renderer()\n"
+                "pictures(lambda k: renderer.render(cloud, yaw=15.0 * k, shading='none'), "
+                "lambda one: ps.save_image(out, one))"
+            ),
+            "lit": (
+                "cloud, renderer, light = ps.load_cloud(path), ps.Renderer(), ps.Light(shadow=True)\n"
+                "pictures(lambda k: renderer.render(cloud, light, yaw=15.0 * k), lambda one: ps.save_image(out, one))"
+            ),
+        },
+    ),
+    "Open3D": (
+        "open3d",
+        "import open3d as o3d\nsaid = {'version': o3d.__version__}\n",
+        {
+            "read": "o3d.io.read_point_cloud(path)",
+            "normals": (
+                "cloud = o3d.io.read_point_cloud(path)\n"
+                "cloud.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(30)); keep(np.asarray(cloud.normals))"
+            ),
+            "picture": """
+from open3d.visualization import rendering
+from PIL import Image
+cloud = o3d.io.read_point_cloud(path)
+renderer, material = rendering.OffscreenRenderer(640, 480), rendering.MaterialRecord()
+renderer.scene.set_background([1, 1, 1, 1])
+renderer.scene.view.set_post_processing(False)
+material.shader, material.point_size = "defaultUnlit", 2.0
+renderer.scene.add_geometry("cloud", cloud, material)
+box = cloud.get_axis_aligned_bounding_box()
+middle, size = box.get_center(), np.linalg.norm(box.get_extent())
+
+def draw(k):
+    turn = np.radians(15 * k)
+    eye = middle + 1.3 * size * np.array([np.sin(turn), 0.4, np.cos(turn)])
+    at = [np.float32(one) for one in (middle, eye, (0, 1, 0))]
+    renderer.setup_camera(45.0, *at, 0.05, 20.0)
+    return np.asarray(renderer.render_to_image())
+
+pictures(draw, lambda one: Image.fromarray(one).save(out))
+""",
+        },
+    ),
+    "PyVista": (
+        "pyvista",
+        "import pyvista as pv, vtk\nsaid = {'version': f'{pv.__version__} (VTK {vtk.vtkVersion.GetVTKVersion()})'}\n"
+        "vtk.vtkSMPTools.SetBackend('STDThread')\n",
+        {
+            "read": "pv.read(path)",
+            "normals": (
+                "planes = vtk.vtkPCANormalEstimation()\n"
+                "planes.SetInputData(pv.read(path)); planes.SetSampleSize(30); planes.SetNormalOrientationToPoint()\n"
+                "planes.Update(); keep(np.asarray(pv.wrap(planes.GetOutput()).point_data['PCANormals']))"
+            ),
+            "picture": """
+plotter = pv.Plotter(off_screen=True, window_size=(640, 480))
+plotter.add_points(pv.read(path), scalars="RGB", rgb=True, point_size=2.0)
+plotter.show(auto_close=False, interactive=False)
+
+def draw(k):
+    plotter.camera.azimuth = 15.0 * k
+    plotter.render()
+    return plotter.screenshot(None, return_img=True)
+
+from PIL import Image
+pictures(draw, lambda one: Image.fromarray(one).save(out))
+""",
+        },
+    ),
+}

@@ -85,22 +85,22 @@ def frames_chart(results: dict[str, Any]) -> bytes:
     figure.suptitle("How many times as much the others take", **title, fontsize=SIZE + 1, fontweight="bold")
     figure.supxlabel(f"307 200 points; {measured(results['frames'])}", **title, fontsize=SIZE - 1.5)
     axes.axvline(1, color=COLORS[OURS], lw=3)
-    most = 1.0
+    least = most = 1.0
     for k, (file, key, what, unit) in enumerate(rows):
         values = results[file]["middle"]
         own = values["ours"][key]
-        axes.annotate(f"{what}, ", (0, -k), (-52, 0), **BESIDE, ha="right", fontweight="bold", color=INK)
+        axes.annotate(f"{what} ", (0, -k), (-52, 0), **BESIDE, ha="right", fontweight="bold", color=INK)
         axes.annotate(f"{brief(own)} {unit}", (0, -k), (-5, 0), **BESIDE, ha="right", color=COLORS[OURS])
         others = [name for name in LOOKS if name != "ours" and values.get(name, {}).get(key)]
         for place, name in enumerate(sorted(others, key=lambda name: values[name][key])):
             ratio, (_, color, mark) = values[name][key] / own, LOOKS[name]
-            most = max(most, ratio)
+            least, most = min(least, ratio), max(most, ratio)
             axes.plot(ratio, -k, mark, color=color, ms=7, zorder=3)
             side = {"ha": "right"} if place < len(others) - 1 else {}
             shift = (-7 if side else 7, 0)
             text = f"{brief(ratio, 2)}×"
             axes.annotate(text, (ratio, -k), shift, textcoords="offset points", **TEXT, **side, color=color)
-    axes.set(xscale="log", xlim=(0.97, 2.6 * most), ylim=(-len(rows) + 0.5, 1.1))
+    axes.set(xscale="log", xlim=(0.97 if least == 1 else least / 2.6, 2.6 * most), ylim=(-len(rows) + 0.5, 1.1))
     axes.xaxis.set_major_locator(NullLocator())
     axes.xaxis.set_minor_locator(NullLocator())
     axes.annotate(OURS, (0, 0.85), (-5, 0), **BESIDE, ha="right", fontweight="bold", color=COLORS[OURS])
@@ -138,7 +138,7 @@ def films_chart(films: dict[str, Any]) -> bytes:
     ]
     figure = new_figure(0.55 * len(rows) + 0.8)
     axes = figure.subplots()
-    bare(axes, "Frames a second, from files to film", f"640x480 pixels with a Kinect's noise; {measured(films)}")
+    bare(axes, "Frames a second, from files to film", f"640x480 pixels with a Kinect's noise\n{measured(films)}")
     bars(axes, rows)
     return png(figure)
 

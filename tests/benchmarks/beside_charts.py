@@ -165,7 +165,8 @@ def cloud_rows(clouds: dict[str, Any], job: str) -> list[tuple[str, str, float, 
             told = f", off by {error['box']:.2f}° (box), {error['torus']:.2f}° (torus)" if len(error) == 2 else ""
             rows.append((f"{program}{told}", program, row["cpu_s"], f"{brief(row['cpu_s'], 2)} CPU s"))
         elif job != "normals" and row["job"] in ("picture", "lit"):
-            text = f"{program}, {'lit, with a shadow' if row['job'] == 'lit' else 'without light'}"
+            what = "a surface" if program == OURS else "dots"
+            text = f"{program}, {'lit, with a shadow' if row['job'] == 'lit' else f'{what} without light'}"
             value = row["view_cpu_ms"] if job == "view" else row["cpu_s"]
             rows.append((text, program, value, f"{brief(value, 2)} CPU {'ms' if job == 'view' else 's'}"))
     return sorted(rows, key=lambda row: row[2])

@@ -10,6 +10,18 @@ path, out, begun = sys.argv[1], sys.argv[2], float(sys.argv[3])
 os.environ.setdefault("EGL_PLATFORM", "surfaceless")
 import numpy as np
 
+def eye(k):  # where view k is seen from: round the z axis
+    turn = np.radians(15 * k)
+    return 3.2 * np.array([np.sin(turn), -np.cos(turn), 0.6]) / np.hypot(1, 0.6)
+
+def pose(k):  # camera to world: x right, y down, z forward
+    forward = -eye(k) / np.linalg.norm(eye(k))
+    right = np.cross(forward, (0, 0, 1))
+    right /= np.linalg.norm(right)
+    matrix = np.eye(4)
+    matrix[:3] = np.stack([right, np.cross(forward, right), forward, eye(k)], 1)
+    return matrix
+
 def keep(normals):
     if out.endswith(".npy"):
         np.save(out, normals)
@@ -31,6 +43,10 @@ print(json.dumps(said))
 sys.stdout.flush()
 os._exit(0)
 """
+OUR_PICTURES = """
+cloud, renderer, camera = ps.load_cloud(path, up="z"), ps.Renderer(), ps.Camera.from_fov(45, 640, 480)
+pictures(lambda k: renderer.render(cloud, camera=camera, pose=pose(k), {look}), lambda one: ps.save_image(out, one))
+"""
 PROGRAMS = {  # each with the module it needs, and what it does for each job
     OURS: (
         "pointshade_gl",
@@ -38,15 +54,8 @@ PROGRAMS = {  # each with the module it needs, and what it does for each job
         {
             "read": "ps.load_cloud(path)",
             "normals": "keep(ps.estimate_normals(ps.load_cloud(path)))",
-            "picture": (
-                "cloud, renderer = ps.load_cloud(path), ps.Renderer()\n"
-                "pictures(lambda k: renderer.render(cloud, yaw=15.0 * k, shading='none'), "
-                "lambda one: ps.save_image(out, one))"
-            ),
-            "lit": (
-                "cloud, renderer, light = ps.load_cloud(path), ps.Renderer(), ps.Light(shadow=True)\n"
-                "pictures(lambda k: renderer.render(cloud, light, yaw=15.0 * k), lambda one: ps.save_image(out, one))"
-            ),
+            "picture": OUR_PICTURES.format(look="shading='none'"),
+            "lit": OUR_PICTURES.format(look="light=ps.Light(shadow=True)"),
         },
     ),
     "Open3D": (
@@ -67,14 +76,9 @@ renderer.scene.set_background([1, 1, 1, 1])
 renderer.scene.view.set_post_processing(False)
 material.shader, material.point_size = "defaultUnlit", 2.0
 renderer.scene.add_geometry("cloud", cloud, material)
-box = cloud.get_axis_aligned_bounding_box()
-middle, size = box.get_center(), np.linalg.norm(box.get_extent())
 
 def draw(k):
-    turn = np.radians(15 * k)
-    eye = middle + 1.3 * size * np.array([np.sin(turn), 0.4, np.cos(turn)])
-    at = [np.float32(one) for one in (middle, eye, (0, 1, 0))]
-    renderer.setup_camera(45.0, *at, 0.05, 20.0)
+    renderer.setup_camera(45.0, *(np.float32(one) for one in ((0, 0, 0), eye(k), (0, 0, 1))), 0.05, 20.0)
     return np.asarray(renderer.render_to_image())
 
 pictures(draw, lambda one: Image.fromarray(one).save(out))
@@ -98,7 +102,8 @@ plotter.add_points(pv.read(path), scalars="RGB", rgb=True, point_size=2.0)
 plotter.show(auto_close=False, interactive=False)
 
 def draw(k):
-    plotter.camera.azimuth = 15.0 * k
+    camera = plotter.camera
+    camera.position, camera.focal_point, camera.up, camera.view_angle = tuple(eye(k)), (0, 0, 0), (0, 0, 1), 45.0
     plotter.render()
     return plotter.screenshot(None, return_img=True)
 

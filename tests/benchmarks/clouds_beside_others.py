@@ -6,7 +6,8 @@ pictures. The cloud is a torus with waves, coloured, written once as binary PLY.
 50 000 points on a box and a torus, 2 % of them stray.
 
 What is compared: reading; reading and all normals (30 neighbours; CloudCompare chooses its radius); reading and a first
-picture of 640x480 without light, then a new view. Ours is measured once more lit, with a shadow.
+picture of 640x480 without light, then a new view of the same cameras. The peers draw dots of 2 pixels, with holes; this
+package draws a surface, and is measured once more lit, with a shadow.
 """
 
 from __future__ import annotations

@@ -12,7 +12,8 @@ project, release, author = "pointshade_gl", __version__, "The authors of pointsh
 project_copyright = author
 language = "en"
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
+extensions += ["docstrings", "mathml"]  # our own, in docs/extensions
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}  # sphinx-gallery writes the second
 # The source files of Markdown stay readable on GitHub: links are relative, and pictures beside each other are lines of
 # one paragraph.
@@ -25,10 +26,13 @@ if sphinx_gallery_conf:
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 4
 
-autodoc_member_order = "bysource"
-autodoc_typehints = "signature"
-autodoc_preserve_defaults = True
-autoclass_content = "class"
+autodoc_default_options = {"members": True, "inherited-members": True, "member-order": "bysource"}
+autodoc_typehints = "none"  # the docstrings say more: shapes, units, and what a value means
+autosummary_generate = False
+add_module_names = False
+toc_object_entries_show_parents = "hide"
+default_role = "code"
+smartquotes = False  # quotes and dashes are those of code
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 
@@ -41,4 +45,4 @@ html_show_sourcelink = False
 html_show_sphinx = False
 html_math_renderer = "mathml"
 pygments_style = "friendly"
-pygments_dark_style = "native"
+pygments_dark_style = "nord"

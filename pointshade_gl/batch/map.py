@@ -77,31 +77,59 @@ def map(
     notes: Note | None = None,
     progress: Progress | None = None,
 ) -> Iterator[Any]:
-    """What `render` draws of each frame, in order, drawn by several processes: (h, w, 4) uint8 pictures.
-
-    Nothing is read or drawn before the first picture is asked for, and no more than AHEAD pictures for each worker are
-    kept for later. The pictures are those of a single process, to the bit where the same driver draws them. Each frame
-    is judged alone, as a picture of its own.
-
-    frames    of what `render` takes: frames, sequences of frames that are drawn as one object, scenes, point clouds,
-              paths; or one path, as of a folder with a sequence, which the workers read
-    look      how the frames are drawn; None: as the view says
-    view      from where and under which lights; None: from each frame's own camera
-    workers   how many processes; None: one a processor
-    ray       "local", or the address of a Ray cluster, as "auto" or "host:6379", to draw there. A Ray that the program
-              is connected to is used whatever the address.
-    num_gpus  that Ray reserves for each worker, which draws on that GPU; 0.25 lets four share one
-    device    which GPU, counted by EGL (Linux); with num_gpus Ray chooses
-    return_exceptions  True gives, in place of a picture that cannot be drawn, the exception
-    notes     called with one sentence for each kind of note; None logs them (logger "pointshade_gl")
-    progress  called with two ints before each picture is given: how many there are with it, and how many will be; of
-              frames without a length, as many as were taken so far. If it returns False, the iteration ends with
-              `Cancelled`, and its processes end.
+    """Draw many frames with several processes, and give the pictures in order.
 
     Processes are started, so a script calls it below `if __name__ == "__main__":`.
 
-    Raises, when its picture is due, what `render` raises for a frame, and RuntimeError for one that has killed several
-    workers; then the iteration ends. Raises TypeError or ValueError at once for other arguments that make no sense.
+    Parameters
+    ----------
+    frames : iterable or path
+        Of what `render` takes: frames, sequences of frames that are drawn as one object, scenes, point clouds, paths.
+        Or one path, as of a folder with a sequence, which the workers read.
+    look : Look, optional
+        How the frames are drawn; None: as the view says.
+    view : View, optional
+        From where and under which lights; None: from each frame's own camera.
+    workers : int, optional
+        How many processes; None: one a processor.
+    ray : str, optional
+        "local", or the address of a Ray cluster, as "auto" or "host:6379", to draw there. A Ray that the program is
+        connected to is used whatever the address.
+    num_gpus : float
+        GPUs that Ray reserves for each worker, which draws on that GPU; 0.25 lets four share one.
+    device : int
+        Which GPU, counted by EGL (Linux); with num_gpus Ray chooses.
+    return_exceptions : bool
+        True gives, in place of a picture that cannot be drawn, the exception.
+    notes : callable, optional
+        Called with one sentence for each kind of note; None logs them ("pointshade_gl").
+    progress : callable, optional
+        Called with two ints before each picture is given: how many there are with it, and how many will be; of frames
+        without a length, as many as were taken so far. If it returns False, the iteration ends with `Cancelled`, and
+        its processes end.
+
+    Returns
+    -------
+    iterator of (h, w, 4) uint8
+        What `render` draws of each frame. Nothing is read or drawn before the first picture is asked for, and no more
+        than four pictures for each worker are kept for later.
+
+    Raises
+    ------
+    TypeError, ValueError
+        At once, for arguments that make no sense. What `render` raises for a frame is raised when its picture is due.
+    RuntimeError
+        For a frame that has killed several workers; then the iteration ends.
+
+    Notes
+    -----
+    The pictures are those of a single process, to the bit where the same driver draws them. Each frame is judged
+    alone, as a picture of its own.
+
+    Examples
+    --------
+    >>> for k, picture in enumerate(ps.batch.map("my_sequence")):
+    ...     ps.save_image(f"lit_{k:04d}.png", picture)
     """
     view = check_view(look, view)
     if workers is not None:

@@ -19,18 +19,27 @@ from .on_ray import device_here
 
 
 class Stage:
-    """For `map_batches` of a Ray Dataset: each row gets its "picture", (h, w, 4) uint8, as `render` draws the frame.
+    """A stage of `map_batches` of a Ray Dataset: each row gets its "picture", (h, w, 4) uint8, as `render` draws it.
 
     A row has a "path", of a frame's folder or file; or "depth", (h, w) floats in metres, and beside it, if there are,
     "color", (h, w, 3|4) uint8, "intrinsics", (fx, fy, cx, cy), and "pose", (4, 4) camera-to-world.
 
-    look, view  as for `map`
-    camera      of rows without intrinsics
-
     It keeps no renderer, so it may be called from any thread: each thread has its own, on the GPU that Ray has handed
     to the process.
 
-    Raises ValueError where it is called with a row that cannot be drawn.
+    Parameters
+    ----------
+    look : Look, optional
+        As for `batch.map`.
+    view : View, optional
+        As for `batch.map`.
+    camera : Camera, optional
+        Of rows without intrinsics.
+
+    Raises
+    ------
+    ValueError
+        Where it is called with a row that cannot be drawn.
     """
 
     def __init__(self, look: Look | None = None, view: View | None = None, camera: Camera | None = None):

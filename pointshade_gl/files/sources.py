@@ -82,7 +82,17 @@ def open_source(path: FilePath | None, **load_options: Unpack[LoadOptions]) -> F
 def load_any(source: FilePath | None, **load_options: Unpack[AnyOptions]) -> Frame | Scene | PointCloud:
     """Load what a folder, a file or a built-in name holds: a frame, the first of a sequence, a scene or a point cloud.
 
-    load_options  as for `load_frame` and `load_cloud`; None counts as not given. Raises as these and `load_scene` do.
+    The options are those of `load_frame` and `load_cloud`; None counts as not given.
+
+    Parameters
+    ----------
+    source : path
+        What is loaded.
+
+    Raises
+    ------
+    ValueError, TypeError, OSError
+        As `load_frame`, `load_cloud` and `load_scene`.
     """
     options: dict[str, Any] = {name: value for name, value in load_options.items() if value is not None}
     if is_scene(source):
@@ -99,10 +109,26 @@ def load_any(source: FilePath | None, **load_options: Unpack[AnyOptions]) -> Fra
 def views_of(
     source: Frame | FrameSequence, count: int | Sequence[int] | None, note: Note = print_note
 ) -> dict[int, Frame]:
-    """Frames of a sequence that are drawn as one object, by their numbers: those that `choose_views` chooses.
+    """Read the frames of a sequence that are drawn as one object: those that `sources.choose_views` chooses.
 
-    Those that cannot be read are left out; a note says so. Raises ValueError where fewer than two are left, for then
-    there is nothing to merge.
+    Parameters
+    ----------
+    source : FrameSequence
+        What `open_source` opens; a single frame is an error.
+    count : int or sequence of int, optional
+        How many frames, or their numbers; None: all.
+    note : callable
+        Called with one sentence for what is left out because it cannot be read.
+
+    Returns
+    -------
+    dict of int to Frame
+        The frames by their numbers.
+
+    Raises
+    ------
+    ValueError
+        Where fewer than two are left: then there is nothing to merge.
     """
     if isinstance(source, Frame):
         raise ValueError(f"{option('views')} merges the frames of a sequence, and this is a single frame: leave it out")
@@ -121,13 +147,28 @@ def views_of(
 def choose_views(
     source: Sequence[Frame], count: int | Sequence[int] | None, note: Note = print_note, among: int | None = None
 ) -> list[int]:
-    """Which frames of a sequence to draw as one object: `count` of them, evenly chosen, or all (None), 200 at most.
+    """Choose which frames of a sequence are drawn as one object: evenly, 200 at most.
 
-    count  or the numbers of the frames themselves; the others are not asked for
-    among  a frame that is chosen in any case, if it has a pose
+    Parameters
+    ----------
+    source : sequence of Frame
+        Of files, frames without a pose are left out.
+    count : int or sequence of int, optional
+        How many frames, or their numbers; None: all.
+    note : callable
+        Called with one sentence for what is left out.
+    among : int, optional
+        A frame that is chosen in any case, if it has a pose.
 
-    Frames of files without a pose are left out; a note says so. Raises ValueError for fewer than two, and for a number
-    that no frame with a pose has.
+    Returns
+    -------
+    list of int
+        The numbers of the frames.
+
+    Raises
+    ------
+    ValueError
+        For fewer than two frames, and for a number that no frame with a pose has.
     """
     posed, name = list(range(len(source))), "the source"
     if isinstance(source, FrameSequence):
@@ -151,7 +192,13 @@ def choose_views(
 
 
 def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:
-    """Whether it is the name of a built-in scene or a glTF file's."""
+    """Return whether it is the name of a built-in scene or a glTF file's.
+
+    Parameters
+    ----------
+    source : path or None
+        A name; the file is not read.
+    """
     is_file = isinstance(source, str | PathLike) and str(source).lower().endswith(SCENE_FILES)
     return is_file or builtin_name(source) in SCENES
 
@@ -206,7 +253,18 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
 
 
 def check_posed(sources: Iterable[Any]) -> None:
-    """Raises ValueError for a sequence without poses among several sources."""
+    """Raise ValueError for a sequence without poses among several sources.
+
+    Parameters
+    ----------
+    sources : iterable
+        What `open_source` opens, or other iterables of frames, which pass.
+
+    Raises
+    ------
+    ValueError
+        It names the folder and the option `poses`.
+    """
     for source in sources:
         if isinstance(source, FrameSequence) and not source.is_placed:
             raise ValueError(

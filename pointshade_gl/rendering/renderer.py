@@ -442,7 +442,7 @@ class Renderer:
         pose : Numbers, optional
             (4, 4) camera-to-world of who looks: highlights and the default light depend on it; None is the frame's own
             pose.
-        shading : Shading, default 'phong'
+        shading : {"none", "flat", "gouraud", "phong", "edl"}, default "phong"
             "none" and "edl" keep the picture's own colours; any other lights each point once, as "flat" does.
         """
         with taken_by(notes):
@@ -474,7 +474,7 @@ class Renderer:
         ----------
         frame : Frame, PointCloud, path or RenderRequest
             Whose normals.
-        method : Method, default 'auto'
+        method : str, default "auto"
             "auto" measures the noise of the depth and chooses "star" (sharp at edges, for clean depth) or "adaptive"
             (planes as wide as the noise requires); where most depths are missing, as of LiDAR in a picture, "sparse"
             (planes across the gaps, noise or not). "star-borrow" is a little better and slower than "star". Classical:

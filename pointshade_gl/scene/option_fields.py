@@ -14,6 +14,15 @@ from ..messages.suggestions import did_you_mean
 
 FRAME, LIGHT, VIEW, FILM, PICTURE = "Frame", "Light and surface", "View", "Film", "Picture"  # panels of the help
 WIDTH = 112  # columns of documentation
+MOST_VALUES = 6  # that the documentation of a type lists
+KINDS = {  # how the documentation calls a type
+    "Environment": "Environment",
+    "Numbers": "array",
+    "PathLike[str]": "path",
+    "Sequence[Light]": "sequence of Light",
+    "SizeName": "str",
+    "tuple[int, int]": "(width, height)",
+}
 HEADING = "\n\nParameters\n----------\n"
 _Any = TypeVar("_Any", bound=Any)
 _P = ParamSpec("_P")
@@ -170,8 +179,21 @@ def entry_of(one: Field[Any], parameter: inspect.Parameter) -> str:
     doc = option_of(one).doc
     said = f"{doc[0].upper()}{doc[1:].removesuffix('.')}."
     value = parameter.default
-    default = f"{type(value).__name__}()" if is_dataclass(value) and value == type(value)() else repr(value)
-    return f"{one.name} : {parameter.annotation}, default {default}\n{_filled(said)}"
+    default = f"{type(value).__name__}()" if is_dataclass(value) and value == type(value)() else _quoted(value)
+    told = "optional" if value is None else f"default {default}"
+    return f"{one.name} : {_kinds(str(parameter.annotation), option_of(one).known)}, {told}\n{_filled(said)}"
+
+
+def _kinds(annotation: str, known: tuple[str, ...]) -> str:
+    """Return the types of an option in words: `Shading` is the values that it allows, if they are few."""
+    kinds = [kind for kind in annotation.split(" | ") if kind != "None"]
+    values = f"{{{', '.join(map(_quoted, known))}}}" if 0 < len(known) <= MOST_VALUES else "str"
+    said = [KINDS.get(kind, values if kind[0].isupper() and known else kind) for kind in kinds]
+    return " or ".join([", ".join(said[:-1]), said[-1]] if said[1:] else said)
+
+
+def _quoted(value: Any) -> str:
+    return f'"{value}"' if isinstance(value, str) else repr(value)
 
 
 def _filled(text: str) -> str:

@@ -21,18 +21,25 @@ EventKind = Literal["key", "text", "move", "press", "release", "wheel", "leave",
 class Event:
     """One action of the user.
 
-    kind       "key" (pressed or repeated), "text" (a character was typed), "move", "press", "release", "wheel",
-               "leave" (the pointer left the window), "drop" (files were dropped onto the window), "refresh" (the window
-               lost its content)
-    key        for "key": the letter, digit or sign on the user's keyboard, upper case, or "SPACE", "LEFT", "RIGHT",
-               "UP", "DOWN", "HOME", "END", "TAB", "ENTER", "BACKSPACE", "DELETE", "ESCAPE", "F11",
-               and of the keypad "KP0" to "KP9" and "KP."; for "text": the character;
-               for "press" and "release": "left", "middle" or "right"
-    x, y       position of the pointer in pixels of the picture, from the upper left corner
-    steps      of the wheel; above 0: away from the user
-    ctrl, shift  whether they are held down; Command counts as Ctrl
-    paths      of the files and folders that were dropped
-    time       seconds, of a clock that stands still while the window draws and cannot see events
+    Parameters
+    ----------
+    kind : str
+        "key" (pressed or repeated), "text" (a character was typed), "move", "press", "release", "wheel", "leave" (the
+        pointer left the window), "drop" (files were dropped onto the window), "refresh" (the window lost its content).
+    key : str
+        For "key": the letter, digit or sign on the user's keyboard, upper case, or "SPACE", "LEFT", "RIGHT", "UP",
+        "DOWN", "HOME", "END", "TAB", "ENTER", "BACKSPACE", "DELETE", "ESCAPE", "F11", and of the keypad "KP0" to "KP9"
+        and "KP."; for "text": the character; for "press" and "release": "left", "middle" or "right".
+    x, y : float
+        Position of the pointer in pixels of the picture, from the upper left corner.
+    steps : float
+        Of the wheel; above 0: away from the user.
+    ctrl, shift : bool
+        Whether they are held down; Command counts as Ctrl.
+    paths : tuple of str
+        The files and folders that were dropped.
+    time : float
+        Seconds, of a clock that stands still while the window draws and cannot see events.
     """
 
     kind: EventKind

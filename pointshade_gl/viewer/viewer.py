@@ -69,33 +69,50 @@ class Stands(NamedTuple):
 class Viewer(Session):
     """A window that shows a frame, a stream of frames, a scene or a point cloud; `run()` shows it until it is closed.
 
-    source  a Frame, a Sequence of frames (see `open_source`), anything else that `for frame in source:` accepts, or a
-            Scene with its own lights and shadows; a PointCloud is shown as a scene
-    title   of the window
-    window_size  (width, height) of the window in screen coordinates; None: that of the frame
-    state   what the window shows at first: view, light, look
-    lights  the mouse holds the first one, the others stay where they are; the window starts with shadows if one of them
-            casts any
-    others  more sources of frames of the same thing, as the source: they play at once and are drawn as one object, by
-            their poses
-    fps     frames of a stream per second, or of each source, in a sequence; None: as fast as they come
-    place   a View from where it is seen at first, of which only the pose or how it is moved counts; None: as the state
-            says
-    views   how many frames of a sequence, evenly chosen, or "all", or their numbers: drawn as one object, by their
-            poses, as soon as they are read; the key M switches between that and playing. None plays at first, and M
-            draws 8 as one object
-    record  an .mp4 or .gif to which the window is recorded
-    panel   opens the panel, if its extra is installed
-    notes   called with one sentence for each note; None logs them (logger "pointshade_gl")
-    command_line  gives the words of a command that makes a saved picture again ("": none does), and what it leaves out;
-            None: the key P only saves
-
     An application subclasses Viewer and overrides `on_start`, `on_frame`, `on_event`. To change what the window shows,
     it gives `state`, `frame` or `lights` a new value, or calls `perform`. The window is redrawn when one of them or its
     size changes, then refined to `samples` samples, and sleeps otherwise. Use it in the main thread of the process, as
     windows require.
 
-    Raises ContextError without a display; ValueError, TypeError or OSError for anything that cannot be shown.
+    Parameters
+    ----------
+    source : Frame, Scene, PointCloud or iterable of Frame
+        What is shown: a frame, a sequence of frames (see `open_source`), anything else that `for frame in source:`
+        accepts, a scene with its own lights and shadows, or a point cloud.
+    title : str
+        Of the window.
+    window_size : (width, height), optional
+        Size of the window in screen coordinates; None: that of the frame.
+    state : State, optional
+        What the window shows at first: view, light, look.
+    lights : sequence of Light
+        The mouse holds the first one, the others stay where they are; the window starts with shadows if one of them
+        casts any.
+    others : sequence
+        More sources of frames of the same thing: they play at once and are drawn as one object, by their poses.
+    fps : float or sequence of float, optional
+        Frames of a stream per second, or of each source; None: as fast as they come.
+    place : View, optional
+        From where it is seen at first, of which only the pose or how it is moved counts; None: as the state says.
+    views : int, "all" or sequence of int, optional
+        How many frames of a sequence, evenly chosen, or their numbers: drawn as one object, by their poses, as soon as
+        they are read; the key M switches between that and playing. None plays at first, and M draws 8 as one object.
+    record : path, optional
+        An .mp4 or .gif to which the window is recorded.
+    panel : bool
+        Opens the panel, if its extra is installed.
+    command_line : callable, optional
+        Gives the words of a command that makes a saved picture again ("": none does), and what it leaves out; None:
+        the key P only saves.
+    notes : callable, optional
+        Called with one sentence for each note; None logs them ("pointshade_gl").
+
+    Raises
+    ------
+    ContextError
+        Without a display.
+    ValueError, TypeError, OSError
+        For anything that cannot be shown.
     """
 
     @renamed(window_size="size")

@@ -13,7 +13,7 @@ project_copyright = author
 language = "en"
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
-extensions += ["commands", "docstrings", "mathml"]  # our own, in docs/extensions
+extensions += ["commands", "docstrings", "layers", "mathml"]  # our own, in docs/extensions
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}  # sphinx-gallery writes the second
 # The source files of Markdown stay readable on GitHub: links are relative, and pictures beside each other are lines of
 # one paragraph.
@@ -24,6 +24,7 @@ if sphinx_gallery_conf:
     extensions.append("sphinx_gallery.gen_gallery")
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
+myst_fence_as_directive = ["mermaid"]  # GitHub draws it itself
 myst_heading_anchors = 4
 
 autodoc_default_options = {"members": True, "inherited-members": True, "member-order": "bysource"}

@@ -14,7 +14,7 @@ from .support.places import ROOT as CHECKOUT
 PACKAGE = "pointshade_gl"
 ROOT = CHECKOUT / PACKAGE
 
-# What each package at the top may import, besides itself: the arrows of the picture in CONTRIBUTING.md.
+# What each package at the top may import, besides itself: the arrows of the picture in docs/contributing.md.
 LAYERS = {
     "messages": "",
     "scene": "messages",
@@ -132,7 +132,7 @@ def test_few_names_lie_at_the_top():
 
 
 def test_the_contributors_page_draws_these_layers():
-    page = (ROOT.parent / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    page = (ROOT.parent / "docs" / "contributing.md").read_text(encoding="utf-8")
     picture = page.split("```mermaid", 1)[1].split("```", 1)[0]
     arrows = [line.split("-->") for line in picture.splitlines() if "-->" in line]
     drawn = {(above.strip(), below.strip()) for chain in arrows for above, below in pairwise(chain)}

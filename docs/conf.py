@@ -33,7 +33,7 @@ autosummary_generate = False
 add_module_names = False
 toc_object_entries_show_parents = "hide"
 default_role = "code"
-smartquotes = False  # quotes and dashes are those of code
+smartquotes_action = "D"  # dashes; quotes are those of code
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 
@@ -47,3 +47,4 @@ html_show_sphinx = False
 html_math_renderer = "mathml"
 pygments_style = "friendly"
 pygments_dark_style = "nord"
+html_logo, html_favicon = "_static/vase.png", "_static/favicon.png"  # of `pointshade render --light -.5,-.7,.2`

@@ -12,6 +12,8 @@ from pointshade_gl import viewer
 
 MODULES = {"batch": ps.batch, "gltf": ps.gltf, "sources": ps.sources, "viewer": viewer}
 SIGNS = re.compile(r"(?<!\\)([*|\\])|(?<=\w)(_)(?!\w)")  # of reStructuredText: strong text, substitutions, links
+OPTION = re.compile(r"(?<![\w`-])(--[a-z][\w-]*)")  # of the command line
+ENTRY = re.compile(r"(\w+)  +(.*)")  # of a table in a module's docstring: a word, and what it means
 DOCTEST = re.compile(r"\s*(>>>|\.\.\. ?)")
 
 
@@ -40,13 +42,16 @@ def as_restructured(line: str) -> str:
     """Return a line of plain text as reStructuredText."""
     if DOCTEST.match(line):
         return line
-    pieces = re.split(r"(`[^`]+`)", line)
+    pieces = re.split(r"(`[^`]+`)", OPTION.sub(r"`\1`", line))
     return "".join(
         re.sub(r"`([^`]+)`", linked, one) if k % 2 else SIGNS.sub(r"\\\1\2", one) for k, one in enumerate(pieces)
     )
 
 
 def process_docstring(app: Sphinx, what: str, name: str, owner: object, options: object, lines: list[str]) -> None:
+    if what == "module":
+        lines[:] = [ENTRY.sub(r"\1\n    \2", line) if ENTRY.match(line) else line for line in lines]
+        lines[:] = "\n".join(lines).splitlines()
     lines[:] = [as_restructured(line) for line in lines]
     if what in ("attribute", "property"):
         lines.insert(0, "")  # else napoleon takes what stands before a colon for the type

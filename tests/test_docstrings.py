@@ -8,8 +8,14 @@ from itertools import pairwise
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl import viewer
 
 LATER: set[str] = set()
+MODULES = {  # public names that ps.__all__ has not
+    "batch": (ps.batch, ps.batch.__all__),
+    "sources": (ps.sources, ("views_of", "choose_views", "is_scene", "check_posed")),
+    "viewer": (viewer, viewer.__all__),
+}
 SECTIONS = (  # in this order
     "Parameters",
     "Attributes",
@@ -39,6 +45,7 @@ def documented():
 
 
 DOCUMENTED = dict(documented())
+DOCUMENTED |= {f"{name}.{one}": getattr(module, one) for name, (module, names) in MODULES.items() for one in names}
 
 
 def sections(text):

@@ -50,7 +50,7 @@ def as_restructured(line: str) -> str:
 
 def process_docstring(app: Sphinx, what: str, name: str, owner: object, options: object, lines: list[str]) -> None:
     if what == "module":
-        lines[:] = [ENTRY.sub(r"\1\n    \2", line) if ENTRY.match(line) else line for line in lines]
+        lines[:] = [ENTRY.sub(r"\1\n        \2", line) if ENTRY.match(line) else line for line in lines]
         lines[:] = "\n".join(lines).splitlines()
     lines[:] = [as_restructured(line) for line in lines]
     if what in ("attribute", "property"):

@@ -13,7 +13,7 @@ project_copyright = author
 language = "en"
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
-extensions += ["commands", "docstrings", "layers", "mathml"]  # our own, in docs/extensions
+extensions += ["commands", "docstrings", "layers", "mathml", "side_by_side"]  # our own, in docs/extensions
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}  # sphinx-gallery writes the second
 # The source files of Markdown stay readable on GitHub: links are relative, and pictures beside each other are lines of
 # one paragraph.

@@ -46,5 +46,5 @@ html_show_sourcelink = False
 html_show_sphinx = False
 html_math_renderer = "mathml"
 pygments_style = "friendly"
-pygments_dark_style = "nord"
+pygments_dark_style = "github-dark"
 html_logo, html_favicon = "_static/vase.png", "_static/favicon.png"  # of `pointshade render --light -.5,-.7,.2`

@@ -38,7 +38,7 @@ def named_by_module():
 
 def test_each_public_name_has_its_entry_in_the_reference_and_its_line_in_the_index():
     texts = {one.stem: one.read_text(encoding="utf-8") for one in pages(DOCS / "reference", "md")}
-    entries = re.findall(r"^\.\. auto\w+:: (\S+)$", "\n".join(texts.values()), re.MULTILINE)
+    entries = re.findall(r"^\.\. auto(?!module)\w+:: (\S+)$", "\n".join(texts.values()), re.MULTILINE)
     lines = re.findall(r"^   ~(\S+)$", texts["index"], re.MULTILINE)
     assert sorted(entries) == sorted(named_by_module())
     assert sorted(lines) == sorted(entries)

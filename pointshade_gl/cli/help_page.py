@@ -10,7 +10,7 @@ from typing import Any
 from ..scene.option_fields import OPTIONS, PANELS
 from .help_words import EXAMPLES, FIRST
 
-WIDEST = 100  # columns of text
+NARROWEST, WIDEST = 40, 100  # columns of text
 LEFT = 24  # of the names of options
 _SENTENCE_END = re.compile(r"(?<=\.) (?=[A-Z])")
 
@@ -22,7 +22,7 @@ def show_help(command: Any, context: Any, everything: bool = False) -> None:
     from rich.console import Console  # as late as Typer does
 
     console = Console(highlight=False, soft_wrap=True)
-    width = min(console.width, WIDEST)
+    width = min(max(console.width, NARROWEST), WIDEST)
     for text, style in _lines(command, context, everything, width):
         console.print(text, style=style, markup=False, end="")
 
@@ -126,6 +126,5 @@ def _is_option(one: Any) -> bool:
 
 
 def _filled(text: str, width: int, indent: int = 0) -> str:
-    return textwrap.fill(
-        text, width, initial_indent=" " * indent, subsequent_indent=" " * indent, break_on_hyphens=False
-    )
+    blanks = " " * indent
+    return textwrap.fill(text, width, initial_indent=blanks, subsequent_indent=blanks, break_on_hyphens=False)

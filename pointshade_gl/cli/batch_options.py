@@ -10,14 +10,13 @@ import typer
 
 from ..files.access.written_suffixes import BATCH as KINDS
 from ..messages.formatting import option
+from ..scene.option_fields import BATCH
 from .completion import complete_input
 from .look_options import LookOptions
 from .option_groups import said
 from .options import Axes, Bits, CloudOptions, Device, FilmOptions, Quiet, ReadingOptions, ViewOptions
 from .page_options import PageOptions
 from .picture_options import PictureOptions
-
-BATCH = "Batch"
 
 Inputs = Annotated[
     list[str],

@@ -9,7 +9,7 @@ import typer
 
 from ..scene.appearance import Look, Material
 from ..scene.light import Light
-from ..scene.option_fields import FRAME, LIGHT, VIEW
+from ..scene.option_fields import CAMERA, LIGHT, SETS, SHADING, SURFACE
 from .light_words import FIELDS, light_from
 from .option_groups import group_of, typed
 
@@ -17,19 +17,19 @@ Lights = Annotated[
     list[str] | None,
     typer.Option(
         metavar="X,Y,Z|WORDS",
-        help="Point light at X,Y,Z: metres, world axes. Or words: 'position=-.5,-.7,.2 color=#ffcc99 shadow'; "
-        f"known are {', '.join(FIELDS)}. Repeatable. Replaces a scene's own lights, and casts shadows there "
+        help="Point light at X,Y,Z (metres, world axes), or words: 'position=-.5,-.7,.2 color=#ffcc99 shadow'. "
+        f"Known are {', '.join(FIELDS)}. Repeatable. Replaces a scene's own lights, and casts shadows there "
         "unless shadow=no.",
         rich_help_panel=LIGHT,
     ),
 ]
-_SHADING, *_REST = typed(Look, (LIGHT,))
-_FORM = typed(Look, (VIEW,))
-_MISSING = [one for one in typed(Look, (FRAME,), {"missing": "complete"}) if one[0] == "missing"]  # for pictures
+_SHADING, *_FORM = typed(Look, (SHADING,))
+_REST = typed(Look, (LIGHT, CAMERA, SETS))
+_MISSING = [one for one in typed(Look, (SURFACE,), {"missing": "complete"}) if one[0] == "missing"]  # for pictures
 
 
 @dataclass(frozen=True)
-class NormalOptions(group_of(typed(Look, (FRAME,)))):
+class NormalOptions(group_of(typed(Look, (SURFACE,)))):
     """How normals are estimated."""
 
     def look(self) -> Look:
@@ -39,7 +39,7 @@ class NormalOptions(group_of(typed(Look, (FRAME,)))):
 
 @dataclass(frozen=True)
 class LookOptions(
-    group_of([_SHADING, ("light", Lights, None), *typed(Material, (LIGHT,)), *_REST, *_FORM, *_MISSING]),
+    group_of([_SHADING, ("light", Lights, None), *typed(Material, (SHADING,)), *_FORM, *_REST, *_MISSING]),
     NormalOptions,
 ):
     """How objects look, and under which lights."""

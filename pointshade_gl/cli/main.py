@@ -17,7 +17,7 @@ from ..messages.formatting import as_command_line
 from ..messages.notes import few_notes
 from ..messages.version import __version__
 from .output import fail
-from .usage_errors import Commands, UsageError, sentence_of
+from .usage_errors import Command, Commands, UsageError, sentence_of
 
 # a process is asked to end, or its terminal is closed (not on Windows)
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
@@ -37,7 +37,7 @@ def command_line(names: Sequence[str] = COMMANDS) -> typer.Typer:
     )
     app.callback()(_every_command)
     for name in names:
-        app.command()(getattr(import_module(f"{__package__}.commands.{name}"), name))
+        app.command(cls=Command)(getattr(import_module(f"{__package__}.commands.{name}"), name))
     return app
 
 

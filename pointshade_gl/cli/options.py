@@ -25,7 +25,7 @@ from ..messages.formatting import option
 from ..messages.notes import note_new_name, silence
 from ..scene.appearance import Look
 from ..scene.light import Light
-from ..scene.option_fields import FILM, FRAME, LIGHT, PICTURE, VIEW
+from ..scene.option_fields import CAMERA, CLOUD, FILM, LIGHT, NETWORK, PAGE, PICTURE, READING, SETS, VIEW, WINDOW
 from ..scene.point_cloud import UPS
 from ..scene.render_settings import SIMPLE, Finish
 from ..scene.turntable import TURNTABLES
@@ -50,14 +50,14 @@ AlbedoOutput = Annotated[Path, _output(IMAGES)]
 PosesOutput = Annotated[Path, _output(FOUND_POSES, "The file to write, such as poses.json")]
 SheetOutput = Annotated[Path | None, _output(IMAGES, "Also write a contact sheet (colour, depth, normals, lit)")]
 Device = Annotated[int, typer.Option(metavar="N", help="Which GPU to use (Linux).")]
-Small = Annotated[bool, typer.Option("--small", help="Take longer to write a smaller PNG.")]
+Small = Annotated[bool, typer.Option("--small", help="Take longer to write a smaller PNG.", rich_help_panel=PICTURE)]
 Views = Annotated[
     str | None,
     typer.Option(
         metavar="N|all|N,N...",
         help="Merge N evenly chosen frames of a sequence with poses, or all, or those with these numbers, into one "
         "object.",
-        rich_help_panel=VIEW,
+        rich_help_panel=SETS,
     ),
 ]
 UnlightAll = Annotated[
@@ -90,6 +90,7 @@ Axes = Annotated[
         help="What x, y, z or red, green, blue are: opencv (right, down, forward), opengl (right, up, towards the "
         "viewer) or directx (right, down, towards the viewer). Default: opencv in .npy, opengl elsewhere. In the .ply "
         "of a point cloud opencv, opengl or blender (right, forward, up); default: the cloud's own.",
+        rich_help_panel=PICTURE,
     ),
 ]
 PointAxes = Annotated[
@@ -100,9 +101,23 @@ PointAxes = Annotated[
         help="What x, y, z are in a .ply: opencv (right, down, forward, the world of the poses of frames), opengl "
         "(right, up, towards the viewer, as in MeshLab) or blender (right, forward, up). Default: opengl of frames, "
         "of a point cloud its own.",
+        rich_help_panel=PAGE,
     ),
 ]
-Bits = Annotated[int, typer.Option(metavar="8|16", help="Bits of a colour in a .png.")]
+Bits = Annotated[int, typer.Option(metavar="8|16", help="Bits of a colour in a .png.", rich_help_panel=PICTURE)]
+
+
+def _show_all(context: typer.Context, wanted: bool) -> None:
+    if wanted:
+        from .help_page import show_help
+
+        show_help(context.command, context, everything=True)
+        raise typer.Exit
+
+
+HelpAll = Annotated[
+    bool, typer.Option("--help-all", callback=_show_all, is_eager=True, help="Show all options, in groups, and exit.")
+]
 Explain = Annotated[
     bool,
     typer.Option(
@@ -127,12 +142,12 @@ class InputOptions:
             callback=check_input,
         ),
     ] = None
-    color: str | None = said("Colour picture.", metavar="FILE", panel=FRAME)
-    depth: str | None = said("Depth picture.", metavar="FILE", panel=FRAME)
+    color: str | None = said("Colour picture.", metavar="FILE", panel=READING)
+    depth: str | None = said("Depth picture.", metavar="FILE", panel=READING)
     poses: str | None = said(
         "Poses of the frames, in place of those in INPUT; of several INPUTs one pose for each, by name or in order.",
         metavar="FILE",
-        panel=FRAME,
+        panel=READING,
     )
 
 
@@ -140,43 +155,46 @@ class InputOptions:
 class ReadingOptions:
     """How depth, camera and names in files are to be understood."""
 
-    intrinsics: str | None = said("Camera of the depth picture.", metavar="FILE|fx,fy,cx,cy", panel=FRAME)
-    fov: float | None = said("Vertical field of view, instead of intrinsics.", metavar="DEG", panel=FRAME)
-    depth_scale: float | None = said("Depth units per metre (1000: millimetres).", metavar="N", panel=FRAME)
+    intrinsics: str | None = said("Camera of the depth picture.", metavar="FILE|fx,fy,cx,cy", panel=CAMERA)
+    fov: float | None = said("Vertical field of view, instead of intrinsics.", metavar="DEG", panel=CAMERA)
+    depth_scale: float | None = said("Depth units per metre (1000: millimetres).", metavar="N", panel=CAMERA)
     depth_kind: str | None = said(
         f"What depth values are: {', '.join(KINDS)}. Those of a network are often inverse.",
         metavar="KIND",
         known=KINDS,
-        panel=FRAME,
+        panel=CAMERA,
     )
-    baseline: float | None = said("Metres between the two cameras, for disparity.", metavar="M", panel=FRAME)
+    baseline: float | None = said("Metres between the two cameras, for disparity.", metavar="M", panel=CAMERA)
     allow_outside: bool = said(
-        "Let files name others outside their folder.", "--allow-outside", default=False, panel=FRAME
+        "Let files name others outside their folder.", "--allow-outside", default=False, panel=READING
     )
     depth_model: str | None = said(
         "INPUT is a photograph, a video or a folder of photographs: an .onnx network makes its depth (extra 'onnx').",
         metavar="FILE",
-        panel=FRAME,
+        panel=NETWORK,
     )
     model_size: str | None = said(
         "Pixels of the network's input, or of its shorter side, where its file does not say them.",
         metavar="WxH|N",
-        panel=FRAME,
+        panel=NETWORK,
     )
     model_pixels: str | None = said(
-        f"What the network's pixels are: {', '.join(PIXELS)}.", metavar="KIND", known=PIXELS, panel=FRAME
+        f"What the network's pixels are: {', '.join(PIXELS)}.", metavar="KIND", known=PIXELS, panel=NETWORK
     )
     cache: bool = said(
-        "Keep the network's depth in a folder .pointshade beside the photograph.", "--cache", default=False, panel=FRAME
+        "Keep the network's depth in a folder .pointshade beside the photograph.",
+        "--cache",
+        default=False,
+        panel=NETWORK,
     )
     scale_frames: str | None = said(
         "Of a film whose depth has no scale: find one for all frames (auto, the default), or keep each by itself.",
         metavar="auto|keep",
         known=SCALES,
-        panel=FRAME,
+        panel=NETWORK,
     )
     max_pixels: int = said(
-        "Pixels a picture may have; scales all limits.", metavar="N", default=MAX_PIXELS, panel=FRAME
+        "Pixels a picture may have; scales all limits.", metavar="N", default=MAX_PIXELS, panel=READING
     )
 
 
@@ -184,14 +202,14 @@ class ReadingOptions:
 class CloudOptions:
     """How a point cloud is to be understood."""
 
-    up: str | None = said("Of a point cloud: which axis points up.", metavar="AXIS", known=UPS, panel=FRAME)
+    up: str | None = said("Of a point cloud: which axis points up.", metavar="AXIS", known=UPS, panel=CLOUD)
     color_by: str | None = said(
         f"Of a point cloud: where its colours are from, {', '.join(COLOR_BY)}.",
         metavar="WHAT",
         known=COLOR_BY,
-        panel=FRAME,
+        panel=CLOUD,
     )
-    most: int | None = said("Of a point cloud: read N points at most, an even sample.", metavar="N", min=1, panel=FRAME)
+    most: int | None = said("Of a point cloud: read N points at most, an even sample.", metavar="N", min=1, panel=CLOUD)
 
     @property
     def cloud_options(self) -> dict[str, Any]:
@@ -207,7 +225,7 @@ class FrameOptions(CloudOptions, ReadingOptions, InputOptions):
     frame: str | None = said(
         "One frame of a sequence, counted from 0; of several INPUTs one number for each.",
         metavar="N[,N...]",
-        panel=FRAME,
+        panel=READING,
     )
 
     @property
@@ -223,7 +241,7 @@ class FrameOptions(CloudOptions, ReadingOptions, InputOptions):
         check_exist(self.input, **{name: getattr(self, name) for name in names})
 
 
-*_PLACE, _SIZE = typed(View, (VIEW,))
+_PLACE, _SIZE = typed(View, (VIEW,)), typed(View, (PICTURE,))
 
 
 @dataclass(frozen=True)
@@ -248,7 +266,7 @@ class PlaceOptions(group_of(_PLACE)):
 
 
 @dataclass(frozen=True)
-class ViewOptions(group_of([_SIZE]), PlaceOptions):
+class ViewOptions(group_of(_SIZE), PlaceOptions):
     """From where objects are seen, and how large the picture is."""
 
     def view(self, look: Look, lights: Sequence[Light] = (), finish: Finish = SIMPLE) -> View:
@@ -262,8 +280,8 @@ class FilmOptions:
     """What a film or a series of pictures shows."""
 
     turntable: str | None = said(
-        "Move the light around the object, or the camera: all around (360), or 25 degrees to either side and back "
-        "(swing, or other degrees). camera: a swing of a single frame, else 360.",
+        "Make a film in which the light or the camera moves around the object. The camera goes all around (360), or 25 "
+        "degrees to either side and back (swing, or other degrees). camera: a swing of a single frame, else 360.",
         metavar="light|camera|swing[:DEG]|360",
         known=TURNTABLES,
         panel=FILM,
@@ -282,16 +300,16 @@ class WindowOptions(group_of(_SEEN)):
     """The window of `pointshade view`."""
 
     window_size: str | None = said(
-        "Size of the window.", "--window-size", "--picture-size", metavar="WxH", was="size", panel=VIEW
+        "Size of the window.", "--window-size", "--picture-size", metavar="WxH", was="size", panel=WINDOW
     )
-    panel: bool = said("Open the panel (needs the extra 'gui').", "--panel", default=False)
+    panel: bool = said("Open the panel (needs the extra 'gui').", "--panel", default=False, panel=WINDOW)
     fps: str = said(
         "Frames of a sequence per second; of several INPUTs also one number for each.",
         metavar="N[,N...]",
         default="30",
-        panel=FILM,
+        panel=WINDOW,
     )
-    record: Path | None = said(f"Record the window as a film: {' or '.join(FILMS)}.", metavar="FILE", panel=FILM)
+    record: Path | None = said(f"Record the window as a film: {' or '.join(FILMS)}.", metavar="FILE", panel=WINDOW)
 
 
 @dataclass(frozen=True)
@@ -314,15 +332,17 @@ def spread(command: Callable[..., None]) -> Callable[..., None]:
     """The command as Typer wants it: for each parameter that is a group, one parameter per field of the group.
 
     A field may be a group itself, or say what it was called: that option is understood, but not in the help.
+    There is also --help-all.
     """
     asked = inspect.signature(command, eval_str=True).parameters
     older: dict[str, str] = {}
     options = [option for one in asked.values() for option in _options_in(one.name, one.annotation, one.default, older)]
     hidden = Annotated[str | None, typer.Option(hidden=True, help="An older name.")]
     options += [_option(was, hidden, None) for was in older]
+    options.append(_option("help_all", HelpAll, False))
 
     @wraps(command)
-    def with_options(**given: Any) -> None:
+    def with_options(help_all: bool, **given: Any) -> None:
         for was, now in older.items():
             if (text := given.pop(was)) is not None:
                 note_new_name(f"--{was}", f"--{now.replace('_', '-')}")

@@ -14,7 +14,7 @@ from ..messages.progress import Count
 from ..rendering.renderer import Renderer
 from ..rendering.request import RenderRequest
 from ..scene.frame import Frame
-from ..scene.option_fields import PICTURE
+from ..scene.option_fields import PAGE
 from ..scene.view import View
 from .option_groups import said
 from .options import FilmOptions, FrameOptions
@@ -36,9 +36,9 @@ class PageOptions:
     """How a page is written."""
 
     quality: str | None = said(
-        "Of an .html: exact, or small (a third smaller, colours as JPEG).", metavar="NAME", known=NAMES, panel=PICTURE
+        "Of an .html: exact, or small (a third smaller, colours as JPEG).", metavar="NAME", known=NAMES, panel=PAGE
     )
-    title: str | None = said("Of an .html. Default: INPUT.", metavar="TEXT", panel=PICTURE)
+    title: str | None = said("Of an .html. Default: INPUT.", metavar="TEXT", panel=PAGE)
 
     @property
     def exactness(self) -> QualityName:

@@ -17,7 +17,7 @@ from ..messages.formatting import counted, option
 from ..rendering.image_sequence import Job
 from ..rendering.renderer import Renderer
 from ..scene.frame import Frame
-from ..scene.option_fields import VIEW
+from ..scene.option_fields import SETS
 from .inputs import Together
 
 SavePoses = Annotated[
@@ -25,7 +25,7 @@ SavePoses = Annotated[
     typer.Option(
         metavar="FILE",
         help=f"Also write the poses that --align found: a {', '.join(POSES)} of TUM's form, which --poses reads.",
-        rich_help_panel=VIEW,
+        rich_help_panel=SETS,
     ),
 ]
 

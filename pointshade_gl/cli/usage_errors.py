@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from ..files.access.builtin import FRAMES, SCENES
 from ..files.access.content import split_numbers
@@ -24,8 +24,22 @@ _EXTRA = re.compile(r"extra argument\S* \((.*)\)", re.DOTALL)
 _QUOTES = 'put the words of a light in quotes, as in --light "position=-.5,-.7,.2 shadow"'
 
 
+class Command(TyperCommand):
+    """One of the commands: its help is ours."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        from .help_page import show_help
+
+        show_help(self, ctx)
+
+
 class Commands(TyperGroup):
     """The commands by name. A wrong name gets the near one; an input without a command, the commands for it."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        from .help_page import show_help
+
+        show_help(self, ctx)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         name = args[0]

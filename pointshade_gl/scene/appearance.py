@@ -19,7 +19,7 @@ from ..messages.validation import (
 )
 from .noise import SENSORS, check_noise, check_noise_text, parse_noise
 from .normal_methods import METHODS, Method, Step, check_method, check_normals, parse_max_depth_step
-from .option_fields import FRAME, LIGHT, VIEW, keys_of, number_or_text, opt, option_class
+from .option_fields import CAMERA, LIGHT, SETS, SHADING, SURFACE, keys_of, number_or_text, opt, option_class
 from .point_sizes import check_look_size, check_sizes, is_single
 from .values import Options, frozen
 
@@ -50,10 +50,10 @@ class Material:
     of normals that are estimated in the view (normals_at).
     """
 
-    ambient: float = opt(0.1, "strength of the ambient light", metavar="N", panel=LIGHT)
-    diffuse: float = opt(0.9, "strength of the diffuse reflection", metavar="N", panel=LIGHT)
-    specular: float = opt(0.3, "strength of the highlight", metavar="N", panel=LIGHT)
-    shininess: float = opt(32.0, "exponent of the highlight", metavar="N", panel=LIGHT)
+    ambient: float = opt(0.1, "strength of the ambient light", metavar="N", panel=SHADING)
+    diffuse: float = opt(0.9, "strength of the diffuse reflection", metavar="N", panel=SHADING)
+    specular: float = opt(0.3, "strength of the highlight", metavar="N", panel=SHADING)
+    shininess: float = opt(32.0, "exponent of the highlight", metavar="N", panel=SHADING)
 
     def __post_init__(self) -> None:
         for name in ("ambient", "diffuse", "specular"):
@@ -89,7 +89,7 @@ class Look(Options):
         f"How normals are estimated: {', '.join(METHODS)}.",
         metavar="METHOD",
         known=METHODS,
-        panel=FRAME,
+        panel=SURFACE,
     )
     shading: Shading = opt(
         "phong",
@@ -98,7 +98,7 @@ class Look(Options):
         f"How surfaces are lit: {', '.join(SHADINGS)} (eye-dome lighting: dark beside what is nearer, no light).",
         metavar="MODEL",
         known=SHADINGS,
-        panel=LIGHT,
+        panel=SHADING,
     )
     point_size: float | Numbers | str | None = opt(
         None,
@@ -110,7 +110,8 @@ class Look(Options):
         was="size",
         known=("fill",),
         read=number_or_text,
-        panel=VIEW,
+        panel=SHADING,
+        place=2,
     )
     splat: Splat = opt(
         "footprint",
@@ -123,8 +124,8 @@ class Look(Options):
         f"{', '.join(CLOUD_SPLATS)}.",
         metavar="SHAPE",
         known=SPLATS,
-        panel=VIEW,
-        place=0,
+        panel=SHADING,
+        place=2,
     )
     max_depth_step: float | str | None = opt(
         None,
@@ -132,7 +133,7 @@ class Look(Options):
         "depth; None is no limit. The other methods find edges by themselves.",
         "A larger depth step ends a surface: metres, or '3%'.",
         metavar="M",
-        panel=FRAME,
+        panel=SURFACE,
     )
     noise: float | Numbers | str | None = opt(
         None,
@@ -142,7 +143,7 @@ class Look(Options):
         metavar="M|SENSOR",
         known=tuple(SENSORS),
         read=number_or_text,
-        panel=FRAME,
+        panel=SURFACE,
     )
     upsample: Upsampling = opt(
         "vote",
@@ -152,7 +153,7 @@ class Look(Options):
         "Where color is larger than depth: vote (bring depth to its size) or none.",
         metavar="METHOD",
         known=UPSAMPLINGS,
-        panel=VIEW,
+        panel=CAMERA,
     )
     normals_at: NormalsAt = opt(
         "source",
@@ -162,7 +163,7 @@ class Look(Options):
         "Of --views, normals are estimated in each view (source) or in the picture (target).",
         metavar="PLACE",
         known=NORMALS_AT,
-        panel=VIEW,
+        panel=SETS,
     )
     align: bool = opt(
         False,
@@ -171,7 +172,7 @@ class Look(Options):
         "poses of other frames is no longer exact, see `align_frames`. What nothing fixes stays as given, with a note. "
         "It takes some seconds, once; frames of streams (see `Frame.source`) whose cameras stand still share it.",
         "Correct the poses of several frames of one thing, so that they agree; the first keeps its own.",
-        panel=VIEW,
+        panel=SETS,
     )
     flying: Flying = opt(
         "keep",
@@ -181,7 +182,7 @@ class Look(Options):
         "Pixels that hang between two surfaces: keep, or snap (put them onto the nearer one).",
         metavar="METHOD",
         known=FLYING,
-        panel=FRAME,
+        panel=SURFACE,
     )
     missing: Missing = opt(
         "keep",
@@ -195,7 +196,7 @@ class Look(Options):
         "and show the photograph elsewhere).",
         metavar="METHOD",
         known=MISSING,
-        panel=FRAME,
+        panel=SURFACE,
     )
     temporal: bool = opt(
         False,
@@ -207,7 +208,7 @@ class Look(Options):
         'again, otherwise. Only "auto" and "adaptive" filter, in noisy depth. It takes 64 bytes a pixel on the '
         "GPU, of several streams 40 for each more.",
         "Filter noisy depth of a sequence over time: less flicker.",
-        panel=FRAME,
+        panel=SURFACE,
     )
     unlight: bool = opt(
         False,
@@ -224,7 +225,7 @@ class Look(Options):
         "does: where a frame is brighter than most others that see the same points, by more than noise, it gets their "
         "colours. It needs three views or more; a single frame keeps its colours.",
         "Take the highlights out of the colours of three or more views of one object.",
-        panel=LIGHT,
+        panel=SETS,
         place=2,
     )
 

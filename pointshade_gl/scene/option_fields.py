@@ -12,7 +12,14 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 from ..messages.notes import note_new_name, taken_by
 from ..messages.suggestions import did_you_mean
 
-FRAME, LIGHT, VIEW, FILM, PICTURE = "Frame", "Light and surface", "View", "Film", "Picture"  # panels of the help
+# panels of the help, in its order
+OPTIONS, BATCH, WINDOW = "Options", "Batch", "Window"
+READING, CAMERA, NETWORK, CLOUD = "Reading files", "Depth and its camera", "Depth from a network", "Point clouds"
+SURFACE, SETS, LIGHT, SHADING = "Normals and noise", "Several views as one", "Light", "Shading"
+VIEW, PICTURE, FILM, PAGE = "Point of view", "Picture", "Film", "Pages and points"
+PANELS = (
+    OPTIONS, BATCH, READING, CAMERA, NETWORK, CLOUD, SURFACE, SETS, LIGHT, SHADING, VIEW, PICTURE, FILM, PAGE, WINDOW,
+)  # fmt: skip
 WIDTH = 112  # columns of documentation
 MOST_VALUES = 6  # that the documentation of a type lists
 KINDS = {  # how the documentation calls a type

@@ -17,7 +17,7 @@ from .camera import Camera, check_pose, check_turns, orbit_pose
 from .frame import Frame
 from .graph import Scene
 from .light import Light, check_lights
-from .option_fields import VIEW, opt, option_class
+from .option_fields import PICTURE, VIEW, opt, option_class
 from .render_settings import SIMPLE, Finish
 from .values import Options
 
@@ -85,8 +85,7 @@ class View(Options):
         "Size of the picture: WxH, depth, color, or half; default: the larger of depth and color.",
         metavar="WxH|NAME",
         was="size",
-        panel=VIEW,
-        place=2,
+        panel=PICTURE,
     )
     look: Look = opt(Look(), "how frames are drawn; the objects of a scene have their own")
     finish: Finish = opt(SIMPLE, "how many samples are averaged, and what lies behind and below")

@@ -12,7 +12,24 @@ import pointshade_gl as ps
 from pointshade_gl.cli import main as cli
 from pointshade_gl.cli.look_options import LookOptions
 from pointshade_gl.cli.options import FrameOptions, ViewOptions, spread
+from pointshade_gl.scene.option_fields import (
+    CAMERA,
+    CLOUD,
+    FILM,
+    LIGHT,
+    NETWORK,
+    PAGE,
+    PICTURE,
+    READING,
+    SETS,
+    SHADING,
+    SURFACE,
+    VIEW,
+    WINDOW,
+)  # fmt: skip
 from pointshade_gl.scene.view import View
+
+READ = {READING, CAMERA, NETWORK, CLOUD}
 
 
 @dataclass(frozen=True)
@@ -38,12 +55,13 @@ def run(*arguments):
 
 def test_fields_become_options_in_the_place_of_their_group():
     parameters = inspect.signature(spread(command)).parameters
-    assert list(parameters) == ["needed", "where", "far", "color", "loud"]
+    assert list(parameters) == ["needed", "where", "far", "color", "loud", "help_all"]
     assert [parameter.default for parameter in parameters.values()] == [
         inspect.Parameter.empty,
         "here",
         1.5,
         None,
+        False,
         False,
     ]
 
@@ -79,16 +97,16 @@ def test_the_defaults_of_the_command_line_are_those_of_the_library_except_that_p
 @pytest.mark.parametrize(
     ("name", "panels"),
     [
-        ("render", ["Frame", "Light and surface", "View", "Picture", "Film"]),
-        ("normals", ["Frame"]),
-        ("depth", ["Frame", "View"]),
-        ("view", ["Frame", "Light and surface", "View", "Picture", "Film"]),
-        ("info", ["Frame"]),
-        ("bench", []),
+        ("render", {*READ, SURFACE, SETS, LIGHT, SHADING, VIEW, PICTURE, FILM, PAGE}),
+        ("normals", {*READ, SURFACE, PICTURE}),
+        ("depth", {*READ, SURFACE, VIEW, PICTURE}),
+        ("view", {*READ, SURFACE, SETS, LIGHT, SHADING, VIEW, PICTURE, WINDOW}),
+        ("info", READ),
+        ("bench", set()),
     ],
 )
 def test_every_option_has_a_help_and_its_panel(name, panels):
     options = typer.main.get_command(cli.command_line()).commands[name].params
     assert all(option.help for option in options)
     found = dict.fromkeys(getattr(option, "rich_help_panel", None) for option in options)
-    assert [panel for panel in found if panel] == panels
+    assert {panel for panel in found if panel} == panels

@@ -175,8 +175,9 @@ def test_what_cannot_be_is_one_sentence_and_nothing_is_written(typed, tmp_path, 
 @pytest.mark.parametrize("command", ["render", "view"])
 def test_the_help_lists_them(typed, monkeypatch, command):
     monkeypatch.setenv("COLUMNS", "200")
-    view = typed(f"{command} --help").stdout.partition("─ View ")[2].partition("╰")[0]
-    (line,) = (one for one in view.splitlines() if "Correct the poses of several frames of one thing" in one)
+    text = typed(f"{command} --help-all").stdout
+    views = text.partition("\nSeveral views as one:\n")[2].partition("\n\n")[0]
+    (line,) = (one for one in views.splitlines() if "Correct the poses of several frames of one thing" in one)
     assert "--align" in line
-    assert ("--save-poses" in view) == (command == "render")
-    assert "--poses" in typed(f"{command} --help").stdout.partition("─ Frame ")[2].partition("╰")[0]
+    assert ("--save-poses" in views) == (command == "render")
+    assert "--poses" in text.partition("\nReading files:\n")[2].partition("\n\n")[0]

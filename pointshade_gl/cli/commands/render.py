@@ -167,10 +167,13 @@ def render(asked: Asked) -> None:
     """Light a frame, point clouds or a scene (.gltf, .glb, 'demo'): a picture. Without INPUT: the built-in vase.
 
     Without -o, write a new file here: NAME.png of INPUT, or NAME.mp4 of a turntable.
-    Write an .html to look at in a browser: there the light and the object can be moved, and a sequence plays.
+
     Write all frames of a sequence, or a turntable, to an .mp4, a .gif or numbered files such as %04d.png.
-    Write the points of a frame, or of --views each place once, lit (or not: --shading none), in world coordinates to a
-    .ply or .glb; or those of a point cloud, in their own colours, with normals.
+
+    Write an .html to look at in a browser: there the light and the object can be moved, and a sequence plays.
+
+    Write points to a .ply or .glb, in world coordinates: those of a frame, or of --views each place once, lit (or not:
+    --shading none); those of a point cloud in their own colours, with normals.
     """
     asked.check_inputs()
     view = asked.view()

@@ -32,8 +32,8 @@ PARSED = {  # words of commands that only the parser reads, and why
     "--temporal": "needs a long sequence with noise",
 }
 ABSENT = re.compile(  # inputs that no test has, and why
-    r"still/|assets/"  # made by a script of this repository, or read in a clone of it
-    r"|\.(laz|las|e57|r3d|heic|mat|npz|pcd|gltf|glb)$"  # files of devices and programs, whose readers have tests
+    r"still/"  # path-traced by a script of this repository
+    r"|\.(e57|r3d|heic|mat|npz|pcd|gltf|glb)$"  # files of devices and programs, whose readers have tests
 )
 OTHERS = {  # commands that are not ours, and what is tried of them
     **dict.fromkeys(
@@ -44,7 +44,7 @@ OTHERS = {  # commands that are not ours, and what is tried of them
     "mkdir": "it is run",
 }
 ELSEWHERE = {  # words of blocks of Python that other tests run, or nobody can
-    "Viewer(": "viewer/test_application.py runs it",
+    "Viewer)": "viewer/test_application.py runs it",
     "logging.basicConfig": "test_promises.py runs its lines in processes",
     "cuda.bindings": "it needs CUDA; test_promises.py compares its calls with ours",
     "RealSenseSource": "it needs a camera",

@@ -17,6 +17,7 @@ import pointshade_gl as ps
 from pointshade_gl.files.access.builtin import asset
 
 from .cloud_ball import ball
+from .cloud_files import las
 from .places import README, ROOT
 from .posed_views import CAMERA, corner, view_from
 from .radiance_files import radiance_file
@@ -64,7 +65,9 @@ def commands(text: str) -> Iterator[list[str]]:
 
 def make_folder(folder: Path) -> None:
     """Write what README and docs/ call by these names. Add here what a new page needs."""
-    shutil.copytree(asset("vase"), folder / "my_frame")
+    for name in ("my_frame", "assets/vase"):
+        shutil.copytree(asset("vase"), folder / name)
+    (folder / "assets/readme").mkdir()
     scene, rng, middle = corner(), np.random.default_rng(0), (0.0, 0.1, 2.0)
 
     def view(yaw: float, noise: float = 0.0) -> ps.Frame:
@@ -98,6 +101,7 @@ def make_folder(folder: Path) -> None:
     cloud = ball(1000)
     for name in ("scan.ply", "scan.xyz", "knot.ply"):
         ps.save_points(folder / name, cloud) if name.endswith(".ply") else np.savetxt(folder / name, cloud.positions)
+    las(folder / "scan.laz", np.round(cloud.positions, 3).astype(np.float64))
     sky = np.full((16, 32, 4), (120, 140, 160, 128), np.uint8)
     (folder / "studio.hdr").write_bytes(radiance_file(sky))
 

@@ -23,8 +23,7 @@ from .posed_views import CAMERA, corner, view_from
 from .radiance_files import radiance_file
 from .view_sets import write_views
 
-PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
-INTRINSICS = {name: getattr(CAMERA, name) for name in ("fx", "fy", "cx", "cy", "width", "height")}
+PAGES = [README, ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
 class Block(NamedTuple):
@@ -65,8 +64,10 @@ def commands(text: str) -> Iterator[list[str]]:
 
 def make_folder(folder: Path) -> None:
     """Write what README and docs/ call by these names. Add here what a new page needs."""
-    for name in ("my_frame", "assets/vase"):
-        shutil.copytree(asset("vase"), folder / name)
+    vase = ps.load_frame("vase")
+    half = ps.Frame(vase.color[::2, ::2], vase.depth[::2, ::2], vase.camera.resized(320, 240))
+    _write_frame(folder / "my_frame", half)
+    shutil.copytree(asset("vase"), folder / "assets/vase")
     (folder / "assets/readme").mkdir()
     scene, rng, middle = corner(), np.random.default_rng(0), (0.0, 0.1, 2.0)
 
@@ -110,19 +111,23 @@ def _write_frame(folder: Path, frame: ps.Frame) -> None:
     folder.mkdir(parents=True)
     Image.fromarray(frame.color).save(folder / "color.png")
     _save_millimetres(folder / "depth.png", frame.depth)
-    (folder / "intrinsics.json").write_text(json.dumps(INTRINSICS))
+    (folder / "intrinsics.json").write_text(_intrinsics(frame.camera))
 
 
 def _write_photographs(folder: Path, frame: ps.Frame) -> None:
     """Three photographs of one view, each under its own light."""
     for name in ("color", "depth"):
         (folder / name).mkdir(parents=True)
-    (folder / "intrinsics.json").write_text(json.dumps(INTRINSICS))
+    (folder / "intrinsics.json").write_text(_intrinsics(CAMERA))
     for k, x in enumerate((-1, 0, 1)):
         light = ps.Light(direction=(x, 1, 1))
         lit = ps.render(ps.Frame(frame.color, frame.depth, CAMERA), light=light)
         ps.save_image(folder / f"color/{k}.png", lit[..., :3])
         _save_millimetres(folder / f"depth/{k}.png", frame.depth)
+
+
+def _intrinsics(camera: ps.Camera) -> str:
+    return json.dumps({name: getattr(camera, name) for name in ("fx", "fy", "cx", "cy", "width", "height")})
 
 
 def _save_millimetres(path: Path, depth: np.ndarray) -> None:

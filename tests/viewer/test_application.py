@@ -17,7 +17,9 @@ from ..support.viewing import Spoilt, press
 
 class TestApplication:
     def test_the_example_of_the_page_moves_the_light_by_itself(self, display, monkeypatch):
-        example = re.search(r"```python\n(import math.*?)```", (ROOT / "docs/window.md").read_text(encoding="utf-8"), re.DOTALL)[1]
+        example = re.search(
+            r"```python\n(import math.*?)```", (ROOT / "docs/window.md").read_text(encoding="utf-8"), re.DOTALL
+        )[1]
         turns = []
 
         def few_turns(viewer):

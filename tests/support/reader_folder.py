@@ -83,6 +83,7 @@ def make_folder(folder: Path) -> None:
         shutil.rmtree(folder / name / "pose")
     for name, frame in (("scans/desk", views[0]), ("scans/chair", views[7]), ("my_kinect", view(0, noise=0.003))):
         _write_frame(folder / name, frame)
+    shutil.copytree(folder / "my_kinect", folder / "my_recording")
     sparse = np.where(rng.random(views[0].depth.shape) < 0.1, views[0].depth, 0)
     _write_frame(folder / "my_lidar", ps.Frame(views[0].color, sparse, CAMERA))
     _write_photographs(folder / "my_photos", views[3])

@@ -35,7 +35,9 @@ ABSENT = re.compile(  # inputs that no test has, and why
     r"|\.(e57|r3d|heic|mat|npz|pcd|gltf|glb)$"  # files of devices and programs, whose readers have tests
 )
 OTHERS = {  # commands that are not ours, and what is done with them
-    **dict.fromkeys(("pip", "pipx", "uvx", "apt-get", "git", "sbatch", ".", "S=$(command", ":)", "$S"), "nothing"),
+    **dict.fromkeys(
+        ("pip", "pipx", "uvx", "sudo", "apt-get", "git", "sbatch", ".", "S=$(command", ":)", "$S"), "nothing"
+    ),
     **dict.fromkeys(("cd", "export", "pytest", "ruff", "pyright", "sphinx-build"), "nothing"),
     **dict.fromkeys(("python", "python3"), "the files and modules of ours that they name are looked for"),
     "mkdir": "it is run",

@@ -92,12 +92,13 @@ def test_a_block_for_the_shell_runs_line_by_line(folder, block):
     for words in commands(block.text):
         while re.match(r"[A-Z_]{2,}=", words[0]):  # a variable for this command only
             words.pop(0)
-        if words[0] == "pointshade":
+        name = words[0].rpartition("/")[2]
+        if name == "pointshade":
             try_command(words[1:])
-        elif words[0] == "mkdir":
+        elif name == "mkdir":
             Path(words[-1]).mkdir()
         else:
-            assert words[0].rpartition("/")[2] in OTHERS, f"{words[0]}: mark the block as text, or see OTHERS"
+            assert name in OTHERS, f"{name}: mark the block as text, or see OTHERS"
             look_for_files(words[1:])
 
 

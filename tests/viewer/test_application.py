@@ -11,13 +11,15 @@ from pointshade_gl.viewer.keys import BY_NAME
 
 from ..rendering.test_renderer import living_objects
 from ..support import frames
-from ..support.places import README
+from ..support.places import ROOT
 from ..support.viewing import Spoilt, press
 
 
 class TestApplication:
-    def test_the_readme_s_example_moves_the_light_by_itself(self, display, monkeypatch):
-        example = re.search(r"```python\n(import math.*?)```", README.read_text(), re.DOTALL)[1]
+    def test_the_example_of_the_page_moves_the_light_by_itself(self, display, monkeypatch):
+        example = re.search(
+            r"```python\n(import math.*?)```", (ROOT / "docs/window.md").read_text(encoding="utf-8"), re.DOTALL
+        )[1]
         turns = []
 
         def few_turns(viewer):

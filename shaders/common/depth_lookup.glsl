@@ -5,7 +5,9 @@
 const float SAME_SURFACE = 0.02;  // a neighbour off the tangent plane by more than this share of 1/z is another surface
 const float RIM_REACH = 0.985;    // source pixels from a rim's pixel that it may cover
 const float BEFORE = 1.5;         // pixels of depth by which what hides a surface lies before its plane, at least
-const int PERIOD = 8;             // pixels: how far a surface goes on behind what hides it, to either side, is less
+const float NEARBY = 1e-4;        // share of 1/z by which an error counts for more, a pixel farther: of equals the nearest counts
+const int HIDDEN_PIXELS = 2;      // so many pixels a surface goes on behind what hides it
+const int PERIOD = 8;             // after so many pixels marks repeat; more than twice as many
 
 // Row and column of a pixel by its number. Integer division is slow on many GPUs; float division may be wrong by one.
 ivec2 pixel_of(int index, int columns) {

@@ -10,9 +10,6 @@ const float FALLBACK = 1e-11;          // weight of a frame that has no part in 
 const float FLATTEST = 0.25;           // cosine of a ray, at which differences along it count least
 const float MOST_DETAIL = 4.0;         // source pixels for each target pixel, beyond which more say no more
 const float UNLIKE = 0.7;              // cosine of two normals, below which they contradict each other
-const float NEARBY = 1e-4;              // share of 1/z by which an error counts for more, a pixel farther: of equals the
-                                        // nearest counts
-const int HIDDEN_PIXELS = 2;            // so many pixels a surface goes on behind what hides it
 const uint INVERSE_DEPTH = 0x3fffffffu; // the bits of a key that tell how far its splat is
 
 // What the splats leave at a pixel: the level of the nearest, then its 1/z, then whether it goes on behind others in its

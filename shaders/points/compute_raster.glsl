@@ -24,6 +24,7 @@ uniform sampler2D surface_map;  // unit normal, depth, negative at rims
 uniform vec4 source;
 uniform vec4 target;
 uniform mat4 view;
+uniform float near;
 uniform ivec2 target_size;
 #if SET
 uniform sampler2D trust_map;

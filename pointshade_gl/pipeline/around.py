@@ -77,6 +77,8 @@ def _arriving(light: Light, scene: Scene) -> float:
     if light.position is None:
         return strength
     constant, linear, quadratic = light.attenuation
+    if linear == quadratic == 0:  # the middle of a new frame is not found for nothing
+        return strength / max(constant, 1e-9)
     distance = float(np.linalg.norm(scene.bounds[0] - light.position))
     return strength / max(constant + linear * distance + quadratic * distance * distance, 1e-9)
 

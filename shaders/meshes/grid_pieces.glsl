@@ -10,7 +10,6 @@ layout(std430, binding = 3) restrict buffer Odd {
     uint odd[];        // the numbers of the squares that are drawn in pieces, row by row
 };
 
-uniform float near;
 uniform int most_groups;  // of rims.comp and odd_squares.comp
 
 void draw_piece(Piece piece, ivec2 first) {

@@ -24,6 +24,7 @@ uniform sampler2D surface_map;  // unit normal, depth, negative at rims
 uniform vec4 source;
 uniform vec4 target;
 uniform mat4 view;
+uniform float near;
 uniform ivec2 target_size;
 #if SET
 uniform sampler2D trust_map;
@@ -44,7 +45,7 @@ void note_extent(vec2 extent) {
     level = splat_level(trust, is_stretched(extent, side_of), is_primary);
 }
 
-uint noted(float inverse_depth, bool hidden) {
+uint noted(float inverse_depth, ivec2 pixel, bool hidden) {
     return splat_key(inverse_depth, hidden ? level & 1 : level, hidden);
 }
 #else
@@ -52,8 +53,8 @@ void note_source(ivec2 pixel, float side) {}
 
 void note_extent(vec2 extent) {}
 
-uint noted(float inverse_depth, bool hidden) {
-    return hidden_mark(floatBitsToUint(inverse_depth), hidden);
+uint noted(float inverse_depth, ivec2 pixel, bool hidden) {
+    return pixel_mark(floatBitsToUint(inverse_depth), pixel, hidden);
 }
 #endif
 

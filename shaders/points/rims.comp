@@ -1,5 +1,6 @@
 #version 430 core
-// The rims that splats.comp has put on its list: one thread draws each.
+// The rims of a frame: one thread draws each. splats.comp has listed them; where a view shows them again, what was
+// estimated for the view before is kept: on software drivers that takes longer than drawing them.
 #ifndef WINDOW
 #define WINDOW 0  // 1: note how far the splats come
 #endif
@@ -10,10 +11,57 @@
 
 layout(local_size_x = 32) in;
 
-void draw_rim(ivec2 pixel) {
+const int IN_A_ROW = 256;  // rims of kept_map, four texels each
+
+uniform int known_rims;  // so many are kept; -1: none, those on the list are estimated
+uniform bool keeps;      // those are kept
+layout(rgba32f) uniform image2D kept_map;
+
+ivec2 kept_at(int place) {
+    return ivec2(4 * (place % IN_A_ROW), place / IN_A_ROW);
+}
+
+void keep_rim(int place, ivec2 pixel, Rim rim) {
+    bvec2 second = bvec2(rim.folds[1].x > 0.0, rim.folds[3].x > 0.0);  // of the folds on a line
+    vec3 across = second.x ? rim.folds[1] : rim.folds[0], down = second.y ? rim.folds[3] : rim.folds[2];
+    float flags = dot(rim.hidden, vec4(1.0, 4.0, 16.0, 64.0)) + dot(vec2(second), vec2(256.0, 512.0));
+    ivec2 at = kept_at(place);
+    imageStore(kept_map, at, vec4(pixel, flags, 0.0));
+    imageStore(kept_map, at + ivec2(1, 0), vec4(rim.outward, rim.width, rim.drop));
+    imageStore(kept_map, at + ivec2(2, 0), vec4(rim.slope, down.yz));
+    imageStore(kept_map, at + ivec2(3, 0), vec4(across, down.x));
+}
+
+Rim kept_rim(int place, int flags) {
+    ivec2 at = kept_at(place);
+    vec4 outline = imageLoad(kept_map, at + ivec2(1, 0));
+    vec4 slope = imageLoad(kept_map, at + ivec2(2, 0)), fold = imageLoad(kept_map, at + ivec2(3, 0));
+    vec4 hidden = vec4((ivec4(flags) >> ivec4(0, 2, 4, 6)) & 3);
+    vec3 across = fold.xyz, down = vec3(fold.w, slope.zw);
+    bvec2 second = notEqual(ivec2(flags) & ivec2(256, 512), ivec2(0));
+    mat4x3 folds = mat4x3(0.0);
+    folds[0] = second.x ? vec3(0.0) : across;
+    folds[1] = second.x ? across : vec3(0.0);
+    folds[2] = second.y ? vec3(0.0) : down;
+    folds[3] = second.y ? down : vec3(0.0);
+    return Rim(outline.xy, outline.z, outline.w, slope.xy, hidden, folds);
+}
+
+void draw_rim(int place) {
+    vec4 head = imageLoad(kept_map, kept_at(place));
+    ivec2 pixel = ivec2(head.xy);
+    int listed = known_rims < 0 ? 1 : 0;  // loops, see estimate_rim
+    for (int k = 0; k < listed; ++k) pixel = pixel_of(int(rims[place]), textureSize(surface_map, 0).x);
     vec4 own = surface_at(surface_map, pixel);
-    Rim rim = estimate_rim(surface_map, pixel, source);
     Footprint splat = carry_footprint(vec2(pixel), own.w, own.xyz, source, view, target);
+    bool is_drawn = splat_is_ahead(splat, near) && draws_rim(splat, own.w, source, target);
+    Rim rim = kept_rim(place, int(head.z));
+    int estimates = is_drawn || keeps ? listed : 0;
+    for (int k = 0; k < estimates; ++k) {
+        rim = estimate_rim(surface_map, pixel, source);
+        if (keeps) keep_rim(place, pixel, rim);
+    }
+    if (!is_drawn) return;
     note_source(pixel, 1.0);
     note_extent(footprint_extent(splat, splat_reach(1.0, false), false));
     ivec2 low, high;
@@ -24,15 +72,14 @@ void draw_rim(ivec2 pixel) {
     ivec2 steps = max(high - low + 1, 0), q = low;
     for (int k = 0; k < steps.x * steps.y; ++k) {
         vec3 met = meet_rim(rim, vec2(pixel), own, splat.inverse_depth, vec2(q), source, view, target);
-        if (met.x > 0.0) atomicMax(nearest[q.y * target_size.x + q.x], noted(met.x, is_hidden(rim, met.yz)));
+        if (met.x > 0.0) atomicMax(nearest[q.y * target_size.x + q.x], noted(met.x, pixel, is_hidden(rim, met.yz)));
         q = q.x < high.x ? ivec2(q.x + 1, q.y) : ivec2(low.x, q.y + 1);
     }
 }
 
 void main() {
-    for (uint k = gl_GlobalInvocationID.x; k < rim_count; k += 32u * gl_NumWorkGroups.x) {
-        draw_rim(pixel_of(int(rims[k]), textureSize(surface_map, 0).x));
-    }
+    int end = known_rims < 0 ? int(min(rim_count, uint(rims.length()))) : known_rims;
+    for (int k = int(gl_GlobalInvocationID.x); k < end; k += 32 * int(gl_NumWorkGroups.x)) draw_rim(k);
 #if WINDOW
     note_window();
 #endif

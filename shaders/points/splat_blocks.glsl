@@ -1,11 +1,10 @@
 // Which splats a block of source pixels is drawn as, and how they are drawn: for splats.comp and large_splats.comp.
 #include "points/compute_raster.glsl"
 
-uniform float near;
 uniform float tolerance;  // how far off a plane a block's pixels may lie, as a share of 1/z; 0 draws each by itself
 uniform int list_length;
 
-// What a step does with a splat, and with a rim pixel; each defines its own.
+// What a step does with a splat, and with a pixel that is a rim in most views; each defines its own.
 void take_splat(Footprint splat, float reach);
 void take_rim(ivec2 pixel);
 
@@ -25,7 +24,7 @@ void note_splat(Footprint splat, float reach, ivec2 low, ivec2 high, ivec2 strid
         vec2 offset = vec2(q) - splat.centre;
         if (footprint_covers(to_source, splat.bend, offset, reach, false)) {
             float inverse_depth = footprint_inverse_depth(splat, to_source, offset);
-            atomicMax(nearest[q.y * target_size.x + q.x], noted(inverse_depth, false));
+            atomicMax(nearest[q.y * target_size.x + q.x], noted(inverse_depth, ivec2(0), false));
         }
         q = q.x + stride.x <= high.x ? ivec2(q.x + stride.x, q.y) : ivec2(low.x, q.y + stride.y);
     }
@@ -73,12 +72,12 @@ void take_splats(ivec2 block) {
             ivec2 pixel = quarter + ivec2(j & 1, j >> 1);
             vec4 surface = texel_or_zero(surface_map, pixel);
             if (surface.w == 0.0) continue;
+            if (surface.w < 0.0) take_rim(pixel);
             float z = abs(surface.w);
             Footprint splat = carry_footprint(vec2(pixel), z, surface.xyz, source, view, target);
-            if (!splat_is_ahead(splat, near)) continue;
+            if (!splat_is_ahead(splat, near) || (surface.w < 0.0 && draws_rim(splat, z, source, target))) continue;
             note_source(pixel, 1.0);
-            if (surface.w < 0.0 && draws_rim(splat, z, source, target)) take_rim(pixel);
-            else take_splat(splat, splat_reach(1.0, false));
+            take_splat(splat, splat_reach(1.0, false));
         }
     }
 }

@@ -5,7 +5,7 @@
 // One thread draws a block of 4x4 source pixels. Where the block, or a quarter of it, lies on one plane, it is one larger
 // splat. The picture loses nothing: the resolve pass finds every source pixel again by its place.
 // Splats near the camera cover much of the view, or bend in it: large_splats.comp draws them, many threads each.
-// Rims cost more than splats, and are few: rims.comp draws them, one thread each.
+// Rims cost more than splats, and are few: rims.comp draws them, one thread each, all that the frame has.
 #ifndef WINDOW
 #define WINDOW 0  // 1: note how far the splats come
 #endif
@@ -21,6 +21,7 @@ layout(local_size_x = 32) in;
 
 uniform ivec2 corner;     // of the part that has points, a multiple of 4
 uniform int most_groups;  // of large_splats.comp and of rims.comp
+uniform int known_rims;   // of the frame, if rims.comp has kept them; -1 lists them
 
 #if MASKED
 layout(std430, binding = 3) restrict buffer Chosen {
@@ -98,7 +99,7 @@ void draw_block(ivec2 block, int columns) {
     leaves_some = false;
     rims_here = 0u;
     take_splats(block);
-    if (rims_here != 0u) put_rims_on_list(block);
+    if (rims_here != 0u && known_rims < 0) put_rims_on_list(block);
     if (leaves_some) put_on_list(uint(block.y / 4 * columns + block.x / 4));
 #if MASKED == 1
     if (is_chosen) put_chosen_on_list(uint(block.y / 4 * columns + block.x / 4));

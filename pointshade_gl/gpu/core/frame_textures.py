@@ -14,11 +14,13 @@ from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ...scene.frame_arrays import NEUTRAL
 from ...scene.noise import Choice, Noise
-from .images import R32F, RGBA8, Box, Image, Images, check_size, empty
+from .images import R32F, RGBA8, RGBA32F, Box, Image, Images, check_size, empty
 
 if TYPE_CHECKING:
     from ...estimation.light_fit import FoundLight
 
+RIMS_A_ROW = 256  # as in rims.comp, in four texels each
+MOST_RIMS = 1 << 17  # that are kept: 8 MB
 CELL = 16  # pixels along a side for which the certainty of normals is found together
 GREY = np.full((1, 1, 3), NEUTRAL, np.uint8)
 
@@ -124,6 +126,14 @@ class Colors(NamedTuple):
     image: Images
 
 
+class KnownRims(NamedTuple):
+    """What was estimated of the rims of points in one state, see rims.comp."""
+
+    of: Hashable
+    count: int
+    texture: moderngl.Texture
+
+
 class PointSurface(Image):
     """The surface at the points of a frame (RGBA32F): unit normal, depth; depth 0 where there is no point.
 
@@ -134,11 +144,40 @@ class PointSurface(Image):
     """
 
     certainty: moderngl.Texture | None = None
+    _rims: KnownRims | None = None
+    _listed: Hashable = None  # the state whose rims were listed last
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
         with self._all_or_nothing():
             self.confine((0, 0, 0, 0))
+
+    @property
+    def _state(self) -> Hashable:
+        return self.version, self.window
+
+    @property
+    def known_rims(self) -> KnownRims | None:
+        """The rims of the points as they are, if they were kept."""
+        return self._rims if self._rims is not None and self._rims.of == self._state else None
+
+    def room_for_rims(self, count: int) -> moderngl.Texture | None:
+        """Return where to keep so many rims, the second time that those of the same points are listed; a stream never
+        shows a frame twice. None: nowhere, also where they are too many."""
+        before, self._listed = self._listed, self._state
+        if before != self._listed or count > MOST_RIMS:
+            return None
+        kept, self._rims, rows = self._rims, None, -(-count // RIMS_A_ROW)
+        if kept is not None and kept.texture.height >= rows:
+            return kept.texture
+        if kept is not None:
+            self._made.remove(kept.texture)
+            kept.texture.release()
+        return self._texture(*RGBA32F, (4 * RIMS_A_ROW, rows))
+
+    def keep_rims(self, count: int, texture: moderngl.Texture) -> None:
+        """Note that the rims of the points as they are now are there."""
+        self._rims = KnownRims(self._state, count, texture)
 
     @cached_property
     def staged_target(self) -> moderngl.Framebuffer:

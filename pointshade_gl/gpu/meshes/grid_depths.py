@@ -17,7 +17,7 @@ from ..core.memory import Owner
 from ..core.passes import set_inputs
 from ..core.programs import build_compute, build_program, set_uniforms, source_and_target
 from ..core.view_images import SplatImage
-from ..points.compute_raster import MOST_GROUPS, RimList, clear_nearest, read_window
+from ..points.compute_raster import MOST_GROUPS, RimList, clear_nearest, no_rims, read_window
 from ..points.point_objects import carried
 
 GROUP, ROWS = 32, 16  # as in grid.comp
@@ -82,7 +82,8 @@ class ComputedDepths(Owner):
         set_inputs(squares, way | listed | planes)
         squares.run(-(-columns // (2 * GROUP)), -(-rows // ROWS))
         self._run_list(odd, odd_list, way | listed | grid.maps())
-        self._run_list(rims, rim_list, way | {"surface_map": grid.surface.texture})
+        ends = {"near": listed["near"], "surface_map": grid.surface.texture}
+        self._run_list(rims, rim_list, way | ends | no_rims())
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
         image.window = read_window(self._window, *image.size) if self._is_software else (0, 0, *image.size)
         image.raise_version()

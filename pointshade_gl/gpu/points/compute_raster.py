@@ -8,6 +8,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from ..core.frame_textures import KnownRims, PointSurface
 from ..core.images import Box
 from ..core.memory import Owner
 from ..core.passes import bind_texture, set_inputs
@@ -16,6 +17,7 @@ from ..core.view_images import SplatImage
 from .set_splats import Splats, union
 
 GROUP, BLOCK = 32, 4  # as in splats.comp
+KEPT = 3  # the unit of the image of rims that are kept
 MOST_GROUPS = 65535  # of threads, which every driver takes
 LIST_LENGTH = 1 << 20  # blocks with large splats: more of them, of over 16 million points, are left out
 PIXELS_A_GROUP = 1 << 20  # of the view
@@ -60,6 +62,7 @@ class ComputeSplatPass(Owner):
         inputs = {"surface_map": points.texture, "target_size": image.size}
         inputs |= splats.way | splats.of_set
         listed = {"near": splats.near, "tolerance": self._tolerance, "list_length": LIST_LENGTH}
+        known = points.known_rims
         masked = 0 if image.active is None else 1 + image.is_listed
         program = self._program("points/splats.comp", is_set, masked)
         if masked < 2:
@@ -68,16 +71,18 @@ class ComputeSplatPass(Owner):
             bind_texture(program, "active_map", image.active, unit=2)
             set_uniforms(program, active_map=2)
         set_inputs(program, inputs)  # binds the textures for the lists' programs, too
-        set_uniforms(program, **listed, most_groups=MOST_GROUPS)
+        set_uniforms(program, **listed, most_groups=MOST_GROUPS, known_rims=-1 if known is None else known.count)
         image.nearest.bind_to_storage_buffer(0)
         across, down = -(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK)
         pixels = points.size[0] * points.size[1]
         most = pixels // 8 if self._is_software else pixels
         rims = self._draw_most(program, (across, down), image, most)
-        if self._is_software and (found := int(np.frombuffer(rims.read(4, offset=16), np.uint32)[0])) > pixels // 8:
+        if self._is_software and (found := _count(rims, 4)) > most:
             rims = self._draw_most(program, (across, down), image, found)  # again, with room for all rims
-        if not self._is_empty(rims):
-            self._run_list("points/rims.comp", rims, inputs, is_set)
+        if known:
+            self._draw_known(known, inputs | {"near": splats.near}, is_set)
+        elif not self._is_empty(rims):
+            self._draw_rims(points, rims, inputs | {"near": splats.near}, is_set)
         if not self._is_empty(self._large):
             self._run_list("points/large_splats.comp", self._large, inputs | listed, is_set)
         return read_window(self._large, *image.size) if self._is_software else (0, 0, *image.size)
@@ -105,6 +110,24 @@ class ComputeSplatPass(Owner):
             self._chosen.emptied(groups[0] * GROUP * groups[1], place=3)
             program.run(*groups)
 
+    def _draw_rims(self, points: PointSurface, rims: moderngl.Buffer, inputs: dict[str, Any], is_set: bool) -> None:
+        """Draw the rims on the list. On software drivers the second view of the points keeps what it finds of them."""
+        count = _count(rims, 4) if self._is_software else 0
+        room = points.room_for_rims(count) if count else None
+        if room is not None:
+            room.bind_to_image(KEPT)
+        self._run_list("points/rims.comp", rims, inputs | no_rims(keeps=room is not None), is_set)
+        if room is not None:
+            points.keep_rims(count, room)
+
+    def _draw_known(self, known: KnownRims, inputs: dict[str, Any], is_set: bool) -> None:
+        """Draw the rims that a view before has kept."""
+        known.texture.bind_to_image(KEPT)
+        program = self._program("points/rims.comp", is_set)
+        set_uniforms(program, **inputs | no_rims() | {"known_rims": known.count})
+        program.run(-(-known.count // GROUP))
+        self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+
     def _run_list(self, name: str, listed: moderngl.Buffer, inputs: dict[str, Any], is_set: bool) -> None:
         """Draw what the first step has put on a list."""
         program = self._program(name, is_set)
@@ -121,7 +144,17 @@ class ComputeSplatPass(Owner):
 
     def _is_empty(self, listed: moderngl.Buffer) -> bool:
         """Return whether a list is known to be empty: a software driver has run its shaders, nobody waits for them."""
-        return self._is_software and np.frombuffer(listed.read(4), np.int32)[0] == 0
+        return self._is_software and _count(listed, 0) == 0
+
+
+def no_rims(keeps: bool = False) -> dict[str, Any]:
+    """Return the uniforms of rims.comp while no rims are known. keeps: whether it keeps those that it finds."""
+    return {"known_rims": -1, "keeps": keeps, "kept_map": KEPT}
+
+
+def _count(listed: moderngl.Buffer, place: int) -> int:
+    """Return a number at the head of a list, see compute_raster.glsl."""
+    return int(np.frombuffer(listed.read(4, offset=4 * place), np.uint32)[0])
 
 
 def clear_nearest(context: moderngl.Context, image: SplatImage, is_software: bool) -> None:

@@ -14,6 +14,8 @@ GROWN = 2.0  # on a plane, a window of twice the width deviates less than so man
 FEWEST, FEWEST_SHARE = 20, 0.12  # such windows, and their share of all: sensors .21 to .54, rough rock up to .07
 CALM = 0.1  # the quantile of their deviations: all that are no plane deviate more
 LARGEST = 4.0  # times the noise between near pixels that bumps may be: sensors .6 to 2; shelves 40
+SHARED = 0.75  # correlation of near pixels from which on bumps may be larger than steps: sensors 1 and more, stairs 0 to .5
+LONELY = 0.8  # steps that bumps may be where near pixels share less: larger ones would be shared
 ROUNDED = 0.33  # steps up to which rounding alone deviates: 0.29, if errors are random
 
 
@@ -35,4 +37,5 @@ def find_bumps(windows: NDArray[np.float32], noise: Noise) -> float:
     bumps = float(np.quantile(own, CALM))
     near = noise.relative**2 * np.hypot(1, noise.correlation) / max(noise.sigma, 1e-30)
     rounded = noise.domain == "1/z" and bumps < ROUNDED * noise.step
-    return 0.0 if rounded or bumps > LARGEST * near else bumps
+    lonely = noise.correlation < SHARED and bumps > LONELY * noise.step
+    return 0.0 if rounded or lonely or bumps > LARGEST * near else bumps

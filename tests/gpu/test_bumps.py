@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.bench.scenes import make_scene
+from pointshade_gl.bench.stress import round_disparity
 from pointshade_gl.bench.tracing import plane, sphere, trace
 
 from ..estimation.test_noise import enlarged
@@ -146,6 +148,15 @@ def test_rough_ground_all_over_the_picture_is_no_noise(renderer, wall):
     depth = wall[0] + 0.025 * abs(lumps(9)) + 0.25 * (((u - 320) / 480) ** 2 + ((v - 240) / 480) ** 2)
     renderer.estimate_normals(ps.Frame(None, np.round(depth, 3).astype(np.float32), CAMERA))
     assert not renderer.choice.noise or renderer.choice.noise.bumps == 0
+
+
+@pytest.mark.parametrize("step", [1 / 8, 1 / 4, 1 / 2])
+def test_rounded_stairs_are_no_bumps(renderer, step):
+    """Their treads and risers leave a plane by more than a step of disparity, but near pixels share no error."""
+    scene = make_scene("stairs", CAMERA)
+    frame = ps.Frame(None, round_disparity(scene.depth.astype(float), step, np.random.default_rng(0)), CAMERA)
+    renderer.estimate_normals(frame)
+    assert renderer.choice.noise.bumps == 0
 
 
 @pytest.mark.parametrize("pattern", ["lumps", "bands"])

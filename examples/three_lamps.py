@@ -1,6 +1,6 @@
 """Three lamps in colours.
 
-A warm lamp on the left, a cool one on the right, and a magenta one behind, each with its own shadow.
+A red, a green and a blue lamp make white where all three shine, and coloured shadows where one of them is hidden.
 `ps.render` takes one light, or a list of them; colours are linear, and 1 is white.
 """
 
@@ -8,13 +8,16 @@ import numpy as np
 
 import pointshade_gl as ps
 
-frame = ps.load_frame("vase")
-middle, away = frame.pivot, frame.pivot[2]  # all places are told from the middle, in units of its distance
-
-warm = ps.Light(position=middle + away * np.array([-0.7, -0.4, -0.5]), color=(1.0, 0.55, 0.2), shadow=True)
-cool = ps.Light(position=middle + away * np.array([0.8, 0.0, -0.5]), color=(0.15, 0.4, 1.0), shadow=True)
-above = ps.Light(position=middle + away * np.array([0.1, -0.9, 0.2]), color=(1.0, 0.1, 0.7), shadow=True)
-
-camera = frame.camera.resized(560, 420)
-picture = ps.render(frame, [warm, cool, above], camera=camera, ground=True, background="black", samples=16)
-ps.save_image("three_lamps.png", picture)
+vase = ps.load_frame("vase")
+plaster = ps.Frame(None, vase.depth, vase.camera)  # without colours it is light grey
+low, far = plaster.corners[:, 1].max(), vase.pivot[2]
+faces, grey = [(0, 1, 2), (0, 2, 3)], (0.6, 0.6, 0.6)
+floor = ps.Mesh([(-4, low, -1), (4, low, -1), (4, low, 1.5), (-4, low, 1.5)], faces, color=grey)
+wall = ps.Mesh([(-4, low, 1.5), (4, low, 1.5), (4, -3, 1.5), (-4, -3, 1.5)], faces, color=grey)
+lamps = [
+    ps.Light(position=(x, -0.35, far - 0.9), color=color, shadow=True, radius=0.01)
+    for x, color in zip((-0.4, 0.0, 0.4), np.eye(3), strict=True)
+]
+nodes = ps.Node(ps.PointObject(plaster), "vase"), ps.Node(floor, "floor"), ps.Node(wall, "wall")
+scene = ps.Scene(nodes, camera=ps.Camera.from_fov(52, 480, 360))
+ps.save_image("three_lamps.png", ps.render(scene, lamps, samples=16))

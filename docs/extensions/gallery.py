@@ -15,11 +15,12 @@ import textwrap
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from PIL import Image
 from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 
 from tests.support.example_scripts import run_example
-from tests.support.gallery import SECTIONS, Example, example, examples, runs_alone, summary
+from tests.support.gallery import SECTIONS, Example, example, examples, runs_alone, stored_picture, summary
 
 FOLDER = "auto_examples"
 CONFIGURATION = {
@@ -43,6 +44,7 @@ def draw(app: Sphinx) -> None:
     """Run what is new since the last build, and lay each picture where sphinx-gallery looks for it."""
     images = Path(app.srcdir) / FOLDER / "images"
     images.mkdir(parents=True, exist_ok=True)
+    os.environ.setdefault("MESA_SHADER_CACHE_DIR", str(Path(app.doctreedir) / "compiled-shaders"))
     with ThreadPoolExecutor(os.cpu_count()) as threads:
         list(threads.map(lambda one: _draw(one, images), examples()))
     for one in examples():
@@ -53,7 +55,7 @@ def draw(app: Sphinx) -> None:
 def _draw(one: Example, images: Path) -> None:
     picture = images / f"sphx_glr_{one.path.stem}_001.png"
     if not runs_alone(one):
-        shutil.copyfile(one.picture, picture)
+        Image.fromarray(stored_picture(one.path.stem)).save(picture)
         return
     printed = picture.with_suffix(".txt")
     if not picture.exists() or picture.stat().st_mtime < one.path.stat().st_mtime:
@@ -69,7 +71,7 @@ def _draw(one: Example, images: Path) -> None:
 
 def _notebook(one: Example, folder: Path) -> None:
     """Write the page of a notebook: its title and its cells. sphinx-gallery reads scripts only."""
-    first, *cells = json.loads(one.path.read_text(encoding="utf-8"))["cells"]
+    _, *cells = json.loads(one.path.read_text(encoding="utf-8"))["cells"]
     parts = [f".. _sphx_glr_{FOLDER}_{one.path.name}:\n\n{one.title}.\n\n"]
     for cell in cells:
         text = "".join(cell["source"])
@@ -81,7 +83,7 @@ def _notebook(one: Example, folder: Path) -> None:
     (folder / f"{one.path.stem}.rst").write_text("".join(parts), encoding="utf-8")
     thumbnail = folder / "images" / "thumb" / f"sphx_glr_{one.path.stem}_thumb.png"
     thumbnail.parent.mkdir(exist_ok=True)
-    shutil.copyfile(one.picture, thumbnail)
+    Image.fromarray(stored_picture(one.path.stem)).save(thumbnail)
 
 
 def dress(app: Sphinx, document: str, source: list[str]) -> None:
@@ -98,7 +100,9 @@ def _page(one: Example, text: str) -> str:
     code = re.search(r"^\.\. (_sphx_glr_download|GENERATED FROM|code-block)", text[start.end() :], re.MULTILINE)
     end = start.end() + code.start()
     words = re.sub(r"(?<!`)`([^`]+)`(?!`)", r"``\1``", one.text)
-    picture = f".. image:: images/sphx_glr_{one.path.stem}_001.png\n   :alt: {one.title}\n   :class: sphx-glr-single-img"
+    picture = (
+        f".. image:: images/sphx_glr_{one.path.stem}_001.png\n   :alt: {one.title}\n   :class: sphx-glr-single-img"
+    )
     output = _printed.get(one.path.stem, "").strip() if one.path.suffix == ".py" else ""
     shown = f"It prints:\n\n.. code-block:: text\n\n{textwrap.indent(output, '    ')}" if output else ""
     body = text[end : text.find(".. _sphx_glr_download")]

@@ -12,21 +12,31 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+from PIL import Image
+
 from .example_scripts import EXAMPLES, PICTURES
 
 SECTIONS = {
-    "First pictures": ["lit_frame", "three_lamps"],
+    "First pictures": ["lit_frame", "turntable", "paper_figure", "photograph", "realsense_folder", "page"],
+    "Light": ["three_lamps", "soft_shadows", "environments", "unlight", "shared_albedo"],
+    "Scenes and point clouds": ["two_objects", "other_view", "lit_cloud", "export_points", "splat_forms"],
+    "Depth and normals": ["normal_maps", "view_depth", "estimators", "own_normals", "holes"],
+    "Several views, films, many pictures": [
+        "three_cameras", "align_views", "temporal_film", "batch_folders", "render_pool", "own_context",
+    ],
     "In other programs": [
         "jupyter", "marimo_notebook", "gradio_light", "comfyui_node", "fastapi_upload", "rerun_log", "blender_cycles",
         "open3d_roundtrip", "trimesh_roundtrip",
     ],
 }  # fmt: skip
+ELSEWHERE = {"page", *SECTIONS["In other programs"]}  # what other programs show: the stored picture is theirs
 COLUMNS = 3
 INTRODUCTION = """# Gallery
 
-Short scripts and command lines, each with the picture that it makes. They run from any folder, without a network, with what
-is built in; your own frame takes the place of `vase`. Copy what you need. Those in other programs say at their top what
-to install.
+Short scripts and command lines, each with the picture that it makes. They run from any folder, without a network, with
+what is built in; your own frame takes the place of `vase`. Copy what you need. Those in other programs say at their top
+what to install.
 """
 
 
@@ -40,7 +50,7 @@ class Example(NamedTuple):
     @property
     def picture(self) -> Path:
         """Where its stored picture lies."""
-        return PICTURES / f"{self.path.stem}.png"
+        return PICTURES / f"{self.path.stem}.webp"
 
 
 def example(name: str) -> Example:
@@ -59,13 +69,24 @@ def example(name: str) -> Example:
 
 
 def runs_alone(one: Example) -> bool:
-    """Whether it needs nothing but this package; test_examples.py runs the others beside their programs."""
-    return one.path.stem not in SECTIONS["In other programs"]
+    """Whether this package alone makes its picture; tests run the others beside their programs."""
+    return one.path.stem not in ELSEWHERE
 
 
 def examples() -> list[Example]:
     """Return all of them, in the order of the gallery."""
     return [example(name) for names in SECTIONS.values() for name in names]
+
+
+def stored_picture(name: str) -> np.ndarray:
+    """The stored picture of an example, (h, w, 4) uint8."""
+    with Image.open(PICTURES / f"{name}.webp") as image:
+        return np.asarray(image.convert("RGBA"))
+
+
+def save_stored(name: str, picture: np.ndarray) -> None:
+    """Store a picture, without loss, in as few bytes as can be."""
+    Image.fromarray(picture).save(PICTURES / f"{name}.webp", lossless=True, quality=100, method=6, exact=True)
 
 
 def gallery_page() -> str:

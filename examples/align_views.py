@@ -21,7 +21,7 @@ for yaw, error in ((0, 0), (-14, 0.02), (14, -0.02)):
     frames.append(ps.Frame(color, depth, camera, wrong))
 
 aligned = ps.align_frames(frames)
-look = {"camera": ps.Camera.from_fov(20, 320, 260), "shading": "none", "background": "white"}
+look = {"camera": ps.Camera.from_fov(18, 280, 220), "shading": "none", "background": "white"}
 ps.save_image("align_views.png", np.hstack([ps.render(frames, **look), ps.render(aligned, **look)]))
 for given, found in zip(frames[1:], aligned[1:], strict=True):
     print(f"moved by {100 * np.linalg.norm(found.pose[:3, 3] - given.pose[:3, 3]):.1f} cm")

@@ -14,13 +14,13 @@ import pointshade_gl as ps
 
 # What pyrealsense2 scripts usually save: 8-bit colour, 16-bit depth, the intrinsics as they are printed.
 scene = ps.load_scene("demo")
-camera = ps.Camera(fx=430.0, fy=430.0, cx=211.5, cy=119.5, width=424, height=240)
+camera = ps.Camera(fx=325.0, fy=325.0, cx=159.5, cy=99.5, width=320, height=200)
 folder = Path("recording")
 folder.mkdir()
 ps.save_image(folder / "color.png", ps.render(scene, camera=camera, background="black", samples=4)[..., :3])
 depth = (ps.render_depth(scene, camera=camera) * 1000).round().astype(np.uint16)
 Image.fromarray(depth).save(folder / "depth.png")
-lens = {"width": 424, "height": 240, "ppx": 211.5, "ppy": 119.5, "fx": 430.0, "fy": 430.0}
+lens = {"width": 320, "height": 200, "ppx": 159.5, "ppy": 99.5, "fx": 325.0, "fy": 325.0}
 (folder / "intrinsics.json").write_text(json.dumps(lens))
 
 frame = ps.load_frame("recording")

@@ -11,7 +11,7 @@ import numpy as np
 import pointshade_gl as ps
 
 FRAME = ps.load_frame("vase")
-CAMERA = ps.Camera.from_fov(44, 120, 140)
+CAMERA = ps.Camera.from_fov(44, 106, 124)
 
 
 async def answer(pool, degrees):

@@ -21,7 +21,7 @@ def photographed(yaw):
 
 
 frames = [photographed(yaw) for yaw in (0, -35, 35)]
-seen = {"camera": ps.Camera.from_fov(40, 280, 240), "pose": ps.orbit_pose(scene.pose, middle, yaw=18, pitch=10)}
+seen = {"camera": ps.Camera.from_fov(40, 240, 210), "pose": ps.orbit_pose(scene.pose, middle, yaw=18, pitch=10)}
 pictures = [
     ps.render(frames[0], shading="none", background="white", **seen),
     ps.render(frames, shading="none", background="white", **seen),

@@ -65,7 +65,7 @@ def _draw(one: Example, images: Path) -> None:
             except AssertionError as error:
                 raise ExtensionError(f"{one.path.name} failed:\n{error}") from error
             printed.write_text(text, encoding="utf-8")
-            shutil.copyfile(Path(folder) / one.picture.name, picture)
+            shutil.copyfile(Path(folder) / f"{one.path.stem}.png", picture)
     _printed[one.path.stem] = printed.read_text(encoding="utf-8")
 
 

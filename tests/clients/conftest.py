@@ -17,10 +17,11 @@ from PIL import Image
 
 import pointshade_gl as ps
 
-from ..support.compare import compare_images, difference_picture
+from ..support.compare import compare_images, difference_figures, difference_picture
 from ..support.gallery import save_stored, stored_picture
 from ..support.places import FAILURES
 
+ELSEWHERE_SHARE, ELSEWHERE_MEAN = 0.0, 0.0  # what stored pictures of examples may differ by on other drivers than llvmpipe
 IN_BLENDER = Path(__file__).parent / "in_blender"
 
 
@@ -51,7 +52,12 @@ def stored(request, renderer):
             save_stored(name, picture)
             pytest.skip(f"rewrote {name}")
         picture, expected = np.asarray(Image.fromarray(picture).convert("RGBA")), stored_picture(name)
-        if complaint := compare_images(picture, expected):
+        if "llvmpipe" in renderer.context.renderer:
+            complaint = compare_images(picture, expected)
+        else:  # pixels at edges differ between drivers, of which these pictures are full; goldens are not
+            figures = difference_figures(picture, expected)
+            complaint = str(figures) if figures["share"] > ELSEWHERE_SHARE or figures["mean"] > ELSEWHERE_MEAN else ""
+        if complaint:
             FAILURES.mkdir(exist_ok=True)
             ps.save_image(FAILURES / f"{name}.actual.png", picture)
             ps.save_image(FAILURES / f"{name}.stored.difference.png", difference_picture(picture, expected))

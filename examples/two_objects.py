@@ -1,6 +1,6 @@
 """Shadows between objects.
 
-Two frames and a mesh under one low lamp: the ball's shadow falls on both vases, and the first vase's on the second.
+Two frames and a mesh under one low lamp: all cast shadows on the floor, and the first vase also on the second.
 Nodes place objects by a 4x4 transform.
 """
 

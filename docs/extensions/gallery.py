@@ -35,7 +35,6 @@ CONFIGURATION = {
     "show_signature": False,
     "backreferences_dir": f"{FOLDER}/used",
     "doc_module": ("pointshade_gl",),
-    "reference_url": {"pointshade_gl": None},
 }
 _printed: dict[str, str] = {}
 

@@ -12,7 +12,7 @@ from PIL import Image
 from ..support.example_scripts import EXAMPLES, PICTURES, run_example
 from ..support.gallery import ELSEWHERE, examples, gallery_page, runs_alone, save_stored
 
-LONG = {"soft_shadows", "temporal_film", "batch_folders"}  # seconds
+LONG = {"soft_shadows", "three_lamps", "lit_cloud"}  # many samples of large shadows
 README = EXAMPLES / "README.md"
 named = {"argvalues": examples(), "ids": [one.path.stem for one in examples()]}
 

@@ -6,6 +6,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "docs" / "extensions")]
 
+import gallery  # noqa: E402
+
 from pointshade_gl import __version__  # noqa: E402
 
 project, release, author = "pointshade_gl", __version__, "The authors of pointshade_gl"
@@ -18,10 +20,9 @@ source_suffix = {".md": "markdown", ".rst": "restructuredtext"}  # sphinx-galler
 # The source files of Markdown stay readable on GitHub: links are relative, and pictures beside each other are lines of
 # one paragraph.
 
-# The gallery: what sphinx-gallery reads. It writes docs/auto_examples, which git ignores.
-sphinx_gallery_conf: dict[str, object] = {}
-if sphinx_gallery_conf:
-    extensions.append("sphinx_gallery.gen_gallery")
+# The gallery: sphinx-gallery makes docs/auto_examples, which git ignores, of examples/.
+extensions += ["sphinx_gallery.gen_gallery", "gallery"]
+sphinx_gallery_conf = gallery.CONFIGURATION
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_fence_as_directive = ["mermaid"]  # GitHub draws it itself

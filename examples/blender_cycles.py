@@ -1,4 +1,6 @@
-"""A frame and a lamp, drawn here and, from the .glb that was saved, path-traced by Cycles in Blender.
+"""Blender and Cycles.
+
+A frame and a lamp, drawn here (left) and, from the .glb that was saved, path-traced by Cycles (right).
 
     pip install pointshade-gl bpy==5.0.1
 

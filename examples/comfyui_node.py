@@ -1,4 +1,6 @@
-"""A ComfyUI node that relights pictures: IMAGE and depth in, lit IMAGE, normals IMAGE and MASK out.
+"""ComfyUI node.
+
+A node that relights pictures: IMAGE and depth in, lit IMAGE, normals IMAGE and MASK out.
 
     pip install pointshade-gl torch
 

@@ -1,4 +1,6 @@
-"""A server: POST a photograph and its depth, and get the picture under your light.
+"""FastAPI server.
+
+POST a photograph and its depth, and get the picture under your light: two Renderers serve all requests.
 
     pip install pointshade-gl fastapi uvicorn python-multipart
 

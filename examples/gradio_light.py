@@ -1,4 +1,6 @@
-"""A web page whose sliders, or a click on the picture, move the light; and into which depth and colour are dropped.
+"""gradio application.
+
+A web page whose sliders, or a click on the picture, move the light; and into which depth and colour are dropped.
 
     pip install pointshade-gl gradio
 

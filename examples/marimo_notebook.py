@@ -1,4 +1,6 @@
-"""A marimo notebook: sliders move the light, and a page in a cell, where it is under the mouse.
+"""marimo notebook.
+
+Sliders move the light, and the picture follows; in the page below it the light is under the mouse.
 
     pip install pointshade-gl marimo
 

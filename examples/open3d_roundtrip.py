@@ -1,4 +1,6 @@
-"""Open3D to pointshade and back: an RGBDImage becomes a frame, its lit points and normals an Open3D point cloud.
+"""Open3D and back.
+
+An RGBDImage becomes a frame, its lit points and normals an Open3D point cloud.
 
     pip install pointshade-gl open3d
 

@@ -1,4 +1,6 @@
-"""Log a frame to rerun: colour, depth, camera, normals, and its points while a light goes round them.
+"""rerun recording.
+
+Log a frame: colour, depth, camera, normals, and its points while a light goes round them.
 
     pip install pointshade-gl rerun-sdk
 

@@ -1,4 +1,6 @@
-"""trimesh to pointshade and back: lit points of a frame in trimesh's files, trimesh's mesh beside them under one light.
+"""trimesh and back.
+
+Lit points of a frame in trimesh's files, and a mesh of trimesh's beside them under one light.
 
     pip install pointshade-gl trimesh scipy
 

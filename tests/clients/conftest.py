@@ -13,7 +13,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
+import pointshade_gl as ps
+
+from ..support.compare import compare_images, difference_figures, difference_picture
+from ..support.gallery import save_stored, stored_picture
+from ..support.places import FAILURES
+
+MEAN_ELSEWHERE = 1.0  # steps of 255 by which stored pictures may differ on other drivers than llvmpipe
 IN_BLENDER = Path(__file__).parent / "in_blender"
 
 
@@ -31,6 +39,31 @@ def missing(what: str) -> None:
     if os.environ.get("POINTSHADE_REQUIRE_CLIENTS") == "1":
         pytest.fail(f"{what}: see tests/clients/run")
     pytest.skip(what)
+
+
+@pytest.fixture
+def stored(request, renderer):
+    """check(name, picture): it is the gallery's, which --update-golden rewrites."""
+
+    def check(name: str, picture: np.ndarray) -> None:
+        if request.config.getoption("--update-golden"):
+            if "llvmpipe" not in renderer.context.renderer:
+                pytest.fail(f"stored pictures come from llvmpipe, this is {renderer.context.renderer}")
+            save_stored(name, picture)
+            pytest.skip(f"rewrote {name}")
+        picture, expected = np.asarray(Image.fromarray(picture).convert("RGBA")), stored_picture(name)
+        if "llvmpipe" in renderer.context.renderer:
+            complaint = compare_images(picture, expected)
+        else:  # pixels at edges differ between drivers, of which these pictures are full; goldens are not
+            figures = difference_figures(picture, expected)
+            complaint = f"they differ by {figures}" if figures["mean"] > MEAN_ELSEWHERE else ""
+        if complaint:
+            FAILURES.mkdir(exist_ok=True)
+            ps.save_image(FAILURES / f"{name}.actual.png", picture)
+            ps.save_image(FAILURES / f"{name}.stored.difference.png", difference_picture(picture, expected))
+            pytest.fail(f"{name}: {complaint}; see {FAILURES}")
+
+    return check
 
 
 @pytest.fixture

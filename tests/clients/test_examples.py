@@ -1,6 +1,8 @@
-"""Each example runs as a user types it; what it makes is compared by number, or with its picture in the gallery."""
+"""Examples in other programs run as a user types them; their results are compared by number, or with stored pictures.
 
-import ast
+Those that need nothing else, and the gallery's page: test_gallery.py.
+"""
+
 import importlib.util
 import io
 import json
@@ -17,11 +19,10 @@ from PIL import Image
 import pointshade_gl as ps
 
 from ..support.compare import compare_images
-from ..support.example_scripts import EXAMPLES, PICTURES, free_port, run_example, served
+from ..support.example_scripts import EXAMPLES, free_port, run_example, served
+from ..support.gallery import save_stored
 from .conftest import missing
 
-SCRIPTS = sorted(path for path in EXAMPLES.iterdir() if path.suffix in (".py", ".ipynb"))
-GALLERY = (EXAMPLES / "README.md").read_text(encoding="utf-8")
 PLACE = np.array([-0.5, -0.7, -0.8])  # where most examples put their light, from the middle, in units of the distance
 
 
@@ -42,49 +43,9 @@ def lamp(vase):
     return ps.Light(position=vase.pivot + vase.pivot[2] * PLACE)
 
 
-@pytest.fixture
-def stored(request):
-    """check(name, picture): it is the gallery's, which --update-golden rewrites."""
-
-    def check(name: str, picture: np.ndarray) -> None:
-        path = PICTURES / f"{name}.png"
-        if request.config.getoption("--update-golden"):
-            ps.save_image(path, picture, small=True)
-            pytest.skip(f"rewrote {path.name}")
-        with Image.open(path) as image:
-            assert not compare_images(picture, np.asarray(image))
-
-    return check
-
-
 def opened(path) -> np.ndarray:
     with Image.open(path) as image:
         return np.asarray(image)
-
-
-def install_line(path: Path) -> str:
-    """The `pip install` of an example."""
-    found = re.findall(r"pip install [^\n\"\\]+", path.read_text(encoding="utf-8"))
-    assert len(found) == 1, f"{path.name} has {len(found)} lines to install"
-    return found[0]
-
-
-class TestGallery:
-    @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.name)
-    def test_each_example_is_in_the_gallery_with_its_picture_and_its_line(self, path):
-        assert f"({path.name})" in GALLERY and f"(pictures/{path.stem}.png)" in GALLERY
-        assert (PICTURES / f"{path.stem}.png").is_file()
-        assert install_line(path) in GALLERY
-
-    def test_pictures_are_small_and_belong_to_an_example(self):
-        for picture in PICTURES.iterdir():
-            assert picture.stem in {path.stem for path in SCRIPTS}
-            assert picture.stat().st_size < 150_000, picture.name
-
-    @pytest.mark.parametrize("path", [path for path in SCRIPTS if path.suffix == ".py"], ids=lambda path: path.name)
-    def test_examples_use_nothing_but_public_names(self, path):
-        imported = [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom)]
-        assert not [node.module for node in imported if (node.module or "").startswith("pointshade_gl")]
 
 
 @pytest.mark.gl
@@ -431,7 +392,7 @@ def screenshot(page, request, name: str, **options) -> None:
     if request.config.getoption("--update-golden"):
         picture = Image.fromarray(opened(io.BytesIO(page.screenshot(**options)))[..., :3])
         smaller = picture.resize((480, round(480 * picture.height / picture.width)), Image.Resampling.LANCZOS)
-        ps.save_image(PICTURES / f"{name}.png", np.asarray(smaller), small=True)
+        save_stored(name, np.asarray(smaller))
 
 
 def follows_the_mouse(page, cell) -> None:

@@ -24,12 +24,15 @@ def _environment(folder: Path, **more: str) -> dict[str, str]:
     """A home of its own, in which programs keep what they like, and no word to anyone outside."""
     quiet = {"GRADIO_ANALYTICS_ENABLED": "False", "MARIMO_SKIP_UPDATE_CHECK": "1", "HOME": str(folder)}
     paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
-    return os.environ | quiet | {"PYTHONPATH": os.pathsep.join(paths), "PYTHONUNBUFFERED": "1"} | more
+    quiet |= {"PYTHONPATH": os.pathsep.join(paths), "PYTHONUNBUFFERED": "1"}
+    programs = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])  # `pointshade` of this Python
+    return os.environ | quiet | {"PATH": programs} | more
 
 
 def run_example(folder: Path, name: str, *arguments: str) -> str:
-    """What `python examples/NAME.py ARGUMENTS` prints; its files are in the folder afterwards."""
-    command = [sys.executable, EXAMPLES / f"{name}.py", *arguments]
+    """What `python examples/NAME.py ARGUMENTS`, or `sh NAME.sh`, prints; its files are in the folder afterwards."""
+    script = EXAMPLES / f"{name}.sh"
+    command = ["sh", "-e", script] if script.exists() else [sys.executable, EXAMPLES / f"{name}.py", *arguments]
     done = subprocess.run(command, cwd=folder, env=_environment(folder), capture_output=True, text=True, timeout=240)
     assert done.returncode == 0, done.stderr
     return done.stdout

@@ -1,0 +1,8 @@
+# Points for other programs.
+#
+# A .ply of lit points, turned so that z is up, as Blender and CloudCompare have it; `.glb` needs no axes.
+# Any point cloud is drawn as well: here the file itself, from above.
+
+pointshade render vase -o vase.ply --axes blender --light -0.5,-0.7,0.2
+pointshade render vase.ply -o export_points.png --pitch 20 --yaw 15 --shading none --background white \
+    --picture-size 480x360 --samples 4

@@ -1,0 +1,82 @@
+"""The gallery: each example runs as a user types it and makes its stored picture; the page shows them all."""
+
+import ast
+import io
+import re
+import sys
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from ..support.example_scripts import EXAMPLES, PICTURES, run_example
+from ..support.gallery import ELSEWHERE, examples, gallery_page, runs_alone, save_stored
+
+LONG = {"soft_shadows", "three_lamps", "lit_cloud"}  # many samples of large shadows
+README = EXAMPLES / "README.md"
+named = {"argvalues": examples(), "ids": [one.path.stem for one in examples()]}
+
+
+@pytest.mark.parametrize("one", **named)
+class TestEach:
+    def test_it_says_what_it_shows(self, one):
+        assert 5 < len(one.title) < 50 and one.text.split("\n\n")[0].endswith(".")
+
+    def test_its_picture_is_stored_and_small(self, one):
+        assert one.picture.stat().st_size < 150_000
+
+    def test_other_programs_are_installed_by_one_line(self, one):
+        lines = re.findall(r"pip install [^\n\"\\]+", one.path.read_text(encoding="utf-8"))
+        assert len(lines) == (one.path.stem in ELSEWHERE - {"page"})
+
+    def test_it_uses_nothing_but_public_names(self, one):
+        if one.path.suffix == ".py":
+            imported = [node for node in ast.walk(ast.parse(one.path.read_text())) if isinstance(node, ast.ImportFrom)]
+            assert not [node.module for node in imported if (node.module or "").startswith("pointshade_gl")]
+
+
+def test_the_page_is_that_of_today(request):
+    if request.config.getoption("--update-golden"):
+        README.write_text(gallery_page(), encoding="utf-8")
+        pytest.skip("rewrote README.md")
+    assert README.read_text(encoding="utf-8") == gallery_page(), "pytest --update-golden writes it"
+
+
+def test_nothing_lies_there_that_the_page_does_not_show():
+    shown = {one.path.name for one in examples()} | {README.name}
+    assert {path.name for path in EXAMPLES.iterdir() if path.is_file()} == shown
+    assert {path.name for path in PICTURES.iterdir()} == {one.picture.name for one in examples()}
+    assert sum(path.stat().st_size for path in PICTURES.iterdir()) < 3_000_000
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(one.path.stem, marks=pytest.mark.system if one.path.stem in LONG else ())
+        for one in examples()
+        if runs_alone(one)
+    ],
+)
+def test_it_makes_its_picture(renderer, tmp_path, stored, name):
+    if sys.platform == "win32" and (EXAMPLES / f"{name}.sh").exists():
+        pytest.skip("no sh")
+    run_example(tmp_path, name)
+    with Image.open(tmp_path / f"{name}.png") as image:
+        stored(name, np.asarray(image))
+
+
+@pytest.mark.gl
+@pytest.mark.browser
+def test_the_page_to_send_is_lit(renderer, request, browser, tmp_path):
+    run_example(tmp_path, "page")
+    page = browser.chromium.new_page(viewport={"width": 480, "height": 360})
+    page.goto((tmp_path / "page.html").as_uri())
+    page.locator("body.live").wait_for(timeout=60_000)
+    page.mouse.move(150, 60)
+    page.wait_for_timeout(2000)  # at rest it becomes smooth
+    picture = np.asarray(Image.open(io.BytesIO(page.screenshot())))[..., :3]
+    page.close()
+    if request.config.getoption("--update-golden"):
+        save_stored("page", picture)
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 5000

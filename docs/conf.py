@@ -14,7 +14,7 @@ project, release, author = "pointshade_gl", __version__, "The authors of pointsh
 project_copyright = author
 language = "en"
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
+extensions = ["myst_parser", "sphinx_copybutton", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
 extensions += ["commands", "docstrings", "layers", "mathml", "side_by_side"]  # our own, in docs/extensions
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}  # sphinx-gallery writes the second
 # The source files of Markdown stay readable on GitHub: links are relative, and pictures beside each other are lines of

@@ -4,5 +4,4 @@
 # `radius` is the lamp's, in metres: the larger it is, the softer are the shadows.
 
 pointshade render vase -o paper_figure.png --ground --background white --samples 16 \
-    --light "position=-.25,-1.5,.5 radius=.04 shadow" --ambient 0.25 \
-    --yaw 12 --pitch 14 --dolly -0.25 --picture-size 480x360
+    --light "position=-.45,-1.3,.2 radius=.06 shadow" --ambient 0.25 --dolly -0.2 --picture-size 480x360

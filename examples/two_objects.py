@@ -1,6 +1,7 @@
 """Shadows between objects.
 
-Two frames and a mesh under one low lamp: all cast shadows on the floor, and the first vase also on the second.
+Two frames and a mesh under one low lamp: all cast shadows on the floor, the ball also on the first stool, and the first
+vase on the second.
 Nodes place objects by a 4x4 transform.
 """
 
@@ -9,7 +10,7 @@ import numpy as np
 import pointshade_gl as ps
 
 vase = ps.load_frame("vase")
-low = vase.corners[:, 1].max()
+low = vase.camera.unproject(vase.depth)[vase.depth > 0][:, 1].max()  # where it stands: y points down
 
 
 def ball(radius, rings=32):

@@ -14,7 +14,7 @@ GROWN = 2.0  # on a plane, a window of twice the width deviates less than so man
 FEWEST, FEWEST_SHARE = 20, 0.12  # such windows, and their share of all: sensors .21 to .54, rough rock up to .07
 CALM = 0.1  # the quantile of their deviations: all that are no plane deviate more
 LARGEST = 4.0  # times the noise between near pixels that bumps may be: sensors .6 to 2; shelves 40
-SHARED = 0.75  # correlation of near pixels from which on bumps may be larger than steps: sensors 1 and more, stairs 0 to .5
+SHARED = 0.75  # correlation of near pixels from which on bumps may exceed steps: sensors 1 and more, stairs 0 to .5
 LONELY = 0.8  # steps that bumps may be where near pixels share less: larger ones would be shared
 ROUNDED = 0.33  # steps up to which rounding alone deviates: 0.29, if errors are random
 

@@ -144,7 +144,10 @@ class Frame(Value, Preview):
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:
-        """Return the (8, 3) corners of the box around all pixels with a point, camera axes; (0, 3) without a point."""
+        """Return the (8, 3) corners of a box that holds all points, camera axes; (0, 3) without a point.
+
+        The box of the pixels with a point, from the nearest depth to the farthest: larger than the object.
+        """
         return self.splat_corners(0.5)
 
     def splat_corners(self, reach: float) -> NDArray[np.float64]:

@@ -215,7 +215,8 @@ def test_a_mark_names_a_pixel_that_is_found_again_from_near(gpu):
     at = (pixel + rng.uniform(-3.4, 3.4, (COUNT, 2))).astype(F)
     found = look_up.marked_pixel(marked, at)
     assert (found == pixel)[hidden].all()
-    answer = gpu("depth_lookup.glsl", "vec2(marked_pixel(floatBitsToUint(b), p)), 0, 0", b=marked.view(F)[:, None], p=at)
+    call = "vec2(marked_pixel(floatBitsToUint(b), p)), 0, 0"
+    answer = gpu("depth_lookup.glsl", call, b=marked.view(F)[:, None], p=at)
     assert (answer[:, :2] == found).all()
 
 

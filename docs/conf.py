@@ -16,6 +16,7 @@ language = "en"
 
 extensions = ["myst_parser", "sphinx_copybutton", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
 extensions += ["commands", "docstrings", "layers", "mathml", "side_by_side"]  # our own, in docs/extensions
+exclude_patterns = ["**sg_execution_times.rst"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}  # sphinx-gallery writes the second
 # The source files of Markdown stay readable on GitHub: links are relative, and pictures beside each other are lines of
 # one paragraph.
@@ -42,6 +43,7 @@ html_theme = "furo"
 html_title = f"pointshade_gl {release}"
 html_static_path = ["_static"]
 html_css_files = ["page.css"]
+html_domain_indices = False
 html_copy_source = False
 html_show_sourcelink = False
 html_show_sphinx = False

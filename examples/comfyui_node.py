@@ -1,6 +1,6 @@
 """ComfyUI node.
 
-A node that relights pictures: IMAGE and depth in, lit IMAGE, normals IMAGE and MASK out.
+A node that relights pictures: IMAGE and depth in, lit IMAGE, normals IMAGE and MASK out. Install::
 
     pip install pointshade-gl torch
 

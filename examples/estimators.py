@@ -14,7 +14,7 @@ noise = np.random.default_rng(1).normal(0, 0.0015, known.shape)
 noisy = ps.Frame(None, np.where(known, vase.depth + noise, 0), vase.camera)
 truth = ps.estimate_normals(vase)
 
-camera = ps.Camera.from_fov(42, 180, 210)
+camera = ps.Camera.from_fov(48, 180, 210)
 pictures = []
 for method in ("triangles-2", "plane-fit-5", "auto", "truth"):
     normals = truth if method == "truth" else ps.estimate_normals(noisy, method)

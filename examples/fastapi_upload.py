@@ -1,10 +1,10 @@
 """FastAPI server.
 
-POST a photograph and its depth, and get the picture under your light: two Renderers serve all requests.
+POST a photograph and its depth, and get the picture under your light: two Renderers serve all requests. Install::
 
     pip install pointshade-gl fastapi uvicorn python-multipart
 
-`python fastapi_upload.py` serves this machine on port 8000, or on the port that is its argument:
+`python fastapi_upload.py` serves this machine on port 8000, or on the port that is its argument::
 
     curl -F color=@color.png -F depth=@depth.png -F right=-0.5 -F up=0.7 -o lit.png http://127.0.0.1:8000/lit
 """

@@ -16,7 +16,7 @@ frames = [ps.Frame(photograph, vase.depth, vase.camera) for photograph in photog
 
 albedo = ps.estimate_albedo(frames)
 plain = ps.Frame(albedo, vase.depth, vase.camera)
-look = {"camera": ps.Camera.from_fov(42, 180, 210), "background": "black", "samples": 4}
+look = {"camera": ps.Camera.from_fov(48, 180, 210), "background": "black", "samples": 4}
 pictures = [ps.render(frame, shading="none", **look) for frame in (frames[0], frames[2], plain)]
 pictures.append(ps.render(plain, ps.Light(position=(0.3, -0.9, 0.6)), matt, exposure=0.3, **look))
 ps.save_image("shared_albedo.png", np.hstack(pictures))

@@ -1,6 +1,7 @@
 """Three cameras as one.
 
-Frames with poses are one object: a view from the side of one camera alone, of three, and how certain the normals are.
+Frames with poses become one object. The pictures show it from the side: of one camera alone, of three, and how certain
+the normals of three are.
 The cameras are made from the built-in scene here; `pointshade render left middle right` does it for folders.
 """
 

@@ -9,7 +9,7 @@ import numpy as np
 import pointshade_gl as ps
 
 frame = ps.load_frame("vase")
-camera = ps.Camera.from_fov(42, 320, 280)
+camera = ps.Camera.from_fov(48, 320, 280)
 pose = ps.orbit_pose(frame.pose, frame.pivot, yaw=25, pitch=15)
 depth = ps.render_depth(frame, camera=camera, pose=pose)  # (h, w) float32, 0 where nothing is seen
 lit = ps.render(frame, camera=camera, pose=pose, background="black")

@@ -140,17 +140,17 @@ class Renderer:
 
     @property
     def surroundings(self) -> Surroundings:
-        """Return what was around the objects of the last picture: its environment, and whether things hid its light."""
+        """Return what was around the objects of the last picture; its environment, and whether things hid its light."""
         return self._pipeline.surroundings
 
     @property
     def color_scale(self) -> ColorScale | None:
-        """Return what the colours of the last picture stand for: `show`, `low`, `high`; None where they are light."""
+        """Return what the colours of the last picture stand for; `show`, `low`, `high`; None where they are light."""
         return self._pipeline.scale
 
     @property
     def weights(self) -> dict[Frame, float]:
-        """Return how much each frame of the last picture counts where several show the same: 1 for a primary view."""
+        """Return how much each frame of the last picture counts where several show the same; 1 for a primary view."""
         from ..pipeline.findings import weights  # only here
 
         return weights(self._pipeline.gpu_scene.drawn)

@@ -308,7 +308,7 @@ class Look(Options):
 
     @property
     def is_uniform(self) -> bool:
-        """No option is an array: each holds for every pixel."""
+        """No option is an array; each holds for every pixel."""
         return all(isinstance(value, str | int | float | None) for value in (self.normals, self.point_size, self.noise))
 
     @property
@@ -323,7 +323,7 @@ class Look(Options):
 
     @property
     def depth_step(self) -> Step | None:
-        """(metres, share of the depth) by which neighbours of one surface may differ; None: their planes tell."""
+        """(metres, share of the depth) by which neighbours of one surface may differ; None; their planes tell."""
         return None if self.max_depth_step is None else parse_max_depth_step(self.max_depth_step)
 
     @property
@@ -349,7 +349,7 @@ class Look(Options):
 
     @property
     def alone(self) -> Look:
-        """The look of a single picture: nothing is filtered over time."""
+        """The look of a single picture; nothing is filtered over time."""
         return replace(self, temporal=False)
 
     @property
@@ -364,7 +364,7 @@ class Look(Options):
 
     @property
     def of_points(self) -> Look:
-        """The look of single points, each lit once: what only splats show has its default."""
+        """The look of single points, each lit once; what only splats show has its default."""
         material = UNLIT if self.shading in NOT_LIT else self.material
         names = "normals", "align", *keys_of(SurfaceOptions), *keys_of(ColorOptions)
         kept = {name: getattr(self, name) for name in names}

@@ -119,7 +119,7 @@ class Frame(Value, Preview):
 
     @cached_property
     def picture_camera(self) -> Camera:
-        """Return the default camera for rendering: the frame's own, at the colours' size if both sides are larger."""
+        """Return the default camera for rendering; the frame's own, at the colours' size if both sides are larger."""
         height, width = self.depth.shape if self.color is None else self.color.shape[:2]
         is_larger = width > self.camera.width and height > self.camera.height
         return self.camera.resized(width, height) if is_larger else self.camera
@@ -167,7 +167,7 @@ class Frame(Value, Preview):
 
     @cached_property
     def main_corners(self) -> NDArray[np.float64]:
-        """Return the corners like `corners`, without stray points: depths far beyond those of nearly all points.
+        """Return the corners like `corners`, without stray points; depths far beyond those of nearly all points.
 
         Shadows and near planes are fitted to these corners: one wrong pixel at 3 km must not decide about them.
         """
@@ -222,7 +222,7 @@ class Frame(Value, Preview):
 
     @cached_property
     def pivot(self) -> NDArray[np.float64]:
-        """Return the middle of the object, (3,) world: the median of the known points; 1 unit ahead without any.
+        """Return the middle of the object, (3,) world; the median of the known points; 1 unit ahead without any.
 
         Its distance is the frame's scale: near plane and orbit follow it, so that any unit works.
         """

@@ -142,12 +142,12 @@ class Light:
 
     @property
     def is_spot(self) -> bool:
-        """Return whether it is a spot light: it has a position and a direction, and no size."""
+        """Return whether it is a spot light; it has a position and a direction, and no size."""
         return self.position is not None and self.direction is not None and self.size is None
 
     @property
     def is_area(self) -> bool:
-        """Return whether it is an area light: it has a size."""
+        """Return whether it is an area light; it has a size."""
         return self.size is not None
 
     @property

@@ -232,7 +232,7 @@ class PointCloud(Value):
 
     @property
     def thins(self) -> bool:
-        """Return whether fewer points may be drawn, each larger: not if they have a size in the world."""
+        """Return whether fewer points may be drawn, each larger; not if they have a size in the world."""
         return self.radius_rule[1] != ""
 
     @property
@@ -242,7 +242,7 @@ class PointCloud(Value):
 
     @property
     def radius_rule(self) -> tuple[float, str]:
-        """Return the radius of points, a number and its unit: "" world units, "px" pixels, "x" spacings or `sizes`."""
+        """Return the radius of points, a number and its unit; "" world units, "px" pixels, "x" spacings or `sizes`."""
         if self.point_size is not None:
             return parse_cloud_size(self.point_size)
         return (1.0 if self.sizes is not None else 2.0 if self.splat == "disc" else 0.5), "x"
@@ -264,7 +264,7 @@ class PointCloud(Value):
 
     @cached_property
     def rough_spacing(self) -> float:
-        """Return how far apart the points would be on a surface as large as their box: 1 if they are in one place."""
+        """Return how far apart the points would be on a surface as large as their box; 1 if they are in one place."""
         low, high = self._main_box
         return float(np.linalg.norm(high - low)) / math.sqrt(max(len(self), 1)) or 1.0
 

@@ -224,7 +224,7 @@ class Finish:
 
     @property
     def of_numbers(self) -> Finish:
-        """Return the finish of a picture whose colours stand for numbers: no light changes it."""
+        """Return the finish of a picture whose colours stand for numbers; no light changes it."""
         around = {"environment": None, "ambient_occlusion": False}
         return replace(self, ground=False, ground_height=None, exposure=0.0, tone="none", **around)
 

@@ -130,7 +130,7 @@ class KnownRims(NamedTuple):
     """What was estimated of the rims of points in one state, see rims.comp."""
 
     of: Hashable
-    count: int
+    number: int  # of rims
     texture: moderngl.Texture
 
 

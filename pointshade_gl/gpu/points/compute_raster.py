@@ -71,7 +71,7 @@ class ComputeSplatPass(Owner):
             bind_texture(program, "active_map", image.active, unit=2)
             set_uniforms(program, active_map=2)
         set_inputs(program, inputs)  # binds the textures for the lists' programs, too
-        set_uniforms(program, **listed, most_groups=MOST_GROUPS, known_rims=-1 if known is None else known.count)
+        set_uniforms(program, **listed, most_groups=MOST_GROUPS, known_rims=-1 if known is None else known.number)
         image.nearest.bind_to_storage_buffer(0)
         across, down = -(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK)
         pixels = points.size[0] * points.size[1]
@@ -124,8 +124,8 @@ class ComputeSplatPass(Owner):
         """Draw the rims that a view before has kept."""
         known.texture.bind_to_image(KEPT)
         program = self._program("points/rims.comp", is_set)
-        set_uniforms(program, **inputs | no_rims() | {"known_rims": known.count})
-        program.run(-(-known.count // GROUP))
+        set_uniforms(program, **inputs | no_rims() | {"known_rims": known.number})
+        program.run(-(-known.number // GROUP))
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
     def _run_list(self, name: str, listed: moderngl.Buffer, inputs: dict[str, Any], is_set: bool) -> None:

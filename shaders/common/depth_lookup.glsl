@@ -7,7 +7,6 @@ const float RIM_REACH = 0.985;    // source pixels from a rim's pixel that it ma
 const float BEFORE = 1.5;         // pixels of depth by which what hides a surface lies before its plane, at least
 const float NEARBY = 1e-4;        // share of 1/z by which an error counts for more, a pixel farther: of equals the nearest counts
 const int HIDDEN_PIXELS = 2;      // so many pixels a surface goes on behind what hides it
-const int PERIOD = 8;             // after so many pixels marks repeat; more than twice as many
 
 // Row and column of a pixel by its number. Integer division is slow on many GPUs; float division may be wrong by one.
 ivec2 pixel_of(int index, int columns) {
@@ -40,18 +39,6 @@ vec3 carry_back(vec2 target_pixel, float inverse_depth, vec4 target, mat4 view, 
 // The bits of a 1/z, the last of which says whether it is that of a surface that goes on behind another in its frame.
 uint hidden_mark(uint bits, bool hidden) {
     return hidden ? bits | 1u : bits & ~1u;
-}
-
-// The same, where the six bits before say which pixel's surface goes on: its place in squares of 8x8.
-uint pixel_mark(uint bits, ivec2 pixel, bool hidden) {
-    ivec2 place = pixel & (PERIOD - 1);
-    return hidden ? (bits & ~127u) | uint(16 * place.y + 2 * place.x + 1) : bits & ~1u;
-}
-
-// The pixel of such a mark, found from a position in the frame that lies less than 4 pixels off.
-ivec2 marked_pixel(uint bits, vec2 at) {
-    ivec2 first = ivec2(floor(at + 0.5)) - PERIOD / 2;
-    return first + ((ivec2(bits >> 1, bits >> 4) - first) & (PERIOD - 1));
 }
 
 // Depths z are negative at rims.

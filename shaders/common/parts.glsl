@@ -62,27 +62,6 @@ float share_across(vec3 normal, vec2 target_pixel, mat4 view, vec4 target) {
     return max(abs(dot(normal, normalize(ray))), FLATTEST);
 }
 
-// What goes on behind others at a place in a frame (and 1/z there), if anything does: the pixel whose plane is nearest.
-// Keys have no room for pixel_mark.
-Seen see_hidden(sampler2D surface_map, Seen seen, vec3 back, bool hidden, vec4 source) {
-    float least = 1e30;
-    int around = 2 * HIDDEN_PIXELS + 1, searches = hidden ? around * around : 0;
-    ivec2 first = ivec2(floor(back.xy + 0.5)) - HIDDEN_PIXELS;
-    for (int k = 0; k < searches; ++k) {
-        ivec2 other = first + ivec2(k % around, k / around);
-        vec4 surface = texel_or_zero(surface_map, other);
-        vec2 off = back.xy - vec2(other);
-        vec2 slope = inverse_depth_slope(surface.xyz, pixel_ray(vec2(other), source), -surface.w, source);
-        float error = abs(-1.0 / surface.w + dot(slope, off) - back.z) + NEARBY * back.z * dot(off, off);
-        bool is_better = surface.w < 0.0 && error < least;
-        seen.pixel = is_better ? other : seen.pixel;
-        seen.own = is_better ? vec4(surface.xyz, -surface.w) : seen.own;
-        seen.at = is_better ? vec2(other) : seen.at;
-        least = is_better ? error : least;
-    }
-    return seen;
-}
-
 // As look_up, but where the ray meets the plane of the pixel that it hits first, if that is near; and 1/z is the plane's.
 Seen look_twice(
     sampler2D surface_map, float inverse_depth, bool hidden, vec2 target_pixel, vec4 source, mat4 view, vec4 target, float band
@@ -93,8 +72,7 @@ Seen look_twice(
     float met = plane_inverse_depth(hit, first, target_pixel, source, view, target);
     float off = (met / inverse_depth - 1.0) * share_across(hit.xyz, target_pixel, view, target);
     float start = abs(off) < band ? met : inverse_depth;
-    Seen seen = look_up(surface_map, start, target_pixel, source, view, target);
-    seen = see_hidden(surface_map, seen, carry_back(target_pixel, start, target, view, source), hidden, source);
+    Seen seen = look_up(surface_map, start, hidden, target_pixel, source, view, target);
     seen.inverse_depth = plane_inverse_depth(seen.own, vec2(seen.pixel), target_pixel, source, view, target);
     return seen;
 }

@@ -40,24 +40,30 @@ Seen see_splat(
     return Seen(at, inverse_depth, pixel, own, corners);
 }
 
-// What a target pixel shows if only its 1/z is known: that says where to look.
-Seen look_up(sampler2D surface_map, float inverse_depth, vec2 target_pixel, vec4 source, mat4 view, vec4 target) {
+// What a target pixel shows if only its 1/z is known, and whether it is hidden in its frame: that says where to look.
+Seen look_up(
+    sampler2D surface_map, float inverse_depth, bool hidden, vec2 target_pixel, vec4 source, mat4 view, vec4 target
+) {
     vec3 back = carry_back(target_pixel, inverse_depth, target, view, source);
     Corners corners = corners_at(surface_map, back.xy);
     bvec2 side = seen_corner(corners, back.xy, back.z);
-    return Seen(back.xy, inverse_depth, corner_pixel(corners, side), corner_surface(corners, side), corners);
-}
-
-// The same of the bits of its 1/z, which say whose surface goes on behind others in its frame, see pixel_mark.
-Seen look_up_marked(sampler2D surface_map, uint bits, vec2 target_pixel, vec4 source, mat4 view, vec4 target) {
-    Seen seen = look_up(surface_map, uintBitsToFloat(bits), target_pixel, source, view, target);
-    int hidden = int(bits & 1u);  // a loop, see see_splat
-    for (int k = 0; k < hidden; ++k) {
-        seen.pixel = marked_pixel(bits, seen.at);
-        seen.own = surface_at(surface_map, seen.pixel);
-        seen.at = vec2(seen.pixel);
+    ivec2 pixel = corner_pixel(corners, side);
+    float least = 1e30;
+    int around = 2 * HIDDEN_PIXELS + 1, searches = hidden ? around * around : 0;
+    ivec2 first = ivec2(floor(back.xy + 0.5)) - HIDDEN_PIXELS;
+    ivec2 found = pixel;
+    for (int k = 0; k < searches; ++k) {  // the pixel whose plane goes on here
+        ivec2 other = first + ivec2(k % around, k / around);
+        vec4 surface = texel_or_zero(surface_map, other);
+        vec2 off = back.xy - vec2(other);
+        vec2 slope = inverse_depth_slope(surface.xyz, pixel_ray(vec2(other), source), -surface.w, source);
+        float error = abs(-1.0 / surface.w + dot(slope, off) - back.z) + NEARBY * back.z * dot(off, off);
+        bool is_better = surface.w < 0.0 && error < least;
+        found = is_better ? other : found;
+        least = is_better ? error : least;
     }
-    return seen;
+    bool is_found = least < 1e30;
+    return Seen(is_found ? vec2(found) : back.xy, inverse_depth, found, surface_at(surface_map, found), corners);
 }
 
 vec4 seen_weights(Seen seen, vec4 source) {

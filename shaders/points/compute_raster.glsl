@@ -45,7 +45,7 @@ void note_extent(vec2 extent) {
     level = splat_level(trust, is_stretched(extent, side_of), is_primary);
 }
 
-uint noted(float inverse_depth, ivec2 pixel, bool hidden) {
+uint noted(float inverse_depth, bool hidden) {
     return splat_key(inverse_depth, hidden ? level & 1 : level, hidden);
 }
 #else
@@ -53,8 +53,8 @@ void note_source(ivec2 pixel, float side) {}
 
 void note_extent(vec2 extent) {}
 
-uint noted(float inverse_depth, ivec2 pixel, bool hidden) {
-    return pixel_mark(floatBitsToUint(inverse_depth), pixel, hidden);
+uint noted(float inverse_depth, bool hidden) {
+    return hidden_mark(floatBitsToUint(inverse_depth), hidden);
 }
 #endif
 

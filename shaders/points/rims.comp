@@ -72,7 +72,7 @@ void draw_rim(int place) {
     ivec2 steps = max(high - low + 1, 0), q = low;
     for (int k = 0; k < steps.x * steps.y; ++k) {
         vec3 met = meet_rim(rim, vec2(pixel), own, splat.inverse_depth, vec2(q), source, view, target);
-        if (met.x > 0.0) atomicMax(nearest[q.y * target_size.x + q.x], noted(met.x, pixel, is_hidden(rim, met.yz)));
+        if (met.x > 0.0) atomicMax(nearest[q.y * target_size.x + q.x], noted(met.x, is_hidden(rim, met.yz)));
         q = q.x < high.x ? ivec2(q.x + 1, q.y) : ivec2(low.x, q.y + 1);
     }
 }

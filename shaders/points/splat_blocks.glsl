@@ -24,7 +24,7 @@ void note_splat(Footprint splat, float reach, ivec2 low, ivec2 high, ivec2 strid
         vec2 offset = vec2(q) - splat.centre;
         if (footprint_covers(to_source, splat.bend, offset, reach, false)) {
             float inverse_depth = footprint_inverse_depth(splat, to_source, offset);
-            atomicMax(nearest[q.y * target_size.x + q.x], noted(inverse_depth, ivec2(0), false));
+            atomicMax(nearest[q.y * target_size.x + q.x], noted(inverse_depth, false));
         }
         q = q.x + stride.x <= high.x ? ivec2(q.x + stride.x, q.y) : ivec2(low.x, q.y + stride.y);
     }

@@ -9,13 +9,14 @@ uniform mat4 view;
 // Discards the pixel if nothing is seen. LOOK_UP: the compute rasteriser wrote 1/z of the nearest splat; otherwise the
 // points wrote which source pixel is seen.
 #if LOOK_UP
-layout(std430, binding = 0) restrict readonly buffer Nearest { uint nearest[]; };  // see pixel_mark; 0: nothing
+layout(std430, binding = 0) restrict readonly buffer Nearest { uint nearest[]; };  // bits of 1/z, 0: nothing
 uniform ivec2 target_size;
 
 Seen find_seen() {
-    uint bits = nearest[int(gl_FragCoord.y) * target_size.x + int(gl_FragCoord.x)];
-    if (bits == 0u) discard;
-    Seen seen = look_up_marked(surface_map, bits, gl_FragCoord.xy - 0.5, source, view, target);
+    float inverse_depth = uintBitsToFloat(nearest[int(gl_FragCoord.y) * target_size.x + int(gl_FragCoord.x)]);
+    if (inverse_depth == 0.0) discard;
+    bool hidden = (floatBitsToUint(inverse_depth) & 1u) == 1u;
+    Seen seen = look_up(surface_map, inverse_depth, hidden, gl_FragCoord.xy - 0.5, source, view, target);
     if (seen.own.w == 0.0) discard;
     return seen;
 }

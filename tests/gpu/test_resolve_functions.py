@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ..reference import camera, parts, resolve, texels
+from ..reference import camera, resolve, texels
 from ..reference import depth_lookup as look_up
 from ..reference import splat_corners as corners
 from ..reference.splat import carry_footprint
@@ -14,8 +14,7 @@ WIDTH, HEIGHT, EDGE = 24, 18, 12  # columns from EDGE on are another surface, mu
 K = np.array([30.0, -28.0, 11.0, 9.0], F)
 SEEN = "Seen(at, w, ivec2(p), own, corners_at(surface_map, at))"
 SEE = f"see_splat(surface_map, ivec2(p), q, k, {VIEW_GLSL}, t, rim)"
-LOOK = f"look_up_marked(surface_map, floatBitsToUint(w), q, k, {VIEW_GLSL}, t)"
-HIDDEN = f"see_hidden(surface_map, look_up(surface_map, w, q, k, {VIEW_GLSL}, t), vec3(at, w_at), h > 0.5, k)"
+LOOK = f"look_up(surface_map, w, h > 0.5, q, k, {VIEW_GLSL}, t)"
 
 
 def two_planes(holes=0.0):
@@ -145,20 +144,20 @@ def test_look_up_finds_what_see_splat_saw(gpu, splats):
     """By 1/z alone. The margins of splats overlap, so sometimes the neighbour is found."""
     surface_map, pixel, target_pixel = splats
     drawn = resolve.see_splat(surface_map, pixel, target_pixel, K, VIEW, TARGET, np.zeros(COUNT, F))
-    bits = look_up.pixel_mark(drawn.inverse_depth.view(np.uint32), pixel, np.zeros(COUNT, bool))
-    found = resolve.look_up_marked(surface_map, bits, target_pixel, K, VIEW, TARGET)
+    hidden = np.zeros((COUNT, 1), bool)
+    found = resolve.look_up(surface_map, drawn.inverse_depth, hidden[:, 0], target_pixel, K, VIEW, TARGET)
     np.testing.assert_allclose(found.at, drawn.at, atol=1e-3)
     same = (found.pixel == pixel).all(-1)
     assert same.mean() > 0.8 and (np.abs(found.pixel - found.at)[found.own[:, 3] > 0] < 0.61).all()
     inputs = {"surface_map": surface_map, "q": target_pixel, "k": K[None], "t": TARGET[None]}
-    inputs["w"] = bits.view(F)[:, None]
+    inputs |= {"w": drawn.inverse_depth[:, None], "h": hidden}
     close(gpu("resolve.glsl", f"{LOOK}.at, {LOOK}.inverse_depth, 0", **inputs)[:, :2], found.at, atol=1e-3)
     close(gpu("resolve.glsl", f"{LOOK}.pixel, 0, 0", **inputs), found.pixel, missed=5)
     close(gpu("resolve.glsl", f"{LOOK}.own", **inputs), found.own, missed=5)
 
 
-def behind_an_edge():
-    """The left plane goes on behind the right one: where it does, in the frame, and in the view, by a formula."""
+def test_what_is_hidden_in_the_frame_is_looked_up_at_the_pixel_whose_plane_goes_on(gpu):
+    """The left plane goes on behind the right one; it is seen there by a formula, from the side."""
     surface_map = two_planes()
     surface_map[:, EDGE - 2 : EDGE + 2, 3] *= -1  # rims
     rng = np.random.default_rng(9)
@@ -166,58 +165,14 @@ def behind_an_edge():
     normal = surface_map[0, 0, :3]
     z = surface_map[0, 0, 3] * (normal @ camera.pixel_ray(np.zeros(2, F), K)) / (camera.pixel_ray(at, K) @ normal)
     there = camera.pixel_ray(at, K) * z[:, None] @ VIEW[:3, :3].T + VIEW[:3, 3]
-    return surface_map, at, there
-
-
-def test_what_is_hidden_in_the_frame_is_looked_up_at_the_pixel_that_was_marked(gpu):
-    surface_map, at, there = behind_an_edge()
-    hidden, w = np.arange(COUNT) % 4 > 0, (1 / there[:, 2]).astype(F)
-    column = np.random.default_rng(10).integers(EDGE - 3, EDGE, COUNT)
-    drawn = np.stack([column, np.round(at[:, 1]).astype(int)], -1)
-    bits = look_up.pixel_mark(w.view(np.uint32), drawn, hidden)
-    inputs = {"surface_map": surface_map, "q": camera.project(there, TARGET), "k": K[None], "t": TARGET[None]}
-    inputs["w"] = bits.view(F)[:, None]
-    found = resolve.look_up_marked(surface_map, bits, inputs["q"], K, VIEW, TARGET)
-    close(gpu("resolve.glsl", f"{LOOK}.pixel, {LOOK}.at", **inputs)[:, :2], found.pixel, missed=2)
-    close(gpu("resolve.glsl", f"{LOOK}.at, 0, 0", **inputs), found.at, missed=2, atol=1e-3)
-    close(gpu("resolve.glsl", f"{LOOK}.own", **inputs), found.own, missed=2)
-    assert (found.pixel == drawn)[hidden].all() and (found.at == drawn)[hidden].all()
-    assert (found.own == corners.surface_at(surface_map, found.pixel))[hidden].all()
-    np.testing.assert_allclose(found.at[~hidden], at[~hidden], atol=1e-3)
-
-
-def test_what_is_hidden_where_frames_are_merged_is_the_pixel_whose_plane_goes_on(gpu):
-    surface_map, at, there = behind_an_edge()
     hidden, w = np.arange(COUNT)[:, None] % 4 > 0, (1 / there[:, 2:]).astype(F)
-    q = camera.project(there, TARGET)
-    back = look_up.carry_back(q, w[:, 0], TARGET, VIEW, K)
-    seen = resolve.look_up(surface_map, w[:, 0], q, K, VIEW, TARGET)
-    found = parts.see_hidden(surface_map, seen, back, hidden[:, 0], K)
-    inputs = {"surface_map": surface_map, "q": q, "k": K[None], "t": TARGET[None], "w": w, "h": hidden}
-    inputs |= {"at": back[:, :2], "w_at": back[:, 2:]}
-    close(gpu("parts.glsl", f"{HIDDEN}.pixel, {HIDDEN}.at", **inputs)[:, :2], found.pixel, missed=2)
-    close(gpu("parts.glsl", f"{HIDDEN}.at, 0, 0", **inputs), found.at, missed=2, atol=1e-3)
-    close(gpu("parts.glsl", f"{HIDDEN}.own", **inputs), found.own, missed=2)
+    inputs = {"surface_map": surface_map, "q": camera.project(there, TARGET), "k": K[None], "t": TARGET[None]}
+    found = resolve.look_up(surface_map, w[:, 0], hidden[:, 0], inputs["q"], K, VIEW, TARGET)
+    close(gpu("resolve.glsl", f"{LOOK}.pixel, {LOOK}.at", **inputs, w=w, h=hidden)[:, :2], found.pixel, missed=2)
+    close(gpu("resolve.glsl", f"{LOOK}.at, 0, 0", **inputs, w=w, h=hidden), found.at, missed=2, atol=1e-3)
     assert (found.pixel[hidden[:, 0], 0] == EDGE - 1).all() and (found.at == found.pixel)[hidden[:, 0]].all()
     assert (found.pixel[hidden[:, 0], 1] == np.round(at[hidden[:, 0], 1])).mean() > 0.99
-
-
-def test_a_mark_names_a_pixel_that_is_found_again_from_near(gpu):
-    rng = np.random.default_rng(11)
-    bits = rng.uniform(0.1, 9, COUNT).astype(F).view(np.uint32)
-    pixel, hidden = rng.integers(0, 4000, (COUNT, 2)), np.arange(COUNT) % 3 > 0
-    marked = look_up.pixel_mark(bits, pixel, hidden)
-    call = "uintBitsToFloat(pixel_mark(floatBitsToUint(b), ivec2(p), h > 0.5))"
-    inputs = {"b": bits.view(F)[:, None], "p": pixel.astype(F), "h": hidden[:, None]}
-    assert (gpu("depth_lookup.glsl", call, **inputs)[:, 0] == marked.view(F)).all()
-    assert ((marked & 1 == 1) == hidden).all()
-    np.testing.assert_allclose(marked.view(F), bits.view(F), rtol=2**-16)
-    at = (pixel + rng.uniform(-3.4, 3.4, (COUNT, 2))).astype(F)
-    found = look_up.marked_pixel(marked, at)
-    assert (found == pixel)[hidden].all()
-    call = "vec2(marked_pixel(floatBitsToUint(b), p)), 0, 0"
-    answer = gpu("depth_lookup.glsl", call, b=marked.view(F)[:, None], p=at)
-    assert (answer[:, :2] == found).all()
+    np.testing.assert_allclose(found.at[~hidden[:, 0]], at[~hidden[:, 0]], atol=1e-3)
 
 
 def test_hidden_mark(gpu):

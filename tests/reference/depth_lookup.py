@@ -13,7 +13,6 @@ SAME_SURFACE = F(0.02)
 RIM_REACH = F(0.985)
 BEFORE, NEARBY = F(1.5), F(1e-4)
 HIDDEN_PIXELS = 2
-PERIOD = 8
 
 
 def pixel_of(index: np.ndarray, columns: int) -> np.ndarray:
@@ -39,18 +38,6 @@ def carry_back(
 
 def hidden_mark(bits: np.ndarray, hidden: np.ndarray) -> np.ndarray:
     return np.where(hidden, bits | np.uint32(1), bits & ~np.uint32(1))
-
-
-def pixel_mark(bits: np.ndarray, pixel: np.ndarray, hidden: np.ndarray) -> np.ndarray:
-    place = (pixel & (PERIOD - 1)).astype(np.uint32)
-    mark = np.uint32(16) * place[..., 1] + np.uint32(2) * place[..., 0] + np.uint32(1)
-    return np.where(hidden, (bits & ~np.uint32(127)) | mark, bits & ~np.uint32(1))
-
-
-def marked_pixel(bits: np.ndarray, at: np.ndarray) -> np.ndarray:
-    first = np.floor(at + F(0.5)).astype(int) - PERIOD // 2
-    place = np.stack([bits >> np.uint32(1), bits >> np.uint32(4)], -1).astype(int)
-    return first + ((place - first) & (PERIOD - 1))
 
 
 def neighbour_weight(

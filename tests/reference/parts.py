@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from .camera import pixel_ray
-from .depth_lookup import HIDDEN_PIXELS, NEARBY, carry_back, hidden_mark
+from .depth_lookup import carry_back, hidden_mark
 from .resolve import Seen, look_up
-from .splat import MIN_COSINE, inverse_depth_slope
+from .splat import MIN_COSINE
 from .splat_corners import surface_at
-from .texels import texel_or_zero
 from .vectors import dot, normalize
 
 F = np.float32
@@ -69,27 +68,6 @@ def share_across(normal: np.ndarray, target_pixel: np.ndarray, view: np.ndarray,
     return np.maximum(np.abs(dot(normal, normalize(ray))[..., 0]), FLATTEST)
 
 
-def see_hidden(surface_map: np.ndarray, seen: Seen, back: np.ndarray, hidden: np.ndarray, source: np.ndarray) -> Seen:
-    at, w_at = back[..., :2], back[..., 2]
-    least, around = np.full(len(at), F(1e30)), 2 * HIDDEN_PIXELS + 1
-    for k in range(around * around):
-        off = np.array((k % around, k // around)) - HIDDEN_PIXELS
-        pixel = np.floor(at + F(0.5)).astype(int) + off
-        surface = texel_or_zero(surface_map, pixel)
-        rims, off = surface[..., 3] < 0, at - pixel.astype(F)
-        z = np.where(rims, -surface[..., 3], F(1))
-        slope = inverse_depth_slope(surface[..., :3], pixel_ray(pixel.astype(F), source), z, source)
-        error = np.abs(F(1) / z + dot(slope, off)[..., 0] - w_at) + NEARBY * w_at * dot(off, off)[..., 0]
-        better = hidden & rims & (error < least)
-        least = np.where(better, error, least)
-        chosen = pixel.astype(F), pixel, np.concatenate([surface[..., :3], z[..., None]], -1)
-        at_k, pixel_k, own_k = (
-            np.where(better[..., None], *pair) for pair in zip(chosen, (seen.at, seen.pixel, seen.own), strict=True)
-        )
-        seen = seen._replace(at=at_k, pixel=pixel_k, own=own_k)
-    return seen
-
-
 def look_twice(
     surface_map: np.ndarray,
     inverse_depth: np.ndarray,
@@ -108,8 +86,7 @@ def look_twice(
     with np.errstate(invalid="ignore"):
         off = (met / inverse_depth - F(1)) * share_across(hit[..., :3], target_pixel, view, target)
         start = np.where(np.abs(off) < F(band), met, inverse_depth)
-    seen = look_up(surface_map, start, target_pixel, source, view, target)
-    seen = see_hidden(surface_map, seen, carry_back(target_pixel, start, target, view, source), hidden, source)
+    seen = look_up(surface_map, start, hidden, target_pixel, source, view, target)
     final = plane_inverse_depth(seen.own, seen.pixel.astype(F), target_pixel, source, view, target)
     return seen._replace(inverse_depth=final)
 

@@ -9,7 +9,7 @@ import numpy as np
 from pointshade_gl.scene.camera import Camera
 
 from .camera import pixel_ray
-from .depth_lookup import pixel_mark, pixel_of
+from .depth_lookup import hidden_mark, pixel_of
 from .rim_splat import draws_rim, is_hidden, meet_rim, rim_box
 from .rims import Rim, estimate_rim
 from .splat import (
@@ -173,15 +173,14 @@ def window_depths(pairs: Pairs, near: float) -> np.ndarray:
     return np.round(window * DEPTH_STEPS) / DEPTH_STEPS
 
 
-def nearest(pairs: Pairs, source: Camera, target: Camera) -> np.ndarray:
+def nearest(pairs: Pairs, target: Camera) -> np.ndarray:
     """(h, w) float32: the greatest 1/z of each target pixel, 0 for none: the result of the compute rasteriser.
 
-    Its last bits say what is hidden in its frame, see `pixel_mark`.
+    The last bit says that it is hidden in its frame.
     """
     result = np.zeros((target.height, target.width), np.uint32)
     bits = np.ascontiguousarray(pairs.inverse_depth, F).view(np.uint32)
-    marked = pixel_mark(bits, pixel_of(pairs.source_index, source.width), pairs.is_hidden)
-    np.maximum.at(result, (pairs.q[:, 1], pairs.q[:, 0]), marked)
+    np.maximum.at(result, (pairs.q[:, 1], pairs.q[:, 0]), hidden_mark(bits, pairs.is_hidden))
     return result.view(F)
 
 

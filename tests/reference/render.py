@@ -129,7 +129,7 @@ def draw_splats(points: Splatted, eye: Eye, lamps: LightSet) -> tuple[np.ndarray
     if rasterizer == "points":
         target_pixel, seen = seen_by_id(*source_ids(pairs, eye.near, camera), surface_map, source, camera, view)
     else:
-        target_pixel, seen = seen_by_depth(nearest(pairs, source, camera), surface_map, source, camera, view)
+        target_pixel, seen = seen_by_depth(nearest(pairs, camera), surface_map, source, camera, view)
     image = np.zeros((camera.height, camera.width, 4), F)
     shown = np.zeros_like(image)
     u, v = target_pixel.T
@@ -223,7 +223,7 @@ def splat_depths(points: Splatted, eye: Eye) -> np.ndarray:
     """The same of splats alone."""
     pairs, frame = carried_pairs(points, eye), points.frame
     if points.rasterizer == "compute":
-        inverse_depth = nearest(pairs, frame.camera, eye.camera)
+        inverse_depth = nearest(pairs, eye.camera)
     else:
         view, ids = view_matrix(frame.pose, eye.pose).astype(F), source_ids(pairs, eye.near, eye.camera)
         pixel, seen = seen_by_id(*ids, points.surface_map, frame.camera, eye.camera, view)

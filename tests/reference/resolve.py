@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .camera import pixel_ray
-from .depth_lookup import carry_back, inverse_depth_at, marked_pixel, source_position
+from .depth_lookup import HIDDEN_PIXELS, NEARBY, carry_back, inverse_depth_at, source_position
 from .splat import carry_footprint, inverse_depth_slope
 from .splat_corners import (
     Corners,
@@ -19,8 +19,8 @@ from .splat_corners import (
     seen_corner,
     surface_at,
 )
-from .texels import texel_at
-from .vectors import normalize, texel
+from .texels import texel_at, texel_or_zero
+from .vectors import dot, normalize, texel
 
 F = np.float32
 FEW, DEPTH_STEPS = F(0.001), F(0.0002)
@@ -63,6 +63,7 @@ def see_splat(
 def look_up(
     surface_map: np.ndarray,
     inverse_depth: np.ndarray,
+    hidden: np.ndarray,
     target_pixel: np.ndarray,
     source: np.ndarray,
     view: np.ndarray,
@@ -72,22 +73,24 @@ def look_up(
     at, w_at = back[..., :2], back[..., 2]
     corners = corners_at(surface_map, at)
     side = seen_corner(corners, at, w_at)
-    return Seen(at, inverse_depth, corner_pixel(corners, side), corner_surface(corners, side), corners)
-
-
-def look_up_marked(
-    surface_map: np.ndarray,
-    bits: np.ndarray,
-    target_pixel: np.ndarray,
-    source: np.ndarray,
-    view: np.ndarray,
-    target: np.ndarray,
-) -> Seen:
-    seen = look_up(surface_map, bits.view(F), target_pixel, source, view, target)
-    hidden, marked = (bits & np.uint32(1) == 1)[..., None], marked_pixel(bits, seen.at)
-    pixel = np.where(hidden, marked, seen.pixel)
-    own = np.where(hidden, surface_at(surface_map, pixel), seen.own)
-    return seen._replace(at=np.where(hidden, marked.astype(F), seen.at), pixel=pixel, own=own)
+    seen = Seen(at, inverse_depth, corner_pixel(corners, side), corner_surface(corners, side), corners)
+    least, around = np.full(len(at), F(1e30)), 2 * HIDDEN_PIXELS + 1
+    for k in range(around * around):
+        off = np.array((k % around, k // around)) - HIDDEN_PIXELS
+        pixel = np.floor(at + F(0.5)).astype(int) + off
+        surface = texel_or_zero(surface_map, pixel)
+        rims, off = surface[..., 3] < 0, at - pixel.astype(F)
+        z = np.where(rims, -surface[..., 3], F(1))
+        slope = inverse_depth_slope(surface[..., :3], pixel_ray(pixel.astype(F), source), z, source)
+        error = np.abs(F(1) / z + dot(slope, off)[..., 0] - w_at) + NEARBY * w_at * dot(off, off)[..., 0]
+        better = hidden & rims & (error < least)
+        least = np.where(better, error, least)
+        chosen = pixel.astype(F), pixel, np.concatenate([surface[..., :3], z[..., None]], -1)
+        at_k, pixel_k, own_k = (
+            np.where(better[..., None], *pair) for pair in zip(chosen, (seen.at, seen.pixel, seen.own), strict=True)
+        )
+        seen = seen._replace(at=at_k, pixel=pixel_k, own=own_k)
+    return seen
 
 
 def seen_weights(seen: Seen, source: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from pointshade_gl.scene.camera import Camera
 from .color import srgb_to_linear
 from .depth_lookup import pixel_of
 from .picture import picture_at
-from .resolve import Seen, color_position, look_up_marked, mix_normal, see_splat, seen_weights
+from .resolve import Seen, color_position, look_up, mix_normal, see_splat, seen_weights
 from .splat_corners import Corners
 
 F = np.float32
@@ -42,8 +42,8 @@ def seen_by_depth(
     v, u = np.nonzero(nearest)
     target_pixel = np.stack([u, v], -1)
     cameras = np.array(source.intrinsics, F), view, np.array(target.intrinsics, F)
-    bits = np.ascontiguousarray(nearest[v, u]).view(np.uint32)
-    seen = look_up_marked(surface_map, bits, target_pixel.astype(F), *cameras)
+    hidden = np.ascontiguousarray(nearest[v, u]).view(np.uint32) & 1 == 1
+    seen = look_up(surface_map, nearest[v, u], hidden, target_pixel.astype(F), *cameras)
     found = seen.own[:, 3] > 0
     return target_pixel[found], some_of(seen, found)
 

@@ -15,7 +15,8 @@ const int IN_A_ROW = 256;  // rims of kept_map, four texels each
 
 uniform int known_rims;  // so many are kept; -1: none, those on the list are estimated
 uniform bool keeps;      // those are kept
-layout(rgba32f) uniform image2D kept_map;
+layout(rgba32f, binding = 3) uniform readonly highp image2D known_map;  // the same texture: GLSL ES knows no image for both
+layout(rgba32f, binding = 3) uniform writeonly highp image2D kept_map;
 
 ivec2 kept_at(int place) {
     return ivec2(4 * (place % IN_A_ROW), place / IN_A_ROW);
@@ -34,8 +35,8 @@ void keep_rim(int place, ivec2 pixel, Rim rim) {
 
 Rim kept_rim(int place, int flags) {
     ivec2 at = kept_at(place);
-    vec4 outline = imageLoad(kept_map, at + ivec2(1, 0));
-    vec4 slope = imageLoad(kept_map, at + ivec2(2, 0)), fold = imageLoad(kept_map, at + ivec2(3, 0));
+    vec4 outline = imageLoad(known_map, at + ivec2(1, 0));
+    vec4 slope = imageLoad(known_map, at + ivec2(2, 0)), fold = imageLoad(known_map, at + ivec2(3, 0));
     vec4 hidden = vec4((ivec4(flags) >> ivec4(0, 2, 4, 6)) & 3);
     vec3 across = fold.xyz, down = vec3(fold.w, slope.zw);
     bvec2 second = notEqual(ivec2(flags) & ivec2(256, 512), ivec2(0));
@@ -48,7 +49,7 @@ Rim kept_rim(int place, int flags) {
 }
 
 void draw_rim(int place) {
-    vec4 head = imageLoad(kept_map, kept_at(place));
+    vec4 head = imageLoad(known_map, kept_at(place));
     ivec2 pixel = ivec2(head.xy);
     int listed = known_rims < 0 ? 1 : 0;  // loops, see estimate_rim
     for (int k = 0; k < listed; ++k) pixel = pixel_of(int(rims[place]), textureSize(surface_map, 0).x);

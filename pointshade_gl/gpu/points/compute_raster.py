@@ -17,7 +17,7 @@ from ..core.view_images import SplatImage
 from .set_splats import Splats, union
 
 GROUP, BLOCK = 32, 4  # as in splats.comp
-KEPT = 3  # the unit of the image of rims that are kept
+KEPT = 3  # the unit of the image of kept rims, as in rims.comp
 MOST_GROUPS = 65535  # of threads, which every driver takes
 LIST_LENGTH = 1 << 20  # blocks with large splats: more of them, of over 16 million points, are left out
 PIXELS_A_GROUP = 1 << 20  # of the view
@@ -149,7 +149,7 @@ class ComputeSplatPass(Owner):
 
 def no_rims(keeps: bool = False) -> dict[str, Any]:
     """Return the uniforms of rims.comp while no rims are known. keeps: whether it keeps those that it finds."""
-    return {"known_rims": -1, "keeps": keeps, "kept_map": KEPT}
+    return {"known_rims": -1, "keeps": keeps}
 
 
 def _count(listed: moderngl.Buffer, place: int) -> int:

@@ -6,6 +6,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.bench.shapes import box, pose_at
 from pointshade_gl.bench.tracing import as_frame, encode, moved, patch, plane, trace
+from pointshade_gl.gpu.core.frame_textures import PointSurface
 
 from ..reference import rim_marks, rim_splat, rims
 from ..reference.depth_lookup import pixel_of
@@ -211,3 +212,39 @@ def test_a_tilt_that_no_neighbour_bears_out_is_not_drawn():
         view = np.linalg.inv(ps.orbit_pose(None, (0, 0, 1.2), yaw, 0)).astype(F)
         pairs = rim_pairs(surface, index, CAMERA, CAMERA, view, 0.01)
         assert len(np.unique(pairs.q[:, 0])) == 1 and len(pairs.q) >= 28
+
+
+class TestKeptRims:
+    """What the second view of the same points estimates of their rims is drawn again in later views."""
+
+    VIEWS = ({"yaw": 20}, {"yaw": -15, "pitch": 8}, {"yaw": 20}, {"yaw": -15, "pitch": 8}, {"dolly": 0.8})
+
+    @staticmethod
+    def turned(frame, views):
+        with ps.Renderer() as own:
+            return [own.render(frame, light=ps.Light(position=(1, -1, 0), shadow=True), **view) for view in views]
+
+    @pytest.mark.parametrize("name", ["sphere_before_wall", "holes", "step"])
+    def test_pictures_are_the_same_in_whatever_order_they_are_drawn(self, renderer, name):
+        frame = getattr(frames, name)()
+        for picture, view in zip(self.turned(frame, self.VIEWS), self.VIEWS, strict=True):
+            assert (picture == self.turned(frame, [view])[0]).all()
+
+    def test_another_frame_is_drawn_with_rims_of_its_own(self, renderer):
+        near, far = frames.sphere_before_wall(), frames.sphere()
+        light = ps.Light(position=(1, -1, 0))
+        with ps.Renderer() as own:
+            for frame in (near, near, near, far, near, far, far):
+                picture = own.render(frame, light, yaw=20)
+                with ps.Renderer() as other:
+                    assert (picture == other.render(frame, light, yaw=20)).all()
+
+    def test_they_are_kept_the_second_time_on_software_drivers(self, renderer, monkeypatch):
+        need_compute(renderer)
+        if not renderer.context.is_software:
+            pytest.skip("GPUs estimate rims in each view")
+        kept = []
+        keep = PointSurface.keep_rims
+        monkeypatch.setattr(PointSurface, "keep_rims", lambda *given: (kept.append(given[1]), keep(*given)))
+        self.turned(frames.sphere_before_wall(), [{"yaw": yaw} for yaw in (20, 10, 0, -10)])
+        assert len(kept) == 1 and kept[0] > 50

@@ -22,7 +22,7 @@ def cloud(count, **look):
 
 
 sun = ps.Light(direction=(1, 0.6, -1.5), shadow=True, angle=4)
-view = {"camera": ps.Camera.from_fov(50, 240, 240), "background": "white", "samples": 16, "pitch": 20}
+view = {"camera": ps.Camera.from_fov(62, 240, 240), "background": "white", "samples": 16, "pitch": 20}
 pictures = [
     ps.render(cloud(60_000), sun, ground=True, **view),
     ps.render(cloud(2_000, splat="ball", point_size=0.09), sun, ground=True, **view),

@@ -172,7 +172,7 @@ def test_without_extras_each_command_works_or_names_the_extra(wheel, tmp_path, d
 
 
 @pytest.mark.skipif(
-    "POINTSHADE_EXTRAS" not in os.environ, reason="makes 11 environments: POINTSHADE_EXTRAS=1, before a release"
+    "POINTSHADE_EXTRAS" not in os.environ, reason="11 environments: POINTSHADE_EXTRAS=1 before a release"
 )
 @pytest.mark.usefixtures("renderer")
 @pytest.mark.parametrize("extra", EXTRAS)

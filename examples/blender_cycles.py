@@ -1,6 +1,7 @@
 """Blender and Cycles.
 
 A frame and a lamp, drawn here (left) and, from the .glb that was saved, path-traced by Cycles (right).
+
 Install::
 
     pip install pointshade-gl bpy==5.0.1

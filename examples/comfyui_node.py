@@ -1,6 +1,7 @@
 """ComfyUI node.
 
 A node that relights pictures: IMAGE and depth in, lit IMAGE, normals IMAGE and MASK out.
+
 Install::
 
     pip install pointshade-gl torch

@@ -1,6 +1,7 @@
 """FastAPI server.
 
 POST a photograph and its depth, and get the picture under your light: two Renderers serve all requests.
+
 Install::
 
     pip install pointshade-gl fastapi uvicorn python-multipart

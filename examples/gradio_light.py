@@ -1,6 +1,7 @@
 """gradio application.
 
 A web page whose sliders, or a click on the picture, move the light; and into which depth and colour are dropped.
+
 Install::
 
     pip install pointshade-gl gradio

@@ -1,6 +1,7 @@
 """marimo notebook.
 
 Sliders move the light, and the picture follows; in the page below it the light is under the mouse.
+
 Install::
 
     pip install pointshade-gl marimo

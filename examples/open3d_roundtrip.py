@@ -1,6 +1,7 @@
 """Open3D and back.
 
 An RGBDImage becomes a frame, its lit points and normals an Open3D point cloud.
+
 Install::
 
     pip install pointshade-gl open3d

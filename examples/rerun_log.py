@@ -1,6 +1,7 @@
 """rerun recording.
 
 Log a frame: colour, depth, camera, normals, and its points while a light goes round them.
+
 Install::
 
     pip install pointshade-gl rerun-sdk

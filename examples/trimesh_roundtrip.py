@@ -1,6 +1,7 @@
 """trimesh and back.
 
 Lit points of a frame in trimesh's files, and a mesh of trimesh's beside them under one light.
+
 Install::
 
     pip install pointshade-gl trimesh scipy

@@ -55,7 +55,7 @@ SPELT = {path: set(spelt(ast.parse(text))) for path, text in SOURCES.items()}
 def test_an_option_stands_in_few_files(name):
     found = [path for path, names in SPELT.items() if name in names]
     if name not in WORDS:
-        found = [path for path, text in SOURCES.items() if re.search(rf"\b{name}\b(?!-)", text)]  # --unlight-all is another
+        found = [path for path, text in SOURCES.items() if re.search(rf"\b{name}\b(?!-)", text)]  # not --unlight-all
     assert 1 <= len(found) <= MOST, sorted(str(path.relative_to(PACKAGE)) for path in found)
 
 

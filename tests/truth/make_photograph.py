@@ -1,7 +1,7 @@
-"""Makes the pictures of the README's "From a photograph": python -m tests.truth.make_photograph [FOLDER].
+"""Makes the pictures of "A photograph and a network" in docs/: python -m tests.truth.make_photograph ROOM [FOLDER].
 
-The photograph is a rendering of the demo scene, and the network a stand-in that knows the scene: it gives inverse depth
-through a line, at the size of a network's output, with edges as soft as a network's.
+ROOM is the folder of ICL-NUIM's living room. The photograph is its first picture, and the network a stand-in that knows
+the room: it gives inverse depth through a line, at the size of a network's output, with edges as soft as a network's.
 """
 
 import sys
@@ -12,30 +12,31 @@ from PIL import Image
 
 import pointshade_gl as ps
 
-LIGHTS = (ps.Light(position=(1.2, -0.9, 0.3), shadow=True),)
-SIZE = (1280, 960)
-SIDE = 518  # pixels of the network's shorter side
+LIGHT = ps.Light(position=(1.2, -0.9, 0.3), radius=0.05, shadow=True)
+SIZE = (518, 392)
+SOFT = 0.8  # pixels: standard deviation of the edges
 
 
-def main(folder: Path) -> None:
-    scene = ps.load_scene("demo")
-    camera = scene.camera.resized(*SIZE)
-    photo = ps.render(scene, environment="studio", samples=16, camera=camera)
-    depth = ps.render_depth(scene, camera=camera)
-    shown = Image.new("RGB", photo.shape[1::-1], (226, 226, 226))
-    shown.paste(Image.fromarray(photo), mask=Image.fromarray(photo[..., 3]))
+def blurred(picture: np.ndarray) -> np.ndarray:
+    weights = np.exp(-(np.arange(-4, 5) ** 2) / (2 * SOFT**2))
+    wide = np.pad(picture, 4, mode="edge")
+    rows = np.lib.stride_tricks.sliding_window_view(wide, 9, axis=0) @ (weights / weights.sum())
+    return np.lib.stride_tricks.sliding_window_view(rows, 9, axis=1) @ (weights / weights.sum())
 
-    def network(rgb: np.ndarray) -> dict[str, np.ndarray]:
+
+def main(room: Path, folder: Path) -> None:
+    photo = ps.open_source(room)[0]
+    depth = ps.render_depth(photo)
+
+    def network(_: np.ndarray) -> dict[str, np.ndarray]:
         z = np.where(depth > 0, depth, 4 * depth.max())
-        size = round(SIDE * rgb.shape[1] / rgb.shape[0]), SIDE
-        inverse = Image.fromarray((1 / z).astype(np.float32)).resize(size, Image.Resampling.BICUBIC)
-        return {"inverse_depth": 7 * np.asarray(inverse) + 0.4}
+        small = Image.fromarray((1 / z).astype(np.float32)).resize(SIZE, Image.Resampling.BICUBIC)
+        return {"inverse_depth": 7 * blurred(np.asarray(small)) + 0.4}
 
-    frame = ps.load_frame(color=np.asarray(shown), depth=network)
-    lit = ps.render(frame, LIGHTS, samples=16)
-    for name, picture in (("photograph", shown), ("photograph_lit", Image.fromarray(lit).convert("RGB"))):
-        picture.resize((640, 480), Image.Resampling.LANCZOS).save(folder / f"{name}.jpg", quality=90)
+    frame = ps.load_frame(color=photo.color, depth=network)
+    ps.save_image(folder / "photograph.jpg", photo.color)
+    ps.save_image(folder / "photograph_lit.jpg", ps.render(frame, LIGHT, samples=16))
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1] if len(sys.argv) > 1 else "assets/readme"))
+    main(Path(sys.argv[1]), Path(sys.argv[2] if len(sys.argv) > 2 else "assets/readme"))

@@ -54,6 +54,7 @@ class Coding:
     why      how kind and scale were found, in a few words
     repairs  what makes plain numbers of the raw values, in this order (see `depth_repairs`)
     said     what was given before
+    enlarged how many pixels along a side are one of the depth as it was made, see `enlarged_depth`
     """
 
     kind: str
@@ -61,6 +62,7 @@ class Coding:
     why: str
     repairs: tuple[str, ...] = ()
     said: Said | None = None
+    enlarged: int = 1
 
 
 class Decoded(NamedTuple):

@@ -23,6 +23,7 @@ from ..containers.contents import SURE
 from ..depth.depth_coding import decode
 from ..depth.depth_files import one_channel, read_depth, read_raw
 from ..depth.depth_kinds import KINDS, Coding, Decoded, Said, to_metres
+from ..depth.enlarged_depth import reduced, times_enlarged
 from ..depth.ray_lengths import is_ray_length
 from ..pictures.picture_heads import is_picture
 from ..poses.pose_convention import Reading
@@ -72,6 +73,9 @@ def assemble(
         metres *= np.float32(reading.scale)
     if parts.valid is not None:
         _drop_invalid(metres, parts.valid, options.max_pixels, note)
+    if colors is not None and (coding.scale is None or parts.maker):
+        metres, coding = _as_made(metres, colors, coding, like, note, parts.name or parts.maker)
+        camera = camera.resized(metres.shape[1], metres.shape[0])
     pose: Any = load_pose(options.pose) if is_path(options.pose) else options.pose
     if pose is None and parts.pose is not None:
         pose = reading.pose(parts.pose)
@@ -169,6 +173,24 @@ def _to_metres(
     )
     coding = replace(coding, kind="ray")
     return to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs), coding
+
+
+def _as_made(
+    metres: NDArray[np.float32], colors: Any, coding: Coding, like: Coding | None, note: Note, name: str
+) -> tuple[NDArray[np.float32], Coding]:
+    """Return a network's depth at the size at which it was made, where it was enlarged to that of its photograph."""
+    if colors.shape[0] < metres.shape[0] or colors.shape[1] < metres.shape[1]:
+        return metres, coding
+    times = times_enlarged(metres) if like is None else like.enlarged
+    if times == 1:
+        return metres, coding
+    found = reduced(metres, times)
+    small, large = (f"{one.shape[1]}x{one.shape[0]}" for one in (found, metres))
+    note(
+        f"{name}{': ' if name else ''}depth of {large} has edges that are {times} pixels wide: it is taken at {small}, "
+        "and the colours say where edges run"
+    )
+    return found, replace(coding, enlarged=times)
 
 
 def _drop_invalid(metres: NDArray[np.float32], valid: Any, max_pixels: float, note: Note) -> None:

@@ -10,6 +10,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.rendering import thread_renderer
+from pointshade_gl.rendering.renderer_pool import RendererPool  # before a test replaces `render`
 
 from .test_lifetime import small
 
@@ -18,7 +19,7 @@ YAWS = range(12)
 
 @pytest.fixture
 def pool(renderer):
-    with ps.RendererPool(2) as made:
+    with RendererPool(2) as made:
         yield made
 
 
@@ -102,7 +103,7 @@ def test_release_draws_what_was_asked_for_ends_all_threads_and_frees_their_rende
     drawing = ps.Renderer.render
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ps.Renderer, "render", render)
-        with ps.RendererPool(3) as pool:
+        with RendererPool(3) as pool:
             asked = [pool.submit(small()) for _ in YAWS]
             threads = list(pool._threads._threads)
     assert len(threads) == 3 and not any(thread.is_alive() for thread in threads)
@@ -117,14 +118,14 @@ def test_release_draws_what_was_asked_for_ends_all_threads_and_frees_their_rende
 def test_one_that_cannot_be_made_says_why_and_leaves_no_thread(renderer):
     before = threading.active_count()
     with pytest.raises(ps.ContextError, match=r"no OpenGL 3\.3 context on device 99: try device=0"):
-        ps.RendererPool(3, device=99)
+        RendererPool(3, device=99)
     assert threading.active_count() == before
 
 
 @pytest.mark.parametrize("options", [{"size": 0}, {"size": "2"}, {"device": -1}, {"rasterizer": "pionts"}])
 def test_wrong_arguments_are_refused_at_once(options):
     with pytest.raises((TypeError, ValueError), match=f"{next(iter(options))}"):
-        ps.RendererPool(**options)
+        RendererPool(**options)
 
 
 class TestOfThisThread:

@@ -113,16 +113,25 @@ def test_a_frame_has_the_size_at_which_its_depth_was_made_and_a_note_says_so(sce
     assert sharp.depth.shape == (H, W)
 
 
-def test_without_colours_or_with_smaller_ones_and_with_a_unit_it_is_left_alone(scene):
+def test_metres_that_are_known_everywhere_are_a_networks_too(scene):
     depth, color = scene
-    values, unheard = laid(enlarged(depth)), [].append
-    for options in (
-        {"depth_kind": "inverse"},
-        {"depth_kind": "inverse", "color": color[::2, ::2]},
-        {"depth_kind": "inverse", "color": color, "depth_scale": 1e4},
-        {"depth_kind": "z", "color": color, "depth_scale": 1e4},
+    frame = ps.load_frame(depth=enlarged(depth), color=color, fov=45, notes=[].append)
+    assert frame.depth.shape == (240, 320)
+
+
+def test_without_colours_or_with_smaller_ones_and_of_sensors_it_is_left_alone(scene):
+    depth, color = scene
+    soft, unheard = enlarged(depth), [].append
+    values, holes = laid(soft), soft.copy()
+    holes[:5, :5] = 0
+    for depth, options in (
+        (values, {"depth_kind": "inverse"}),
+        (values, {"depth_kind": "inverse", "color": color[::2, ::2]}),
+        (values, {"depth_kind": "inverse", "color": color, "depth_scale": 1e4}),
+        (values, {"depth_kind": "z", "color": color, "depth_scale": 1e4}),
+        (holes, {"color": color}),
     ):
-        assert ps.load_frame(depth=values, fov=45, notes=unheard, **options).depth.shape == (H, W)
+        assert ps.load_frame(depth=depth, fov=45, notes=unheard, **options).depth.shape == (H, W)
 
 
 def test_all_frames_of_a_sequence_have_the_size_of_the_first(scene, tmp_path):

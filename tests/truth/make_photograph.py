@@ -2,6 +2,8 @@
 
 ROOM is the folder of ICL-NUIM's living room. The photograph is its first picture, and the network a stand-in that knows
 the room: it gives inverse depth through a line, at the size of a network's output, with edges as soft as a network's.
+Two pictures more are turned: of that depth, enlarged to the size of the photograph, as it is and as `ps.load_frame`
+takes it.
 """
 
 import sys
@@ -36,6 +38,12 @@ def main(room: Path, folder: Path) -> None:
     frame = ps.load_frame(color=photo.color, depth=network)
     ps.save_image(folder / "photograph.jpg", photo.color)
     ps.save_image(folder / "photograph_lit.jpg", ps.render(frame, LIGHT, samples=16))
+    inverse = Image.fromarray(network(photo.color)["inverse_depth"].astype(np.float32)).resize(photo.color.shape[1::-1])
+    taken = ps.load_frame(color=photo.color, depth=np.asarray(inverse), depth_kind="inverse")
+    given = ps.load_frame(depth=np.asarray(inverse), depth_kind="inverse")  # without colours it keeps its size
+    for name, one in (("soft_given", ps.Frame(photo.color, given.depth, given.camera)), ("soft_taken", taken)):
+        turned = ps.render(one, yaw=8, shading="none", samples=16, background="white")
+        ps.save_image(folder / f"{name}.jpg", turned)
 
 
 if __name__ == "__main__":

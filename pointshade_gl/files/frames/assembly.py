@@ -56,7 +56,7 @@ def assemble(
     colors = read_colors_of(parts, options.max_pixels)
     said = _said(source, parts, options, raw)
     decoded = decode(raw, parts.name or "depth", said, note, like)
-    stored = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}"
+    stored, is_float = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}", raw.dtype.kind == "f"
     del raw
     size = decoded.values.shape[1], decoded.values.shape[0]
     if source is None and options.fov is None:
@@ -73,7 +73,8 @@ def assemble(
         metres *= np.float32(reading.scale)
     if parts.valid is not None:
         _drop_invalid(metres, parts.valid, options.max_pixels, note)
-    if colors is not None and (coding.scale is None or parts.maker):
+    is_made = coding.scale is None or bool(parts.maker) or (is_float and bool((metres > 0).all()))  # by a network
+    if colors is not None and is_made:
         metres, coding = _as_made(metres, colors, coding, like, note, parts.name or parts.maker)
         camera = camera.resized(metres.shape[1], metres.shape[0])
     pose: Any = load_pose(options.pose) if is_path(options.pose) else options.pose

@@ -63,8 +63,8 @@ def load_frame(
         A picture, in place of the folder's; there may be none.
     depth : path, (h, w) array or network, optional
         A picture, .npy, .npz, EXR or array, in place of the folder's. What a masked array hides is missing. An .onnx
-        file or a function is a network, as depth_model. With colours, depth without a unit whose edges are wider than a
-        pixel is taken at a smaller size, at which they are sharp, see files/depth/enlarged_depth.py.
+        file or a function is a network, as depth_model. With colours, depth without a unit, or of floats that are known
+        everywhere, is taken at a smaller size if its edges are wider than a pixel, see files/depth/enlarged_depth.py.
     intrinsics : path, str, (4,) float or Camera, optional
         A file (see files/cameras/camera_files.py), "fx,fy,cx,cy", four numbers or a camera. The default is a file
         beside the pictures or the lens in EXIF, else, with a note, a camera that is usual for the size: a sensor's or

@@ -26,15 +26,12 @@ def times_enlarged(depth: NDArray[np.floating]) -> int:
 
     depth  (h, w) z; 0 is missing
     """
-    with np.errstate(divide="ignore"):
-        inverse = np.where(depth > 0, 1 / depth, np.nan)
-    known = inverse[:: max(1, len(inverse) // _LINES)]
-    known = known[np.isfinite(known)]
+    rows, columns = _inverse_of_lines(depth), _inverse_of_lines(depth.T)
+    known = rows[np.isfinite(rows)]
     if not known.size:
         return 1
     low, high = np.percentile(known, (2, 98))
-    least = _EDGE * (high - low)
-    widths = np.concatenate([_edge_widths(inverse, least), _edge_widths(inverse.T, least)])
+    widths = np.concatenate([_edge_widths(lines, _EDGE * (high - low)) for lines in (rows, columns)])
     if widths.size < _FEWEST:
         return 1
     width = float(np.percentile(widths, _SHARPEST))
@@ -56,14 +53,20 @@ def reduced(depth: NDArray[np.float32], times: int) -> NDArray[np.float32]:
     return np.divide(shares, sums, out=np.zeros_like(sums), where=(shares >= 0.5) & (sums > 0))
 
 
-def _edge_widths(inverse: NDArray[np.floating], least: float) -> NDArray[np.floating]:
-    """Return how wide the edges along rows are, in pixels: the whole change of 1/z over the steepest change of a pixel.
+def _inverse_of_lines(depth: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Return 1/z in some of the rows; NaN is missing."""
+    step = max(1, len(depth) // _LINES)
+    lines = depth[step // 2 :: step]
+    return np.divide(1, lines, out=np.full(lines.shape, np.nan, lines.dtype), where=lines > 0)
+
+
+def _edge_widths(lines: NDArray[np.floating], least: float) -> NDArray[np.floating]:
+    """Return how many pixels wide the edges along lines are: the whole change of 1/z over the steepest of a pixel.
 
     least  by how much 1/z changes at an edge
     """
-    step = max(1, len(inverse) // _LINES)
-    changes = np.diff(inverse[step // 2 :: step], axis=1)  # NaN beside what is missing
-    reach = max(3, int(inverse.shape[1] * _WIDEST))
+    changes = np.diff(lines, axis=1)  # NaN beside what is missing
+    reach = max(3, int(lines.shape[1] * _WIDEST))
     if changes.shape[1] <= 2 * reach + 2:
         return np.zeros(0)
     sizes = np.abs(changes)

@@ -61,6 +61,13 @@ def test_256_levels_tell_it_too(scene):
     assert times_enlarged(1 / np.maximum(np.round(large / large.max() * 255), 1)) == 2
 
 
+def test_it_does_not_become_smaller_than_what_networks_make(scene):
+    soft = resized(resized(scene[0], (160, 120), "area"), (1280, 960), "bilinear")
+    assert times_enlarged(soft) == 5
+    assert times_enlarged(soft[:384, :384]) == 2
+    assert times_enlarged(soft[:383, :500]) == 1
+
+
 @pytest.mark.parametrize(
     "depth",
     [

@@ -19,6 +19,7 @@ _SHARPEST = 10  # percent of the edges: these are as wide as the depth was enlar
 # enlarged 2 times, bilinear or cubic, 1.7 to 2.7; 6 times 4.6 to 9.
 _OWN = 1.4
 _USUAL = 1.25
+_SMALLEST = 192  # pixels along the shorter side of what networks make, at least
 
 
 def times_enlarged(depth: NDArray[np.floating]) -> int:
@@ -26,6 +27,9 @@ def times_enlarged(depth: NDArray[np.floating]) -> int:
 
     depth  (h, w) z; 0 is missing
     """
+    most = min(depth.shape) // _SMALLEST
+    if most < 2:
+        return 1
     rows, columns = _inverse_of_lines(depth), _inverse_of_lines(depth.T)
     known = rows[np.isfinite(rows)]
     if not known.size:
@@ -35,7 +39,7 @@ def times_enlarged(depth: NDArray[np.floating]) -> int:
     if widths.size < _FEWEST:
         return 1
     width = float(np.percentile(widths, _SHARPEST))
-    return 1 if width < _OWN else max(2, round(width / _USUAL))
+    return 1 if width < _OWN else min(max(2, round(width / _USUAL)), most)
 
 
 def reduced(depth: NDArray[np.float32], times: int) -> NDArray[np.float32]:

@@ -141,12 +141,18 @@ def test_without_colours_or_with_smaller_ones_and_of_sensors_it_is_left_alone(sc
         assert ps.load_frame(depth=depth, fov=45, notes=unheard, **options).depth.shape == (H, W)
 
 
-def test_all_frames_of_a_sequence_have_the_size_of_the_first(scene, tmp_path):
+@pytest.mark.parametrize("kind", ["inverse", "z"])
+def test_all_frames_of_a_sequence_have_the_size_of_the_first(scene, tmp_path, kind):
     depth, color = scene
-    for k, one in enumerate((enlarged(depth), depth)):
-        Image.fromarray(laid(one)).save(tmp_path / f"depth_{k}.png")
+    soft, holes = enlarged(depth), enlarged(depth)
+    holes[:5, :5] = 0
+    for k, one in enumerate((soft, depth) if kind == "inverse" else (soft, holes)):
+        if kind == "inverse":
+            Image.fromarray(laid(one)).save(tmp_path / f"depth_{k}.png")
+        else:
+            np.save(tmp_path / f"depth_{k}.npy", one)
         Image.fromarray(color).save(tmp_path / f"color_{k}.png")
-    source = ps.open_source(tmp_path, depth_kind="inverse", notes=[].append)
+    source = ps.open_source(tmp_path, depth_kind=kind, notes=[].append)
     assert [frame.depth.shape for frame in source] == [(240, 320), (240, 320)]
 
 

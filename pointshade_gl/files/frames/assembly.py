@@ -73,10 +73,14 @@ def assemble(
         metres *= np.float32(reading.scale)
     if parts.valid is not None:
         _drop_invalid(metres, parts.valid, options.max_pixels, note)
-    is_made = coding.scale is None or bool(parts.maker) or (is_float and bool((metres > 0).all()))  # by a network
-    if colors is not None and is_made:
-        metres, coding = _as_made(metres, colors, coding, like, note, parts.name or parts.maker)
-        camera = camera.resized(metres.shape[1], metres.shape[0])
+    if like is None:
+        is_made = coding.scale is None or bool(parts.maker) or (is_float and bool((metres > 0).all()))  # by a network
+        enlarged = times_enlarged(metres) if is_made and colors is not None else 1
+    else:
+        enlarged = like.enlarged
+    if enlarged > 1 and colors is not None and (colors.shape[:2] >= np.array(metres.shape)).all():
+        metres = _as_made(metres, enlarged, note, parts.name or parts.maker)
+        camera, coding = camera.resized(metres.shape[1], metres.shape[0]), replace(coding, enlarged=enlarged)
     pose: Any = load_pose(options.pose) if is_path(options.pose) else options.pose
     if pose is None and parts.pose is not None:
         pose = reading.pose(parts.pose)
@@ -176,22 +180,15 @@ def _to_metres(
     return to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs), coding
 
 
-def _as_made(
-    metres: NDArray[np.float32], colors: Any, coding: Coding, like: Coding | None, note: Note, name: str
-) -> tuple[NDArray[np.float32], Coding]:
-    """Return a network's depth at the size at which it was made, where it was enlarged to that of its photograph."""
-    if colors.shape[0] < metres.shape[0] or colors.shape[1] < metres.shape[1]:
-        return metres, coding
-    times = times_enlarged(metres) if like is None else like.enlarged
-    if times == 1:
-        return metres, coding
-    found = reduced(metres, times)
+def _as_made(metres: NDArray[np.float32], enlarged: int, note: Note, name: str) -> NDArray[np.float32]:
+    """Return a network's depth, which was enlarged so many times, at the size at which it was made."""
+    found = reduced(metres, enlarged)
     small, large = (f"{one.shape[1]}x{one.shape[0]}" for one in (found, metres))
     note(
-        f"{name}{': ' if name else ''}depth of {large} has edges that are {times} pixels wide: it is taken at {small}, "
-        "and the colours say where edges run"
+        f"{name}{': ' if name else ''}depth of {large} has edges that are {enlarged} pixels wide: it is taken at "
+        f"{small}, and the colours say where edges run"
     )
-    return found, replace(coding, enlarged=times)
+    return found
 
 
 def _drop_invalid(metres: NDArray[np.float32], valid: Any, max_pixels: float, note: Note) -> None:

@@ -23,7 +23,7 @@ from .support.browser import Browser, find_chromium
 from .support.children import default_signals
 from .support.command import run
 from .support.compare import compare_images, difference_figures, difference_picture
-from .support.places import FAILURES, GOLDEN, ROOT
+from .support.places import FAILURES, GOLDEN, REAL_FRAMES
 from .support.shader_function import evaluate
 
 SYSTEM_TIMEOUT = 600  # seconds for a test marked "system"; for all others: timeout in pyproject.toml
@@ -181,12 +181,11 @@ def browser(tmp_path_factory):
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
     """The folder of real frames beside the repository. Without it the test is skipped, except in CI."""
-    folder = Path(os.environ.get("POINTSHADE_DATA", ROOT.parent / "shared" / "data"))
-    if not folder.is_dir():
+    if not REAL_FRAMES.is_dir():
         if os.environ.get("CI"):
-            pytest.fail(f"no real frames at {folder}: set POINTSHADE_DATA")
-        pytest.skip(f"no real frames at {folder}")
-    return folder
+            pytest.fail(f"no real frames at {REAL_FRAMES}: set POINTSHADE_DATA")
+        pytest.skip(f"no real frames at {REAL_FRAMES}")
+    return REAL_FRAMES
 
 
 @pytest.fixture

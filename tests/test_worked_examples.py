@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from .support.places import ROOT
+from .support.places import REAL_FRAMES, ROOT
 from .support.worked_examples import apply, changed, sections
 
 EXAMPLES = sections()
@@ -32,7 +32,7 @@ def ran(line, folder):
     command, *rest = shlex.split(line)
     module = {"pointshade": "pointshade_gl", "pytest": "pytest"}[command]
     quiet = ["-q", "-p", "no:cacheprovider"] if command == "pytest" else []
-    environment = {**os.environ, "PYTHONPATH": str(folder)}
+    environment = {**os.environ, "PYTHONPATH": str(folder), "POINTSHADE_DATA": str(REAL_FRAMES)}
     done = subprocess.run(
         [sys.executable, "-m", module, *quiet, *rest], capture_output=True, text=True, cwd=folder, env=environment
     )

@@ -10,3 +10,4 @@ GOLDEN = TESTS / "golden"
 _WRITTEN = TESTS if os.access(TESTS, os.W_OK) else Path(tempfile.gettempdir())  # a checkout may be read-only
 FAILURES = _WRITTEN / "failures"  # pictures of tests that failed, for the eye
 README = ROOT / "README.md"
+REAL_FRAMES = Path(os.environ.get("POINTSHADE_DATA", ROOT.parent / "shared" / "data")).absolute()

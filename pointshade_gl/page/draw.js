@@ -78,7 +78,7 @@ class Drawing {
   drawSample(k, target, isSummed) {
     const { shadings, view } = this.shown, { pose } = view, camera = shiftedCamera(view.camera, k);
     const lights = this.shown.lights.map((one) => movedLight(one, k, this.data.bounds.centre, this.data.toWorld));
-    const lamps = this.hangUp(lights), early = shadings.some((one) => LIT_EARLY.includes(one));
+    const lamps = this.hangUp(lights, lightPart(k)), early = shadings.some((one) => LIT_EARLY.includes(one));
     const seen = JSON.stringify([camera, pose, shadings, this.hurries, early && lights]);
     if (seen !== this.seen) this.drawSurfaces({ camera, pose }, shadings, lamps);
     this.seen = seen;
@@ -161,11 +161,11 @@ class Drawing {
   }
 
   // The lights with their shadow map, of which is drawn what has to be other than the last.
-  hangUp(lights) {
-    const plan = shadowViews(lights, this.data.bounds, this.data.toWorld);
+  hangUp(lights, part) {
+    const plan = shadowViews(lights, this.data.bounds, this.data.toWorld, part);
     const isPlain = !plan.views.length && !lights.some((one) => one.position && one.direction);
     if (plan.views.length) this.drawShadows(plan);
-    return { lights, ...plan, isPlain };
+    return { lights, ...plan, isPlain, kind: isPlain ? 0 : plan.views.some((view) => view.spread) ? 2 : 1 };
   }
 
   drawShadows({ views, side, size }) {
@@ -309,7 +309,7 @@ class Drawing {
   // Lights all pixels of a cleared target: light.frag.
   fillLight(target, size, constants, own, lamps, axes) {
     const inputs = { ...own, ...this.lightInputs(lamps, axes, !lamps.isPlain), ...this.around.inputs(axes, this.data.exposure) };
-    const variant = { ...constants, ...this.around.constants, SHADOWS: lamps.isPlain ? 0 : 1, ALONE: inputs.only_light ? 1 : 0 };
+    const variant = { ...constants, ...this.around.constants, SHADOWS: lamps.kind, ALONE: inputs.only_light ? 1 : 0 };
     this.painter.fill(target, [0, 0, ...size], "shading/light.frag", variant, inputs, false);
   }
 

@@ -25,16 +25,18 @@ function shiftedCamera(camera, k) {
   return { ...camera, cx: camera.cx - dx, cy: camera.cy - dy };
 }
 
-// The light of sample k, in home axes: a point of a light with a radius, an angle or a size. centre: of what it lights.
+// The light of sample k, in home axes: at the middle of a part of a light with a radius, an angle or a size. centre: of
+// what it lights.
 function movedLight(light, k, centre, toWorld) {
   if (k === 0 || !(light.radius || light.angle || light.size)) return light;
   const along = (offset, axes) => applied(transposed(product(axes, toWorld)), offset); // to home axes
   const placed = (offset) => ({ ...light, position: plus(light.position, offset) });
+  const within = Math.sqrt(1 - lightPart(k) ** 2);
   if (light.size) {
-    const offset = inSquare(k, ON_LIGHT.slice(0, 2)).map((x, axis) => x * light.size[axis]);
+    const offset = inSquare(k, ON_LIGHT.slice(0, 2)).map((x, axis) => within * x * light.size[axis]);
     return placed(along(offset, levelAxes(unit(applied(toWorld, light.direction)))));
   }
-  const offset = ballPoint(k);
+  const offset = times(ballPoint(k), within);
   if (!light.position) {
     const towards = unit(light.direction), reach = Math.tan(radians(light.angle) / 2);
     const aside = along(times(offset.slice(0, 2), reach), acrossAxes(applied(toWorld, towards)));
@@ -44,6 +46,9 @@ function movedLight(light, k, centre, toWorld) {
   const towards = Math.hypot(...toCentre) > 0 ? unit(toCentre) : [0, 0, 1];
   return placed(along(times(offset, light.radius), [...acrossAxes(towards), towards]));
 }
+
+// For how much of the radius of a soft light sample k stands.
+const lightPart = (k) => 1 / Math.sqrt(4 * Math.floor((k + 1) / 2) + 1);
 
 // Which way the width and the height of a rectangle lie that faces a unit direction.
 function levelAxes(direction) {

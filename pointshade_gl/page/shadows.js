@@ -12,19 +12,26 @@ const FACES = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -
 const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
 const minus = (a, b) => a.map((x, k) => x - b[k]);
 
-// The views that the lights take of what has this extent, and which are each light's; toWorld turns home axes.
-function shadowViews(lights, extent, toWorld) {
+// The views that the lights take of what has this extent, and which are each light's; toWorld turns home axes. part: share
+// of the radius of soft lights for which a sample stands.
+function shadowViews(lights, extent, toWorld, part) {
   const looks = lights.map((one) => (one.shadow ? shadowDirections(one, extent, toWorld) : []));
   const count = looks.flat().length;
   const side = Math.min(SHADOW_SIDE, Math.floor(SHADOW_MAP / Math.max(Math.ceil(Math.sqrt(count)), 1)));
   const views = [], spans = [];
   lights.forEach((one, k) => {
     spans.push(looks[k].length ? [views.length, looks[k].length] : null);
-    for (const [direction, half] of looks[k]) views.push(shadowEye(one, direction, half, extent, side, toWorld));
+    for (const [direction, half] of looks[k]) views.push({ ...shadowEye(one, direction, half, extent, side, toWorld), spread: part * radiusOf(one, extent) });
   });
   const columns = Math.max(Math.ceil(Math.sqrt(count)), 1);
   views.forEach((view, k) => (view.first = [(k % columns) * side, Math.floor(k / columns) * side]));
   return { views, spans, side, size: [columns * side, Math.ceil(count / columns) * side] };
+}
+
+// The radius of a light as its views see it; of a rectangle that of a disc as large.
+function radiusOf({ radius, angle, size }, extent) {
+  if (size) return Math.sqrt((size[0] * size[1]) / Math.PI);
+  return radius || FAR_AWAY * extent.radius * Math.tan(radians(angle) / 2);
 }
 
 // Where a light looks, and half the angle that it must see.
@@ -83,9 +90,9 @@ function lookingAlong(place, direction, toWorld) {
 // Rows of 5 texels for each view, for points in axes with this pose.
 function shadowRows(views, axes) {
   const rows = new Float32Array(20 * Math.max(views.length, 1));
-  views.forEach(({ camera, pose, near, contact, first }, k) => {
+  views.forEach(({ camera, pose, near, contact, spread, first }, k) => {
     const way = product(inverted(pose), axes).slice(0, 3).flat();
-    rows.set([...way, camera.fx, camera.cx, ...first, near, camera.width, contact, 0], 20 * k);
+    rows.set([...way, camera.fx, camera.cx, ...first, near, camera.width, contact, spread * camera.fx], 20 * k);
   });
   return rows;
 }

@@ -127,7 +127,8 @@ class Accumulator(FullscreenPasses):
         inputs = self._light.inputs(lighting) | {"surface_map": target.surfaces.surface}
         inputs |= {"intrinsics": visible.eye.camera.intrinsics, "plane": seen_ground(ground, visible.eye.pose)}
         inputs |= around_inputs(lighting)
-        constants = {"ENVIRONMENT": 1} if around.environment else {}  # the ground is matt
+        constants = {"SHADOWS": lighting.shadows.kind} if lighting.shadows else {}
+        constants |= {"ENVIRONMENT": 1} if around.environment else {}  # the ground is matt
         inputs = {name: value for name, value in inputs.items() if name not in HIGHLIGHTS}
         if around.occlusion:
             constants |= {"VISIBILITY": 1}

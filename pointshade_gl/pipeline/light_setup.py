@@ -23,6 +23,7 @@ from ..gpu.shading.shadow_map import ShadowMap
 from ..scene.appearance import LIT_EARLY, Material
 from ..scene.camera import Eye, view_matrix
 from ..scene.mesh import Mesh
+from ..scene.sample_pattern import light_part
 from ..scene.shadow_cameras import ShadowView, shadow_views
 from ..scene.visible_scene import VisibleScene, material_of
 
@@ -55,7 +56,7 @@ class LightSetup(Owner):
         lies_under = visible.surroundings.on_ground and visible.surroundings.occlusion
         if not (early or lies_under or any(light.shadow or light.is_spot or light.is_area for light in lights)):
             return LightSet(lights, visible.scene.ambient, gain=visible.gain, around=around)
-        views, spans = shadow_views(lights, visible.scene.extent)
+        views, spans = shadow_views(lights, visible.scene.extent, light_part(visible.sample))
         if views:
             drawn = (thing for _, thing in joined(drawables[p] for p in visible.casting))
             shapes = tuple(map(shape_of, drawn))

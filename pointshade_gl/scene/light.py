@@ -82,8 +82,9 @@ class Light:
 
     Notes
     -----
-    A light with a radius, an angle or a size casts soft shadows in pictures of several samples; with one sample it
-    shines from its middle.
+    The shadows of a light with a radius, an angle or a size are soft. A single sample estimates them from the light's
+    middle (percentage closer soft shadows: Fernando 2005); more samples shine from other places of the light, and the
+    shadows become exact.
 
     Watts, candela, lux and falloff are ways to say intensity and attenuation, which are what a light keeps.
     """

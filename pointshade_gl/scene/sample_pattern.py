@@ -56,13 +56,16 @@ def ball_point(k: int) -> NDArray[np.float64]:
 
 
 def moved_light(light: Light, k: int, centre: NDArray[np.float64]) -> Light:
-    """Return the light of sample k: a point of a light with a radius, an angle or a size. centre: (3,) of what it
-    lights."""
+    """Return the light of sample k: at the middle of a part of a light with a radius, an angle or a size, see
+    `light_part`. centre: (3,) of what it lights.
+    """
     if k == 0 or not light.is_soft:
         return light
+    within = math.sqrt(1 - light_part(k) ** 2)  # with the part that lies round it, it is as wide as the light
     if light.size is not None:
-        return _placed(light, np.array(_in_square(k, _ON_LIGHT[:2])) * light.size @ _level(unit(light.direction)))
-    offset = ball_point(k)
+        offset = within * np.array(_in_square(k, _ON_LIGHT[:2])) * light.size
+        return _placed(light, offset @ _level(unit(light.direction)))
+    offset = within * ball_point(k)
     if light.position is None:
         towards = unit(light.direction)
         x, y = _across(towards)
@@ -72,6 +75,15 @@ def moved_light(light: Light, k: int, centre: NDArray[np.float64]) -> Light:
     away = np.linalg.norm(to_centre)
     towards = to_centre / away if away > 0 else np.array([0.0, 0.0, 1.0])
     return _placed(light, light.radius * offset @ np.stack([*_across(towards), towards]))
+
+
+def light_part(k: int) -> float:
+    """Return for how much of the radius of a soft light sample k stands.
+
+    The first stands for all of it, each pair after it for less, whatever their number will be, so that a picture can be
+    refined. n equal parts of a disc have 1/sqrt(n) of its radius; here they have less, as the first ones overlap.
+    """
+    return 1 / math.sqrt(4 * ((k + 1) // 2) + 1)
 
 
 def at_sample(visible: VisibleScene, k: int) -> VisibleScene:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import Camera, Eye
-from .light import Light, unit
+from .light import WIDEST, Light, unit
 
 Matrix = NDArray[np.float64]
 Span = tuple[int, int]  # number of the first view, and how many there are
@@ -34,6 +34,7 @@ class ShadowView(NamedTuple):
 
     eye: Eye
     contact: float  # world units by which an occluder must stand out of the surface that it shades
+    spread: float  # radius of the part of the light that this view stands for, world units; 0: a point
 
 
 class Extent(NamedTuple):
@@ -45,11 +46,13 @@ class Extent(NamedTuple):
     grain: float  # how wide a pixel of a frame is among them, world units; 0 without frames
 
 
-def shadow_views(lights: Sequence[Light], extent: Extent) -> tuple[list[ShadowView], list[Span | None]]:
+def shadow_views(
+    lights: Sequence[Light], extent: Extent, part: float = 1.0
+) -> tuple[list[ShadowView], list[Span | None]]:
     """Return the shadow cameras of all lights, of one picture size, and for each light the span of those that are its
     own.
 
-    A light that casts no shadow has none.
+    A light that casts no shadow has none. part: share of the radius of soft lights for which this sample stands.
     """
     lights = [_sun_if_far(light, extent) for light in lights]
     looks = [_directions(light, extent) if light.shadow else [] for light in lights]
@@ -60,18 +63,26 @@ def shadow_views(lights: Sequence[Light], extent: Extent) -> tuple[list[ShadowVi
     for light, directions in zip(lights, looks, strict=True):
         spans.append((len(views), len(directions)) if directions else None)
         for direction, half in directions:
-            views.append(ShadowView(_eye(light, direction, half, extent, side), contact))
+            views.append(ShadowView(_eye(light, direction, half, extent, side), contact, part * _radius(light, extent)))
     return views, spans
+
+
+def _radius(light: Light, extent: Extent) -> float:
+    """Return the radius of a light for its shadow cameras, world units; of a rectangle that of a disc as large."""
+    if light.size is not None:
+        return math.sqrt(light.size[0] * light.size[1] / math.pi)
+    return light.radius or FAR_AWAY * extent.radius * math.tan(math.radians(light.angle) / 2)
 
 
 def _sun_if_far(light: Light, extent: Extent) -> Light:
     if light.position is None or not light.shadow:
         return light
     to_centre = extent.centre - light.position
-    is_far = np.linalg.norm(to_centre) > FAR_AWAY * extent.radius
-    return (
-        replace(light, position=None, direction=tuple(to_centre.tolist()), radius=0.0, size=None) if is_far else light
-    )
+    away = float(np.linalg.norm(to_centre))
+    if away <= FAR_AWAY * extent.radius:
+        return light
+    angle = min(2 * math.degrees(math.atan(_radius(light, extent) / away)), WIDEST)
+    return replace(light, position=None, direction=tuple(to_centre.tolist()), radius=0.0, size=None, angle=angle)
 
 
 def _directions(light: Light, extent: Extent) -> list[tuple[NDArray[np.float64], float]]:

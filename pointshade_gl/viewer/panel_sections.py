@@ -215,7 +215,7 @@ def _held(ui: Widgets, held: Light, reach: float, shadows: bool) -> Light:
 
 def _extent(ui: Widgets, light: Light, reach: float) -> dict[str, Any]:
     """How large a light is."""
-    why = "How large the light is, {}. Large lights cast soft shadows, once nothing moves.{}"
+    why = "How large the light is, {}. Large lights cast soft shadows, which become exact once nothing moves.{}"
     if light.size is not None:
         sides = zip(("width", "height"), light.size, strict=True)
         why = why.format("in metres", "")

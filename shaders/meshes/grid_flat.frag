@@ -3,7 +3,7 @@
 #define LOOK_UP 0
 #endif
 #ifndef SHADOWS
-#define SHADOWS 0  // 1: lights may be spots and cast shadows
+#define SHADOWS 0  // 1: lights may be spots and cast shadows; 2: some are larger than points
 #endif
 // The mesh between the pixels of a frame, each triangle lit at its middle. Normal 0 says so to the light pass.
 #include "common/color.glsl"
@@ -35,7 +35,7 @@ void main() {
     vec3 color = srgb_to_linear(picture_at(color_map, at, vec2(textureSize(surface_map, 0))));
     vec3 place = scale * (mat3(view) * middle + view[3].xyz), n = mat3(view) * facet, eye = vec3(0.0);
     vec3 lit;
-    if (SHADOWS == 1) {
+    if (SHADOWS > 0) {
         lit = light_surface_shadowed(
             place, eye, n, color, material, ambient, lights, light_count, shadow_map, views, to_world
         );

@@ -4,7 +4,7 @@
 #define POINTS 0     // 1: the points of a frame, whose light is shown flat or interpolated later; 0: pixels of a view
 #endif
 #ifndef SHADOWS
-#define SHADOWS 0    // 1: lights may be spots and cast shadows
+#define SHADOWS 0    // 1: lights may be spots and cast shadows; 2: some are larger than points
 #endif
 #ifndef MATERIALS
 #define MATERIALS 0  // 1: a material for each number in the albedo's alpha
@@ -65,7 +65,7 @@ layout(location = 1) out vec4 shine;
 vec3 sent_back(vec3 point, vec3 normal, vec3 albedo, vec4 own, vec4 around, float lobe) {
     vec3 everywhere = VISIBILITY == 1 ? ambient * around.w : ambient;
     vec3 lit;
-    if (SHADOWS == 1) {
+    if (SHADOWS > 0) {
         lit = light_surface_shadowed(
             point, eye, normal, albedo, own, everywhere, lights, light_count, shadow_map, views, to_world
         );

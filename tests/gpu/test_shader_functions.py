@@ -143,11 +143,12 @@ def test_light_surface_with_a_point_a_directional_and_a_touching_light(gpu, draw
 SIDE, LIGHT_NEAR, CONTACT = 64, 0.5, 0.01
 
 
-def light_views(turns=(VIEW,)):
-    """Views of lights as shaders read them, (n, 5, 4), their tiles side by side; `turns` take points to their axes."""
+def light_views(turns=(VIEW,), spread=0):
+    """Views of lights as shaders read them, (n, 5, 4), their tiles side by side; `turns` take points to their axes.
+    spread: pixels that a shadow blurs for a unit of 1/z."""
     rows = np.zeros((len(turns), 5, 4), F)
     for k, (row, turn) in enumerate(zip(rows, turns, strict=True)):
-        row[:3], row[3], row[4, :3] = turn[:3], (40, 31.5, k * SIDE, 0), (LIGHT_NEAR, SIDE, CONTACT)
+        row[:3], row[3], row[4] = turn[:3], (40, 31.5, k * SIDE, 0), (LIGHT_NEAR, SIDE, CONTACT, spread)
     return rows
 
 
@@ -158,15 +159,15 @@ def occluders(tiles=1):
     return np.where(rng.random(z.shape) < 0.25, F(1), F(1) - F(LIGHT_NEAR) / z).astype(F)
 
 
-def test_occluder_at_is_0_outside_its_tile_and_where_nothing_is(gpu, draw):
+def test_occluder_at_is_0_where_nothing_is_and_below_outside_its_tile(gpu, draw):
     depth, pixel = occluders(2), np.floor(draw.numbers(-4, SIDE + 4, 2))
-    tile, reach = np.array([40, 31.5, SIDE, 0], F), np.array([LIGHT_NEAR, SIDE, CONTACT], F)
+    tile, reach = np.array([40, 31.5, SIDE, 0], F), np.array([LIGHT_NEAR, SIDE, CONTACT, 0], F)
     call = "occluder_at(shadow_map, p, t, r)"
     answer = gpu("shadow.glsl", call, p=pixel, t=tile[None], r=reach[None], shadow_map=depth)
     expected = shadow.occluder_at(depth, pixel, tile, reach)
     agree(answer, expected)
     inside = ((pixel >= 0) & (pixel < SIDE)).all(-1)
-    assert not expected[~inside].any() and 0.6 < (expected[inside] > 0).mean() < 0.9
+    assert (expected[~inside] == -1).all() and 0.6 < (expected[inside] > 0).mean() < 0.9
 
 
 def test_tent_weighs_three_pixels_by_one_in_all(gpu, draw):
@@ -189,9 +190,44 @@ def test_light_share(gpu, draw):
         assert (expected == 0).any() and (expected == 1).any() and (expected % 1 > 0).mean() > 0.2
 
 
-def test_light_share_of_a_slanted_plane_in_its_own_shadow_is_1_and_behind_a_wall_0():
+@pytest.mark.parametrize("spread", [3, 12, 60])
+def test_light_share_of_a_light_larger_than_a_point(gpu, draw, spread):
+    depth, views = smooth_occluders(), light_views((VIEW, turned((-15, 10, 80), (-0.2, 0.1, 0.5))), spread)
+    points, n = camera.pixel_ray(draw.numbers(-100, 500, 2), TARGET) * draw.numbers(0.1, 3), draw.directions()
+    for row in (0, 1):
+        call = f"light_share(shadow_map, views_map, {row}, p, n)"
+        answer = gpu("shadow.glsl", call, p=points, n=n, shadow_map=depth, views_map=views, SHADOWS=2)
+        expected = shadow.light_share(depth, views, row, points, n)
+        same = np.abs(answer[:, 0] - expected[:, 0]) < 1e-3
+        assert same.mean() > 0.97  # a position between two pixels may be rounded to either
+        assert (expected == 0).any() and (expected == 1).any() and (expected % 1 > 0).mean() > 0.2
+
+
+def smooth_occluders():
+    """A shadow map of two tiles: a ball and a strip between 1 and 2, over nothing."""
+    u, v = np.meshgrid(np.arange(2 * SIDE) % SIDE, np.arange(SIDE))
+    z = np.where(np.hypot(u - 24, v - 30) < 16, 1 + 0.001 * u, np.where(np.abs(u - 50) < 5, 2.0, np.inf))
+    return (F(1) - F(LIGHT_NEAR) / z).astype(F)
+
+
+@pytest.mark.parametrize("spread", [8, 24, 30])
+def test_light_share_past_a_straight_edge_is_that_of_a_disc(spread):
+    """Half of a plane at 1 before one at 2: along its shadow's rim the light is the open segment of a disc."""
+    u = np.arange(SIDE)
+    depth = np.broadcast_to(np.where(u < 32, F(1 - LIGHT_NEAR), F(1)), (SIDE, SIDE))
+    blur, at = spread / 2, np.linspace(16, 47, 200)
+    points = np.stack([(at - 31.5) / 40, np.zeros(200), np.ones(200)], -1).astype(F) * 2
+    eye = light_views((np.eye(4, dtype=F),), spread)
+    share = shadow.light_share(depth, eye, 0, points, np.broadcast_to(np.array((0, 0, -1), F), points.shape))[:, 0]
+    t = np.clip((at - 31.5) / blur, -1, 1)
+    expected = 1 - (np.arccos(t) - t * np.sqrt(1 - t * t)) / np.pi
+    assert np.abs(share - expected).mean() < 0.035 and np.abs(share - expected).max() < 0.16
+
+
+@pytest.mark.parametrize("spread", [0, 20])
+def test_light_share_of_a_slanted_plane_in_its_own_shadow_is_1_and_behind_a_wall_0(spread):
     """The plane as a shadow map sees it, 24 bits deep; then moved away from the light, by more than the contact."""
-    eye, n = light_views((np.eye(4, dtype=F),)), np.array([0.8, 0.3, -0.5], F) / F(np.sqrt(0.98))
+    eye, n = light_views((np.eye(4, dtype=F),), spread), np.array([0.8, 0.3, -0.5], F) / F(np.sqrt(0.98))
     u, v = np.meshgrid(np.arange(SIDE), np.arange(SIDE))
     rays = np.stack([(u - 31.5) / 40, (v - 31.5) / 40, np.ones(u.shape)], -1)
     w = np.maximum(rays @ n / (np.array([0, 0, 2]) @ n), 0.05)  # 1/z

@@ -34,7 +34,7 @@ CONSTANTS = {  # the values that the project builds each with
         "VISIBILITY": FLAG,
         "SHARED": (0, 1, 2),
     },
-    "meshes/grid_flat.frag": {"LOOK_UP": FLAG, "SHADOWS": FLAG, "VISIBILITY": (0,), "ENVIRONMENT": AROUND},
+    "meshes/grid_flat.frag": {"LOOK_UP": FLAG, "SHADOWS": (0, 1, 2), "VISIBILITY": (0,), "ENVIRONMENT": AROUND},
     "meshes/grid_picture.frag": {
         "LOOK_UP": FLAG,
         "SHADING": (0, 2, 3),
@@ -46,12 +46,12 @@ CONSTANTS = {  # the values that the project builds each with
     },
     "meshes/odd_squares.comp": {"WINDOW": FLAG},
     "meshes/mesh.vert": {"COPIES": FLAG},
-    "meshes/mesh_lit.vert": {"COPIES": FLAG},
+    "meshes/mesh_lit.vert": {"COPIES": FLAG, "SHADOWS": (1,)},
     "shading/light.frag": dict.fromkeys(
-        ("POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL", "TONE", "VISIBILITY", "SPLIT"), FLAG
+        ("POINTS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL", "TONE", "VISIBILITY", "SPLIT"), FLAG
     )
-    | {"ENVIRONMENT": AROUND},
-    "shading/ground.frag": {"VISIBILITY": FLAG, "ENVIRONMENT": AROUND},
+    | {"SHADOWS": (0, 1, 2), "ENVIRONMENT": AROUND},
+    "shading/ground.frag": {"SHADOWS": (1, 2), "VISIBILITY": FLAG, "ENVIRONMENT": AROUND},
     "surface/hidden_in_plane.frag": {"OBJECTS": FLAG},
     "surface/mean_hidden.frag": {"AGAIN": FLAG},
     "points/set_resolve.frag": dict.fromkeys(("LOOK_UP", "AT_TARGET", "CERTAINTY", "VISIBILITY", "MARKED"), FLAG),

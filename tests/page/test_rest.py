@@ -7,7 +7,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page
-from pointshade_gl.scene.sample_pattern import moved_light, pixel_offset
+from pointshade_gl.scene.sample_pattern import light_part, moved_light, pixel_offset
 
 from ..support import frames
 from ..support.page_functions import run_script
@@ -132,7 +132,7 @@ const { lights, centre, toWorld } = value;
 return lights.map((light) => [...Array(20).keys()].map((k) => {
   const { position, direction } = movedLight(light, k, centre, toWorld);
   const { cx, cy } = shiftedCamera({ cx: 0, cy: 0 }, k);
-  return [position ?? direction, [-cx, -cy]];
+  return [position ?? direction, [-cx, -cy], lightPart(k)];
 }));
 """
 
@@ -147,9 +147,10 @@ def test_samples_lie_where_those_of_stills_lie():
     values = {"lights": given, "centre": (turn.T @ centre).tolist(), "toWorld": turn.tolist()}
     names = ("state.js", "lights.js", "shadows.js", "samples.js")
     for light, found in zip(lights, run_script(SCRIPT, values, *names), strict=True):
-        for k, (place, offset) in enumerate(found):
+        for k, (place, offset, part) in enumerate(found):
             expected = moved_light(light, k, centre)
             value = expected.direction if expected.position is None else expected.position
             scale = 1 if expected.position else np.linalg.norm(value) / np.linalg.norm(place)
             np.testing.assert_allclose(scale * (turn @ place), value, atol=1e-12)
             np.testing.assert_allclose(offset, pixel_offset(k), atol=1e-15)
+            assert part == pytest.approx(light_part(k))

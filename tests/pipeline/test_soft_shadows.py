@@ -17,6 +17,7 @@ MATTE = ps.Material(ambient=0, diffuse=1, specular=0)
 FLOOR = (0, 0.4, 1.6), (1.2, 0, 0), (0, 0, 1.2)
 BALL = ps.Light(position=(-0.6, -1.2, 1), radius=0.2, shadow=True)
 SUN = ps.Light(direction=(0.5, 1, 0.3), angle=12, shadow=True)
+POINT = {"radius": 0.0, "angle": 0.0, "size": None}
 AREA = ps.Light((-0.3, -0.7, 1.2), (0.2, 1, 0.3), size=(0.6, 0.2), watts=9, shadow=True)
 
 
@@ -85,8 +86,11 @@ def test_the_shadow_of_a_sphere_on_a_plane_is_that_of_a_light_of_this_size(rende
     truth, floor = traced(light)
     image = renderer.render(scene, light, samples=32)
     alone = floor & (image[..., 3] == 255)  # beside outlines
-    assert psnr(image, truth, alone) >= 38
-    assert psnr(renderer.render(scene, light), truth, alone) < 34  # with one sample it is hard
+    assert psnr(image, truth, alone) >= 44
+    one, hard = (renderer.render(scene, lamp) for lamp in (light, replace(light, **POINT)))
+    assert psnr(one, truth, alone) >= psnr(hard, truth, alone) + 3  # with one sample it is soft already
+    few = renderer.render(scene, light, samples=4)
+    assert psnr(few, truth, alone) >= 35
 
 
 @pytest.mark.parametrize("shadow", [False, True])

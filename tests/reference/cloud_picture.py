@@ -18,6 +18,7 @@ from pointshade_gl.scene.light import Light, at_upper_left
 from pointshade_gl.scene.node import Node
 from pointshade_gl.scene.point_cloud import PointCloud
 from pointshade_gl.scene.render_settings import Finish
+from pointshade_gl.scene.sample_pattern import light_part
 from pointshade_gl.scene.shadow_cameras import shadow_views
 from pointshade_gl.scene.visible_scene import VisibleScene
 
@@ -95,10 +96,10 @@ def hung_up(points: Bordered, shot: VisibleScene) -> LightSet:
     """The lights with what those that cast shadows see of the cloud."""
     if not any(one.shadow for one in shot.lights):
         return LightSet(shot.lights, [None] * len(shot.lights), [], None)
-    views, spans = shadow_views(shot.lights, shot.scene.extent)
+    views, spans = shadow_views(shot.lights, shot.scene.extent, light_part(shot.sample))
     columns, side = tiling(views)
     shadow_map = np.ones((-(-len(views) // columns) * side, columns * side), F)
-    for k, (eye, _) in enumerate(views):
+    for k, (eye, *_) in enumerate(views):
         left, top = k % columns * side, k // columns * side
         shadow_map[top : top + side, left : left + side] = depths(
             splats_of(points, eye), eye, SHADOW_SHARE, SHADOW_PUSH

@@ -18,6 +18,7 @@ from pointshade_gl.scene.light import Light, at_upper_left, light_rows
 from pointshade_gl.scene.node import Node
 from pointshade_gl.scene.point_object import PointObject
 from pointshade_gl.scene.render_settings import SIMPLE, Finish
+from pointshade_gl.scene.sample_pattern import light_part
 from pointshade_gl.scene.shadow_cameras import ShadowView, Span, shadow_views
 from pointshade_gl.scene.surroundings import NOTHING_AROUND, Surroundings
 from pointshade_gl.scene.visible_scene import VisibleScene
@@ -106,7 +107,7 @@ def render(
 
 def draw_sample(points: Splatted, shot: VisibleScene, finish: Finish) -> tuple[np.ndarray, np.ndarray]:
     """(h, w, 4) float32: linear light and 1 where something is seen; and (h, w), the alpha of the ground elsewhere."""
-    eye, lamps, material = shot.eye, hung_up(shot.lights, points), points.look.material
+    eye, lamps, material = shot.eye, hung_up(shot, points), points.look.material
     lamps = lamps._replace(surroundings=shot.surroundings)
     image, seen = draw_splats(points, eye, lamps)
     alpha = np.zeros(image.shape[:2], F)
@@ -185,11 +186,12 @@ def has_rims(points: Splatted) -> bool:
     return points.look.splat == "footprint" and bool((np.asarray(size) == 1).all())
 
 
-def hung_up(lights: Sequence[Light], points: Splatted) -> LightSet:
+def hung_up(shot: VisibleScene, points: Splatted) -> LightSet:
     """The lights with what those that cast shadows see of the frame, which is all of the scene."""
+    lights = shot.lights
     if not any(one.shadow or one.is_spot or one.is_area for one in lights):
         return LightSet(lights, [None] * len(lights), [], None)
-    views, spans = shadow_views(lights, Scene((Node(PointObject(points.frame)),)).extent)
+    views, spans = shadow_views(lights, shot.scene.extent, light_part(shot.sample))
     return LightSet(lights, spans, views, draw_views(points, views))
 
 
@@ -197,7 +199,7 @@ def draw_views(points: Splatted, views: Sequence[ShadowView]) -> np.ndarray:
     """The shadow map: 1 - near/z, the views as tiles."""
     columns, side = tiling(views)
     result = np.ones((max(math.ceil(len(views) / columns), 1) * side, columns * side), F)
-    for k, (eye, _) in enumerate(views):
+    for k, (eye, *_) in enumerate(views):
         left, top = k % columns * side, k // columns * side
         result[top : top + side, left : left + side] = window_depths(points, eye)
     return result
@@ -236,10 +238,10 @@ def view_rows(views: Sequence[ShadowView], axes: np.ndarray) -> np.ndarray:
     """(n, 5, 4) as shaders/common/shadow.glsl reads them, for points in the axes of a camera with this pose."""
     columns, side = tiling(views)
     rows = np.zeros((max(len(views), 1), 5, 4))
-    for k, ((camera, pose, near), contact) in enumerate(views):
+    for k, ((camera, pose, near), contact, spread) in enumerate(views):
         rows[k, :3] = (np.linalg.inv(pose) @ axes)[:3]
         rows[k, 3] = camera.fx, camera.cx, k % columns * side, k // columns * side
-        rows[k, 4, :3] = near, side, contact
+        rows[k, 4] = near, side, contact, spread * camera.fx
     return rows.astype(F)
 
 

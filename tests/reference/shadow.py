@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import builtins
+
 import numpy as np
 
 from .camera import project
@@ -9,12 +11,15 @@ from .vectors import dot, length, texel
 
 F = np.float32
 FLATTEST = F(0.1)
+SHARP, BLURRED, MOST_BLUR = F(3), F(1.125), F(16)
+SPREAD_TAPS = 16
+ONWARDS = np.array(((-0.73736888, -0.67549029), (0.67549029, -0.73736888)), F)
 
 
 def occluder_at(shadow_map: np.ndarray, pixel: np.ndarray, tile: np.ndarray, range: np.ndarray) -> np.ndarray:
     outside = (pixel < 0).any(-1) | (pixel > range[1] - F(1)).any(-1)
     at = np.where(outside[..., None], F(0), pixel + tile[2:]).astype(int)
-    return np.where(outside, F(0), (F(1) - texel(shadow_map, at)) / range[0])
+    return np.where(outside, F(-1), (F(1) - texel(shadow_map, at)) / range[0])
 
 
 def tent(offset: np.ndarray) -> np.ndarray:
@@ -22,9 +27,58 @@ def tent(offset: np.ndarray) -> np.ndarray:
     return np.stack([F(0.5) * before * before, F(0.75) - offset * offset, F(0.5) * after * after], -1)
 
 
+def stands_out(occluder: np.ndarray, own: np.ndarray, away: np.ndarray, contact: np.ndarray) -> np.ndarray:
+    return (occluder - own) * away > contact * own * occluder
+
+
+def blur_at(
+    shadow_map: np.ndarray,
+    tile: np.ndarray,
+    range: np.ndarray,
+    pixel: np.ndarray,
+    at: np.ndarray,
+    surface: np.ndarray,
+    away: np.ndarray,
+) -> np.ndarray:
+    own = np.maximum(surface[..., 0] + dot(surface[..., 1:], pixel - at)[..., 0], F(0))
+    occluder = occluder_at(shadow_map, pixel, tile, range)
+    blur = np.where(stands_out(occluder, own, away, range[2]), range[3] * (occluder - own), F(0))
+    return np.where(occluder < 0, F(-1), blur)
+
+
+def soft_share(
+    shadow_map: np.ndarray,
+    tile: np.ndarray,
+    range: np.ndarray,
+    at: np.ndarray,
+    surface: np.ndarray,
+    away: np.ndarray,
+    widest: np.ndarray,
+) -> np.ndarray:
+    found, blurs, seen, opened = (np.zeros(widest.shape, F) for _ in "1234")
+    way = np.array((1, 0), F)
+    for k in builtins.range(SPREAD_TAPS):
+        aside = widest[..., None] * (F(k) + F(0.5)) / F(SPREAD_TAPS) * way
+        blur = blur_at(shadow_map, tile, range, np.floor(at + aside + F(0.5)), at, surface, away)
+        hides = blur >= np.maximum(BLURRED, length(aside)[..., 0])
+        found += hides
+        blurs += np.where(hides, blur, F(0))
+        way = ONWARDS @ way
+    reach = np.minimum(blurs / np.maximum(found, F(1)), widest)
+    way = np.array((1, 0), F)
+    for k in builtins.range(SPREAD_TAPS):
+        aside = reach[..., None] * np.sqrt((F(k) + F(0.5)) / F(SPREAD_TAPS)) * way
+        blur = blur_at(shadow_map, tile, range, np.floor(at + aside + F(0.5)), at, surface, away)
+        seen += blur >= 0
+        opened += (blur >= 0) & (blur <= BLURRED)
+        way = ONWARDS @ way
+    share = np.where(seen > 0, opened / np.maximum(seen, F(1)), F(1))
+    return np.where((found == 0) | (widest < BLURRED), F(1), share)
+
+
 def light_share(shadow_map: np.ndarray, views: np.ndarray, row: int, point: np.ndarray, n: np.ndarray) -> np.ndarray:
     """(..., 1), so that it multiplies colours."""
-    turn, shift, tile, range = views[row, :3, :3], views[row, :3, 3], views[row, 3], views[row, 4, :3]
+    turn, shift, tile, range = views[row, :3, :3], views[row, :3, 3], views[row, 3], views[row, 4]
     seen = _turned(turn, point) + shift
     ahead = seen[..., 2:] > range[0]
     seen = np.where(ahead, seen, np.array((0, 0, 1), F))
@@ -46,8 +100,12 @@ def light_share(shadow_map: np.ndarray, views: np.ndarray, row: int, point: np.n
             pixel = middle + np.array((x - 1, y - 1), F)
             own = np.maximum(F(1) / z[..., 0] + dot(slope, pixel - at)[..., 0], F(0))
             occluder = occluder_at(shadow_map, pixel, tile, range)
-            hidden = (occluder - own) * away > range[2] * own * occluder
+            hidden = (range[3] * (occluder - own) < SHARP) & stands_out(occluder, own, away, range[2])
             share[..., 0] += np.where(hidden, F(0), across[..., x] * down[..., y])
+    widest = np.minimum(range[3] * (F(1) / range[0] - F(1) / z[..., 0]), MOST_BLUR)
+    surface = np.concatenate([F(1) / z, slope], -1)
+    soft = soft_share(shadow_map, tile, range, at, surface, away, widest)
+    share[..., 0] *= np.where(share[..., 0] == 0, F(1), soft)
     return np.where(ahead, share, F(1))
 
 

@@ -113,7 +113,7 @@ class GridObjects(FullscreenPasses):
         inputs |= {"scale": scale, "material_number": float(number), "near": eye.near / scale}
         if shown.shading == "flat":
             inputs |= lights | {"material": shown.material}
-            constants = {"SHADOWS": int("shadow_map" in lights), **environment_of(lights)}
+            constants = {"SHADOWS": 2 * int("shadow_map" in lights), **environment_of(lights)}
             passed = self.fullscreen("meshes/grid_flat.frag", self._look_up, **constants)
         else:
             passed = self._pass("meshes/grid.frag", shown)

@@ -79,7 +79,7 @@ class LightPass(FullscreenPasses):
         alone = "only_light" in inputs
         kind = (
             points is not None,
-            lighting.shadows is not None,
+            lighting.shadows.kind if lighting.shadows else 0,
             len(materials) > 1,
             linear,
             alone,

@@ -21,6 +21,11 @@ class ShadowLookUp(NamedTuple):
     views: np.ndarray  # (n, 5, 4) as shaders/common/shadow.glsl reads them, for points in the surfaces' axes
     to_world: np.ndarray  # (3, 3) from the surfaces' axes
 
+    @property
+    def kind(self) -> int:
+        """Return the constant SHADOWS of shaders/common/shadow.glsl."""
+        return 2 if self.views[:, 4, 3].any() else 1
+
 
 class Lobes(NamedTuple):
     """An environment as highlights show it: maps for some exponents."""

@@ -59,10 +59,10 @@ class ShadowMap(Versioned, Owner):
     def rows(self, views: Sequence[ShadowView], axes: np.ndarray) -> np.ndarray:
         """Return (n, 5, 4) for shaders/common/shadow.glsl. axes: the pose of the camera in whose axes points are."""
         rows = np.zeros((max(len(views), 1), 5, 4))
-        for k, (eye, contact) in enumerate(views):
+        for k, (eye, contact, spread) in enumerate(views):
             rows[k, :3] = (np.linalg.inv(eye.pose) @ axes)[:3]
             rows[k, 3] = (eye.camera.fx, eye.camera.cx, *self._first(k))
-            rows[k, 4, :3] = eye.near, eye.camera.width, contact
+            rows[k, 4] = eye.near, eye.camera.width, contact, spread * eye.camera.fx
         return rows
 
     def _first(self, k: int) -> tuple[int, int]:

@@ -16,7 +16,7 @@ from ..gpu.core.view_images import Target
 from ..gpu.drawables import Drawables
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import HIGHLIGHTS, LightSet, around_inputs
-from ..gpu.shading.view_visibility import plane_shift
+from ..gpu.shading.view_visibility import plane_shift, plane_turn
 from ..messages.progress import Count
 from ..scene.render_settings import SIMPLE, Finish, Vector
 from ..scene.sample_pattern import at_sample
@@ -134,6 +134,7 @@ class Accumulator(FullscreenPasses):
             constants |= {"VISIBILITY": 1}
             inputs["radius"] = around.radius(looking_distance(visible.scene, visible.eye.pose))
             inputs["shift"] = plane_shift(visible.sample)
+            inputs["turned"] = plane_turn(visible.sample)
         with self._develop.canvas(target.samples.ground).opened((0, 0, *target.size)) as image:
             shadows = self.fullscreen("shading/ground.frag", None, **constants)
             shadows.draw(image, {}, material=visible.materials[0].strengths, **inputs)

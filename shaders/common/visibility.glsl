@@ -50,9 +50,10 @@ struct Plane {
     uint hidden;
 };
 
-Plane plane_through(ivec2 pixel, vec3 point, vec3 n, vec4 intrinsics) {
+// The plane of a pixel, turned by a share of half a circle.
+Plane plane_through(ivec2 pixel, float turned, vec3 point, vec3 n, vec4 intrinsics) {
     vec3 v = normalize(-point);
-    float angle = plane_of(pixel).x * 3.14159265;
+    float angle = (plane_of(pixel).x + turned) * 3.14159265;
     vec2 way = vec2(cos(angle), sin(angle));
     vec3 along = vec3(way / intrinsics.xy, 0.0);
     vec3 t = normalize(along - v * dot(along, v));
@@ -117,13 +118,13 @@ float weight_of_plane(Plane plane) {
 
 // What hides light along one plane through a pixel, in a view of several objects, of which one may not count: that of this
 // number. surface_map: unit normal and depth; numbers_map: the object's number in w; own: normal and depth of the point at
-// a texel; radius: how far occluders may be; pixel decides which plane it is. Surfaces go on beyond the picture.
+// a texel; radius: how far occluders may be; pixel and turned decide which plane it is. Surfaces go on beyond the picture.
 Plane look_among(
     sampler2D surface_map, sampler2D numbers_map, bool some_count, float number, ivec2 pixel, ivec2 texel, vec4 own,
-    vec4 intrinsics, float radius
+    vec4 intrinsics, float radius, float turned
 ) {
     vec3 point = pixel_ray(vec2(texel), intrinsics) * abs(own.w), v = normalize(-point);
-    Plane plane = plane_through(pixel, point, own.xyz / max(length(own.xyz), 1e-4), intrinsics);
+    Plane plane = plane_through(pixel, turned, point, own.xyz / max(length(own.xyz), 1e-4), intrinsics);
     float reach = radius * mean_focal_length(intrinsics) / abs(own.w);
     vec2 last = vec2(textureSize(surface_map, 0) - 1);
     int steps = own.w != 0.0 ? 2 * STEPS : 0;  // a loop that no pixel takes costs software drivers nothing
@@ -143,8 +144,10 @@ Plane look_among(
 }
 
 // The same where all that is seen counts.
-Plane look_along(sampler2D surface_map, ivec2 pixel, ivec2 texel, vec4 own, vec4 intrinsics, float radius) {
-    return look_among(surface_map, surface_map, false, 0.0, pixel, texel, own, intrinsics, radius);
+Plane look_along(
+    sampler2D surface_map, ivec2 pixel, ivec2 texel, vec4 own, vec4 intrinsics, float radius, float turned
+) {
+    return look_among(surface_map, surface_map, false, 0.0, pixel, texel, own, intrinsics, radius, turned);
 }
 
 // What is left when a share of the light is hidden that comes from these directions: the bent normal, the share.
@@ -156,8 +159,10 @@ vec4 without(vec4 hidden, vec3 n) {
 }
 
 // The visibility of a point that stands alone, from its one plane: the mean of many, along other planes, is its own.
-vec4 seen_from_plane(sampler2D surface_map, ivec2 pixel, ivec2 texel, vec4 own, vec4 intrinsics, float radius) {
-    Plane plane = look_along(surface_map, pixel, texel, own, intrinsics, radius);
+vec4 seen_from_plane(
+    sampler2D surface_map, ivec2 pixel, ivec2 texel, vec4 own, vec4 intrinsics, float radius, float turned
+) {
+    Plane plane = look_along(surface_map, pixel, texel, own, intrinsics, radius, turned);
     return without(sum_of_sectors(plane, plane.hidden) / max(weight_of_plane(plane), 1e-4), own.xyz);
 }
 

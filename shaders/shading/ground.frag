@@ -19,6 +19,7 @@ uniform mat3 to_world;
 #if VISIBILITY
 uniform float radius;  // how far things may be that hide light from all around
 uniform ivec2 shift;   // of the planes in which they are looked for
+uniform float turned;  // and by how much these are turned, in half circles: few planes alike show as rays
 #endif
 
 out float alpha;
@@ -33,7 +34,7 @@ void main() {
 #if VISIBILITY
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec4 own = vec4(plane.xyz, depth);
-    visibility = seen_from_plane(surface_map, pixel + shift, pixel, own, intrinsics, radius);
+    visibility = seen_from_plane(surface_map, pixel + shift, pixel, own, intrinsics, radius, turned);
     left *= visibility.w;
 #endif
     if (ENVIRONMENT > 0) {

@@ -25,9 +25,9 @@ void main() {
 #if OBJECTS
     float known = texelFetch(visibility_map, texel, 0).w < 0.0 ? 0.0 : texel_at(numbers_map, texel).w;
     ivec2 along = pixel + shift;
-    Plane plane = look_among(surface_map, numbers_map, true, known, along, texel, own, intrinsics, radius);
+    Plane plane = look_among(surface_map, numbers_map, true, known, along, texel, own, intrinsics, radius, 0.0);
 #else
-    Plane plane = look_along(surface_map, pixel, texel, own, intrinsics, radius);
+    Plane plane = look_along(surface_map, pixel, texel, own, intrinsics, radius, 0.0);
 #endif
     hidden = sum_of_sectors(plane, plane.hidden);
     weight = weight_of_plane(plane);

@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
+from pointshade_gl.gpu.shading.view_visibility import plane_shift, plane_turn
+
 from ..reference import surroundings, visibility
 from ..reference.camera import pixel_ray
 
 F = np.float32
 K = np.array([60.0, -62.0, 30.0, 20.0], F)
 K_GLSL = "vec4(60.0, -62.0, 30.0, 20.0)"
+TURNED = 0.03  # half circles
 WIDTH, HEIGHT = 64, 48
 
 
@@ -76,8 +79,8 @@ def test_a_plane_goes_through_the_eye_and_keeps_what_lies_in_it_of_the_normal(gp
     rng = np.random.default_rng(2)
     point, n = rng.uniform((-1, -1, 1), (1, 1, 3), (200, 3)).astype(F), unit(rng.normal(size=(200, 3)))
     pixel = some_pixels(200)
-    mirror = visibility.plane_through(pixel, point.astype(F), n, K)
-    call = f"Plane s = plane_through(ivec2(q), p, n, {K_GLSL});"
+    mirror = visibility.plane_through(pixel, TURNED, point.astype(F), n, K)
+    call = f"Plane s = plane_through(ivec2(q), {TURNED}, p, n, {K_GLSL});"
     inputs = {"q": pixel, "p": point, "n": n}
     for name, expression in {"m": "s.m, s.share", "across": "s.across, 0", "v": "s.v, s.tilt"}.items():
         found = gpu("visibility.glsl", expression, before=call, **inputs)
@@ -94,7 +97,10 @@ def test_steps_and_what_they_hide_are_those_of_the_mirror(gpu, k):
     pixel, texel = some_pixels(200), some_pixels(200)
     point, n = rng.uniform((-1, -1, 1), (1, 1, 3), (200, 3)).astype(F), unit(rng.normal(size=(200, 3)))
     away = rng.uniform(-0.5, 0.5, (200, 3)).astype(F)
-    plane, call = visibility.plane_through(pixel, point, n, K), f"plane_through(ivec2(q), p, n, {K_GLSL})"
+    plane, call = (
+        visibility.plane_through(pixel, TURNED, point, n, K),
+        f"plane_through(ivec2(q), {TURNED}, p, n, {K_GLSL})",
+    )
     inputs = {"q": pixel, "p": point, "n": n}
     found = gpu("visibility.glsl", f"step_place(ivec2(q), ivec2(t), {call}, {k}, 20.0), 0, 0", t=texel, **inputs)
     mostly(found[:, :2], visibility.step_place(pixel, texel, plane, k, np.full(200, F(20))), 1e-3, 0.98)
@@ -110,8 +116,8 @@ def test_a_whole_plane_sums_up_to_the_cosine_lobe_over_16_planes(gpu):
     for n in ([0, 0, -1], [0.6, 0, -0.8], [0.3, -0.8, -0.5]):
         n = unit(np.array(n, F))
         inputs = {"q": pixel, "p": np.tile(F([0, 0, 2]), (16, 1)), "n": np.tile(n, (16, 1))}
-        plane = visibility.plane_through(pixel, inputs["p"], inputs["n"], K)
-        call = f"Plane s = plane_through(ivec2(q), p, n, {K_GLSL});"
+        plane = visibility.plane_through(pixel, TURNED, inputs["p"], inputs["n"], K)
+        call = f"Plane s = plane_through(ivec2(q), {TURNED}, p, n, {K_GLSL});"
         found = gpu("visibility.glsl", "sum_of_sectors(s, 0xFFFFFFFFu)", before=call, **inputs)
         whole = np.full(16, 0xFFFFFFFF, np.uint32)
         np.testing.assert_allclose(found, visibility.sum_of_sectors(plane, whole), atol=2e-5)
@@ -137,16 +143,30 @@ def test_surfaces_go_on_as_planes_beyond_the_border(gpu):
 def test_what_planes_see_is_as_by_the_mirror(gpu, surfaces, radius):
     texel = some_pixels()
     own = surfaces[texel[:, 1], texel[:, 0]]
-    before = f"Plane s = look_along(surface_map, ivec2(t), ivec2(t), o, {K_GLSL}, {radius});"
+    before = f"Plane s = look_along(surface_map, ivec2(t), ivec2(t), o, {K_GLSL}, {radius}, {TURNED});"
     found = gpu("visibility.glsl", "sum_of_sectors(s, s.hidden)", before=before, t=texel, o=own, surface_map=surfaces)
-    plane = visibility.look_along(surfaces, texel, texel, own, K, radius)
+    plane = visibility.look_along(surfaces, texel, texel, own, K, radius, TURNED)
     known = own[:, 3] > 0
     mirror = visibility.sum_of_sectors(plane, plane.hidden)
     mostly(found[known], mirror[known], share=0.95)
     assert np.ptp(mirror[known, 3]) > 0.5 and not plane.hidden[~known].any()
-    call = f"seen_from_plane(surface_map, ivec2(t), ivec2(t), o, {K_GLSL}, {radius})"
+    call = f"seen_from_plane(surface_map, ivec2(t), ivec2(t), o, {K_GLSL}, {radius}, {TURNED})"
     found = gpu("visibility.glsl", call, t=texel, o=own, surface_map=surfaces)
-    mostly(found[known], visibility.seen_from_plane(surfaces, texel, texel, own, K, radius)[known], 1e-3, share=0.95)
+    mostly(
+        found[known],
+        visibility.seen_from_plane(surfaces, texel, texel, own, K, radius, TURNED)[known],
+        1e-3,
+        share=0.95,
+    )
+
+
+def test_of_16_neighbours_on_a_ground_and_16_samples_no_two_look_along_the_same_plane():
+    pixel = np.stack(np.meshgrid(np.arange(4), np.arange(4)), -1).reshape(16, 2)
+    for first in (0, 16, 48):
+        samples = range(first, first + 16)
+        turns = np.array([visibility.plane_of(pixel + plane_shift(k))[:, 0] + plane_turn(k) for k in samples])
+        assert len(np.unique(turns)) == 256
+        assert (np.sort(np.floor(16 * turns), axis=0) == np.arange(16)[:, None]).all()  # each pixel all round
 
 
 def test_what_goes_on_is_thicker_than_what_starts_anew(gpu):
@@ -164,13 +184,15 @@ def test_among_objects_only_the_others_hide(gpu, surfaces):
     texel, own = texel[own[:, 3] > 0], own[own[:, 3] > 0]
     numbers = np.ones_like(surfaces)
     numbers[10:30, 20:40, 3] = 2
-    before = f"Plane s = look_among(surface_map, numbers_map, true, number, ivec2(t), ivec2(t), o, {K_GLSL}, 1.0);"
+    before = (
+        f"Plane s = look_among(surface_map, numbers_map, true, number, ivec2(t), ivec2(t), o, {K_GLSL}, 1.0, {TURNED});"
+    )
     answers = []
     for number in (0, 1, 2):
         inputs = {"t": texel, "o": own, "number": np.full((len(texel), 1), number, F)}
         maps = {"surface_map": surfaces, "numbers_map": numbers}
         found = gpu("visibility.glsl", "sum_of_sectors(s, s.hidden)", before=before, **inputs, **maps)
-        plane = visibility.look_among(surfaces, numbers, True, number, texel, texel, own, K, 1.0)
+        plane = visibility.look_among(surfaces, numbers, True, number, texel, texel, own, K, 1.0, TURNED)
         mostly(found, visibility.sum_of_sectors(plane, plane.hidden), share=0.95)
         answers.append(found[:, 3])
     assert (answers[1] <= answers[0] + 1e-5).all() and (answers[1] < answers[0] - 0.05).any()

@@ -38,7 +38,7 @@ def visibility_map(surface_map: np.ndarray, intrinsics: np.ndarray, radius: floa
     pixel = np.stack(np.meshgrid(np.arange(-(-width // stride)), np.arange(-(-height // stride))), -1)
     texel = np.minimum(pixel * stride, (width - 1, height - 1))
     own = surface_map[texel[..., 1], texel[..., 0]]
-    plane = look_along(surface_map, pixel, texel, own, intrinsics, radius)
+    plane = look_along(surface_map, pixel, texel, own, intrinsics, radius, 0)
     sums, weights = sum_of_sectors(plane, plane.hidden), weight_of_plane(plane)[..., None]
     sums = mean_hidden(sums, weights, True, surface_map, pixel, -2, stride, intrinsics)
     sums = mean_hidden(sums, sums, False, surface_map, pixel, -1, stride, intrinsics)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pointshade_gl.estimation.ground_plane import seen_ground
-from pointshade_gl.gpu.shading.view_visibility import plane_shift
+from pointshade_gl.gpu.shading.view_visibility import plane_shift, plane_turn
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.render_settings import Finish
 from pointshade_gl.scene.sample_pattern import at_sample
@@ -68,7 +68,9 @@ def draw_ground(
         assert surface_map is not None
         texel, own = np.stack([u, v], -1)[met], np.concatenate([n, depth[met, None]], -1).astype(F)
         pixel, intrinsics = texel + np.array(plane_shift(sample)), np.array(eye.camera.intrinsics, F)
-        seen = seen_from_plane(surface_map, pixel, texel, own, intrinsics, surroundings.radius(distance))
+        seen = seen_from_plane(
+            surface_map, pixel, texel, own, intrinsics, surroundings.radius(distance), plane_turn(sample)
+        )
     around = around_of(surroundings, 1.0, eye.pose)
     if around is None:
         light = material[0] * np.ones(3, F), material[0] * seen[:, 3:] * np.ones(3, F)

@@ -47,9 +47,9 @@ def bits_in_fours(bits: np.ndarray) -> np.ndarray:
     return (pairs & np.uint32(0x33333333)) + ((pairs >> 2) & np.uint32(0x33333333))
 
 
-def plane_through(pixel, point, n, intrinsics) -> Plane:
+def plane_through(pixel, turned, point, n, intrinsics) -> Plane:
     v = normalize(-point)
-    angle = plane_of(pixel)[..., :1] * F(3.14159265)
+    angle = (plane_of(pixel)[..., :1] + F(turned)) * F(3.14159265)
     way = np.concatenate([np.cos(angle), np.sin(angle)], -1)
     along = np.concatenate([way / intrinsics[:2], np.zeros_like(angle)], -1)
     t = normalize(along - v * dot(along, v))
@@ -107,16 +107,16 @@ def met_at(surface, place, at, intrinsics) -> np.ndarray:
     return np.where(z > 0, ray * z, MISSED)
 
 
-def look_along(surface_map, pixel, texel, own, intrinsics, radius) -> Plane:
-    return look_among(surface_map, surface_map, False, 0, pixel, texel, own, intrinsics, radius)
+def look_along(surface_map, pixel, texel, own, intrinsics, radius, turned) -> Plane:
+    return look_among(surface_map, surface_map, False, 0, pixel, texel, own, intrinsics, radius, turned)
 
 
-def look_among(surface_map, numbers_map, some_count, number, pixel, texel, own, intrinsics, radius) -> Plane:
+def look_among(surface_map, numbers_map, some_count, number, pixel, texel, own, intrinsics, radius, turned) -> Plane:
     pixel, texel, last = np.asarray(pixel), np.asarray(texel), np.array(surface_map.shape[1::-1]) - 1
     depth = np.where(own[..., 3:] == 0, F(1), np.abs(own[..., 3:]))
     point = pixel_ray(texel.astype(F), intrinsics) * depth
     v = normalize(-point)
-    plane = plane_through(pixel, point, own[..., :3] / np.maximum(length(own[..., :3]), F(1e-4)), intrinsics)
+    plane = plane_through(pixel, turned, point, own[..., :3] / np.maximum(length(own[..., :3]), F(1e-4)), intrinsics)
     reach = (F(radius) * mean_focal_length(intrinsics) / depth)[..., 0]
     hidden, before, run = plane.hidden, np.zeros_like(point), np.zeros(point.shape[:-1], F)
     for k in range(2 * STEPS):
@@ -142,8 +142,8 @@ def without(hidden: np.ndarray, n: np.ndarray) -> np.ndarray:
     return np.concatenate([bent, np.where(some, share, F(0))], -1)
 
 
-def seen_from_plane(surface_map, pixel, texel, own, intrinsics, radius) -> np.ndarray:
-    plane = look_along(surface_map, pixel, texel, own, intrinsics, radius)
+def seen_from_plane(surface_map, pixel, texel, own, intrinsics, radius, turned) -> np.ndarray:
+    plane = look_along(surface_map, pixel, texel, own, intrinsics, radius, turned)
     weight = np.maximum(weight_of_plane(plane), F(1e-4))[..., None]
     return without(sum_of_sectors(plane, plane.hidden) / weight, own[..., :3])
 

@@ -13,9 +13,9 @@
 //                pixels a shadow blurs for each unit of 1/z from the occluder to the point, 0 of a light that is a point
 
 const float FLATTEST = 0.1;   // cosine: a receiver seen flatter by the light is taken to be tilted no more
-const float SHARP = 3.0;      // pixels: shadows that blur by less are taken to be as sharp as those of a point,
-const float BLURRED = 1.125;  // and those that blur by more are looked for all round; between them both: no gap is left
-const float MOST_BLUR = 16.0; // pixels: shadows blur by no more in one view
+const float SHARP = 3.0;       // pixels: what blurs by less is compared with its neighbours alone, as of a point light,
+const float BLURRED = 1.125;   // and what blurs by more is looked for all round; between them both, so that few gaps open
+const float MOST_BLUR = 16.0;  // pixels: shadows blur by no more in one view
 
 const int SPREAD_TAPS = 16;   // places spread evenly over a disc, each a golden angle farther round (Vogel 1979)
 const mat2 ONWARDS = mat2(-0.73736888, 0.67549029, -0.67549029, -0.73736888);

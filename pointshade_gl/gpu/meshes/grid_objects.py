@@ -113,7 +113,8 @@ class GridObjects(FullscreenPasses):
         inputs |= {"scale": scale, "material_number": float(number), "near": eye.near / scale}
         if shown.shading == "flat":
             inputs |= lights | {"material": shown.material}
-            constants = {"SHADOWS": 2 * int("shadow_map" in lights), **environment_of(lights)}
+            shadows = 2 if "shadow_map" in lights else 0  # soft ones, in case: of hard ones the picture is the same
+            constants = {"SHADOWS": shadows, **environment_of(lights)}
             passed = self.fullscreen("meshes/grid_flat.frag", self._look_up, **constants)
         else:
             passed = self._pass("meshes/grid.frag", shown)

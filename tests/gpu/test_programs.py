@@ -22,7 +22,24 @@ def test_includes_are_recursive_and_taken_once(tmp_path):
     (tmp_path / "main.frag").write_text('#version 330 core\n#include "a.glsl"\n#include "b.glsl"\nfloat m;\n')
     text, origin = splice("main.frag", tmp_path)
     assert text == "#version 330 core\nfloat a;\nfloat b;\nfloat m;\n"
-    assert origin == [("main.frag", 1), ("a.glsl", 1), ("b.glsl", 2), ("main.frag", 4)]
+    lines = [(file, number) for file, numbers in origin for number in numbers]
+    assert lines == [("main.frag", 1), ("a.glsl", 1), ("b.glsl", 2), ("main.frag", 4)]
+
+
+def test_files_of_another_folder_are_read_again(tmp_path):
+    for text in ("float a;\n", "float b;\n"):
+        (tmp_path / "main.frag").write_text(text)
+        assert splice("main.frag", tmp_path)[0] == text
+
+
+def test_all_shaders_have_the_origin_of_each_line():
+    for path in shader_folder().rglob("*.*"):
+        if path.suffix in (".vert", ".frag", ".comp"):
+            text, origin = splice(path.relative_to(shader_folder()).as_posix())
+            places = [(file, number) for file, numbers in origin for number in numbers]
+            files = {file: (shader_folder() / file).read_text().splitlines() for file, _ in places}
+            assert [files[file][number - 1] for file, number in places] == text.splitlines()
+            assert not any(line.lstrip().startswith("#include") for line in text.splitlines())
 
 
 def test_an_include_in_a_comment_is_a_comment(tmp_path):
@@ -36,7 +53,7 @@ def test_a_missing_include_names_the_line_that_wants_it(tmp_path):
         splice("main.frag", tmp_path)
 
 
-ORIGIN = [("x.frag", 1), ("common/a.glsl", 1), ("common/a.glsl", 2)]
+ORIGIN = [("x.frag", [1]), ("common/a.glsl", range(1, 3))]
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import random
 import re
 import sys
 from itertools import product
@@ -105,12 +106,39 @@ FOLDER = shader_folder()
 ENTRIES = sorted(path.relative_to(FOLDER).as_posix() for path in FOLDER.rglob("*") if path.suffix in STAGES)
 
 
-VARIANTS = [
-    (name, dict(zip(constants, values, strict=True)))
-    for name in ENTRIES
-    for constants in [CONSTANTS.get(name, {})]
-    for values in product(*constants.values())
-]
+SEED = int(os.environ.get("POINTSHADE_SEED", "1"))  # other random variants
+
+
+def variants(page=True):
+    """[(entry, constants)] of all programs that can fail differently; with those that only pages build, or without.
+
+    Each combination of the constants in `#if`, which choose inputs; and each value of the others once, as `if`
+    compiles both sides.
+    """
+    found = []
+    for name in ENTRIES:
+        constants = asked_for(name, page)
+        first = {key: values[0] for key, values in constants.items()}
+        conditions = " ".join(re.findall(r"^\s*#(?:el)?if\b(.*)", splice(name)[0], re.MULTILINE))
+        inputs = [key for key in constants if re.search(rf"\b{key}\b", conditions)]
+        for values in product(*(constants[key] for key in inputs)):
+            found.append((name, first | dict(zip(inputs, values, strict=True))))
+        for key in constants.keys() - inputs:
+            found += [(name, first | {key: value}) for value in constants[key][1:]]
+    return sorted(found, key=str)
+
+
+def asked_for(name, page):
+    """The constants of an entry file, and their values. TONE is 1 on pages alone."""
+    constants = CONSTANTS.get(name, {})
+    return constants if page else {key: values for key, values in constants.items() if key != "TONE"}
+
+
+def random_variants(part, page=True):
+    """Ten (entry, constants) with random values for all constants, of those entries that have several."""
+    rng = random.Random(f"{SEED} {part}")
+    for name in rng.choices([name for name in ENTRIES if len(CONSTANTS.get(name, {})) > 1], k=10):
+        yield name, {key: rng.choice(values) for key, values in asked_for(name, page).items()}
 
 
 @pytest.fixture(scope="module")
@@ -151,17 +179,36 @@ def as_es(text, version, **constants):
     return f"#version {version} es\n{PRECISION}{defines}{text.split(chr(10), 1)[1]}"
 
 
-@pytest.mark.parametrize("name", ENTRIES)
-def test_the_constants_of_each_shader_are_all_tried(name):
-    found = re.findall(r"^#ifndef (\w+)", splice(name)[0], re.MULTILINE)
-    assert len(ENTRIES) > 50 and set(found) <= set(CONSTANTS.get(name, {}))  # without those that have no default
+def test_the_constants_of_each_shader_are_all_tried():
+    assert len(ENTRIES) > 50
+    for name in ENTRIES:
+        found = re.findall(r"^#ifndef (\w+)", splice(name)[0], re.MULTILINE)
+        assert set(found) <= set(CONSTANTS.get(name, {})), name  # without those that have no default
 
 
-@pytest.mark.parametrize(("name", "constants"), VARIANTS, ids=lambda value: str(value or "plain"))
+@pytest.mark.parametrize(("name", "constants"), variants(), ids=lambda value: str(value or "plain"))
 def test_every_shader_compiles_as_glsl_es(complaints, name, constants):
     buffers = name.endswith(".comp") or constants.get("LOOK_UP")
     text = as_es(splice(name)[0], "310" if buffers else "300", **constants)
     assert complaints(STAGES[name[-5:]], text) == ""
+
+
+@pytest.mark.parametrize("part", range(3), ids=lambda part: f"POINTSHADE_SEED={SEED} {part}")
+def test_random_variants_compile_as_glsl_es(complaints, part):
+    for name, constants in random_variants(part):
+        print(name, constants)
+        test_every_shader_compiles_as_glsl_es(complaints, name, constants)
+
+
+def test_each_value_of_a_constant_and_each_choice_of_inputs_is_built():
+    found = [(name, CONSTANTS.get(name, {}), constants) for name, constants in variants()]
+    assert {name for name, _, _ in found} == set(ENTRIES) and len(found) < 400
+    for entry, possible in CONSTANTS.items():
+        built = [constants for name, _, constants in found if name == entry]
+        for key, values in possible.items():
+            assert {constants[key] for constants in built} == set(values)
+    masked = [constants for name, _, constants in found if name == "points/splats.comp"]
+    assert len(masked) == 12 and all(len(constants) == 3 for constants in masked)
 
 
 @pytest.mark.parametrize(
@@ -179,7 +226,7 @@ def test_what_only_desktops_know_is_found(complaints, line, complaint):
     assert re.search(complaint, complaints(STAGES[".frag"], as_es(text, "300")))
 
 
-@pytest.mark.parametrize("path", sorted(shader_folder().rglob("*.*")), ids=lambda path: path.name)
-def test_no_name_is_one_of_compute_shaders(path):
+def test_no_name_is_one_of_compute_shaders():
     """In GLSL ES `shared` is a kind of memory. Mesa accepts it as a name, other drivers do not."""
-    assert path.suffix == ".md" or not re.search(r"\bshared\b", re.sub(r"//.*", "", path.read_text()))
+    texts = {path.name: path.read_text() for path in FOLDER.rglob("*.*") if path.suffix != ".md"}
+    assert [name for name, text in texts.items() if re.search(r"\bshared\b", re.sub(r"//.*", "", text))] == []

@@ -10,7 +10,7 @@ from pointshade_gl.scene.appearance import SHADINGS
 
 from ..support import frames
 from ..support.drivers import need_compute
-from .test_shaders_es import VARIANTS
+from .test_shaders_es import SEED, random_variants, variants
 
 VERTEX = {
     "points/splats.frag": "points/splats.vert",
@@ -34,12 +34,13 @@ def told(monkeypatch, request):
     return request.param
 
 
-@pytest.mark.parametrize(("name", "constants"), VARIANTS, ids=lambda value: str(value or "plain"))
+DRAWN = [variant for variant in variants(page=False) if not variant[0].endswith(".vert")]
+
+
+@pytest.mark.parametrize(("name", "constants"), DRAWN, ids=lambda value: str(value or "plain"))
 def test_every_shader_compiles_for_a_software_driver(renderer, monkeypatch, name, constants):
     monkeypatch.setenv("POINTSHADE_PROGRAMS", "software")
     gl = renderer.context.gl
-    if name.endswith(".vert"):
-        return
     if name.endswith(".comp") or constants.get("LOOK_UP"):
         need_compute(renderer)
     with gl:
@@ -48,6 +49,14 @@ def test_every_shader_compiles_for_a_software_driver(renderer, monkeypatch, name
         else:
             version = 430 if constants.get("LOOK_UP") else 330
             build_program(gl, VERTEX.get(name, "fullscreen.vert"), name, None, version, **constants).release()
+
+
+@pytest.mark.parametrize("part", range(3, 5), ids=lambda part: f"POINTSHADE_SEED={SEED} {part}")
+def test_random_variants_compile_for_a_software_driver(renderer, monkeypatch, part):
+    for name, constants in random_variants(part, page=False):
+        if not name.endswith(".vert"):
+            print(name, constants)
+            test_every_shader_compiles_for_a_software_driver(renderer, monkeypatch, name, constants)
 
 
 def shown(draw, frame, shadings):

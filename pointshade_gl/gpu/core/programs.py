@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -18,9 +18,10 @@ from ...messages.errors import ShaderError
 from ...scene.camera import Camera
 from ..context.software_driver import by_flat_inputs, by_images, reads_images, wants_software
 
-Spliced = tuple[str, list[tuple[str, int]]]  # text, and for each line of it (file, line)
+Origin = list[tuple[str, Sequence[int]]]  # where the lines of a text come from: a file, and their numbers in it
+Spliced = tuple[str, Origin]
 _ENDINGS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-_INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"')
+_INCLUDE = re.compile(r'^[ \t]*#include[ \t]+"([^"]+)".*\n?', re.MULTILINE)
 # Mesa "0:12(5): error", NVIDIA "0(12) : error", macOS and Intel "ERROR: 0:12: "
 _DRIVER_LINE = re.compile(r"(?:ERROR: )?\b0[:(](\d+)\)?(?:\(\d+\))?\s*:\s*(?:error)?:?\s*(.*)", re.IGNORECASE)
 
@@ -36,28 +37,43 @@ def shader_folder() -> Path:
 
 
 def splice(name: str, folder: Path | None = None) -> Spliced:
-    """Return the text of a shader with its includes in place, and for each line of it (file, line)."""
+    """Return the text of a shader with its includes in place, and where its lines come from."""
+    pieces = _pieces if folder is None else _pieces.__wrapped__  # files of other folders may change
     folder = folder or shader_folder()
-    lines: list[str] = []
-    origin: list[tuple[str, int]] = []
+    texts: list[str] = []
+    origin: Origin = []
     done: set[str] = set()
 
     def take(part: str, wanted_by: str) -> None:
         if part in done:
             return
         done.add(part)
-        path = folder / part
-        if not path.is_file():
-            raise ShaderError(f'{wanted_by}: cannot include "{part}": no such file')
-        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-            if "#include" in line and (found := _INCLUDE.match(line)):
-                take(found[1], f"{part}:{number}")
-            else:
-                lines.append(line)
-                origin.append((part, number))
+        try:
+            found = pieces(folder / part)
+        except (FileNotFoundError, IsADirectoryError):
+            raise ShaderError(f'{wanted_by}: cannot include "{part}": no such file') from None
+        for text, numbers, include in found:
+            if text:
+                texts.append(text)
+                origin.append((part, numbers))
+            if include:
+                take(include, f"{part}:{numbers.stop}")
 
     take(name, name)
-    return "\n".join(lines) + "\n", origin
+    return "".join(texts), origin
+
+
+@cache
+def _pieces(path: Path) -> list[tuple[str, range, str]]:
+    """Return a file, cut at its includes: text, the numbers of its lines, and what is included behind it ("": none)."""
+    found, first = [], 1
+    text = path.read_text(encoding="utf-8")
+    parts = [*_INCLUDE.split(text if text.endswith("\n") else text + "\n"), ""]
+    for text, include in zip(parts[::2], parts[1::2], strict=True):
+        after = first + text.count("\n")
+        found.append((text, range(first, after), include))
+        first = after + 1
+    return found
 
 
 def _begin(context: moderngl.Context, name: str, spliced: Spliced, lines: list[str], version: int = 0) -> Spliced:
@@ -68,7 +84,8 @@ def _begin(context: moderngl.Context, name: str, spliced: Spliced, lines: list[s
         lines, version = [*lines, *reads], 430 if reads else version
     first, rest = text.split("\n", 1)
     first = f"#version {version} core" if version else first
-    return "\n".join([first, *lines, rest]), [origin[0], *[(name, 1)] * len(lines), *origin[1:]]
+    numbers = origin[0][1]
+    return "\n".join([first, *lines, rest]), [(name, [1] * (1 + len(lines))), (name, numbers[1:]), *origin[1:]]
 
 
 def build_program(
@@ -132,14 +149,14 @@ def signals_later() -> Iterator[None]:
             handlers[signal.Signals(ending)](ending, frame)
 
 
-def translate_log(log: str, origin: list[tuple[str, int]]) -> str:
+def translate_log(log: str, origin: Origin) -> str:
     """Return the driver's complaints with lines of files, `common/phong.glsl:3: error: ...`; '' if none is found."""
+    places = [f"{file}:{number}" for file, numbers in origin for number in numbers]
     found = []
     for match in _DRIVER_LINE.finditer(log):
         number = int(match[1])
-        if 0 < number <= len(origin):
-            file, line = origin[number - 1]
-            found.append(f"{file}:{line}: error: {match[2]}")
+        if 0 < number <= len(places):
+            found.append(f"{places[number - 1]}: error: {match[2]}")
     return "\n".join(found)
 
 

@@ -23,7 +23,7 @@ from .support.browser import Browser, find_chromium
 from .support.children import default_signals
 from .support.command import run
 from .support.compare import compare_images, difference_figures, difference_picture
-from .support.durations import Durations
+from .support.durations import LIMIT, Durations
 from .support.places import FAILURES, GOLDEN, REAL_FRAMES
 from .support.shader_function import evaluate
 
@@ -38,11 +38,12 @@ settings.load_profile("same")
 def pytest_addoption(parser):
     parser.addoption("--update-golden", action="store_true", help="rewrite the stored pictures with today's pictures")
     parser.addoption("--differences", metavar="FILE", help="append how stored pictures differ, a line of JSON for each")
+    parser.addoption("--cpu-limit", type=float, default=LIMIT, help="CPU seconds of a test that is not of the system")
     parser.addoption("--shuffle", metavar="SEED", help="run files in random order, and the tests of each file, too")
 
 
 def pytest_configure(config):
-    config.pluginmanager.register(Durations())
+    config.pluginmanager.register(Durations(limit=config.getoption("cpu_limit")))
 
 
 @pytest.hookimpl(trylast=True)

@@ -1,8 +1,9 @@
 """README and docs/ are true: every block of Python and every `pointshade ...` line runs, in a folder of a reader's.
 
 Each block runs alone, in a fresh copy of the folder that support/reader_folder.py makes. Lines that need what no test
-has (PARSED, ABSENT) are only read by the command line's own parser; blocks of Python that another test runs are in
-ELSEWHERE. A block that is neither Python nor commands to type is marked `text`, `json`, ... in its page.
+has (PARSED, ABSENT) are only read by the command line's own parser; turntables have FRAMES pictures; blocks of Python
+that another test runs are in ELSEWHERE. A block that is neither Python nor commands to type is marked `text`, `json`,
+... in its page.
 """
 
 import ast
@@ -48,8 +49,10 @@ ELSEWHERE = {  # words of blocks of Python that other tests run, or nobody can
     "cuda.bindings": "it needs CUDA; test_promises.py compares its calls with ours",
     "RealSenseSource": "it needs a camera",
 }
+FRAMES = "2"
 SLOW = re.compile(  # blocks that are left to the tests of the system
     r"import ray|--samples 64|--turntable|\.mp4\b|\.gif\b|\bbatch\b|--environment sky|--splat ball|render demo|1200x900"
+    r"|--views|--poses|--align|align=|--ground\b|film\.html|scan\.laz|watts=25"
 )
 
 
@@ -111,6 +114,8 @@ def try_command(words):
     print("parsed:" if is_parsed else "run:", *words)  # seen if the test fails
     if is_parsed:
         return
+    if "--turntable" in words:
+        words = [*words, "--frames", FRAMES]
     done = run(*(path for word in words for path in (sorted(map(str, Path().glob(word))) if "*" in word else [word])))
     assert done.returncode == 0, f"pointshade {' '.join(words)}: {done.stderr}"
     if "-o" in words:

@@ -57,47 +57,44 @@ def test_links_between_the_written_pages_lead_somewhere(path):
     assert [one for one in broken if one != "docs/index.md: auto_examples/index"] == []
 
 
-@pytest.fixture(scope="module")
-def site(tmp_path_factory):
-    """The folder of the built documentation. Every warning is an error."""
+@pytest.mark.system
+def test_the_site_is_built_and_whole(tmp_path):
+    """Every warning is an error; every link, anchor and picture is there, and nothing is fetched from elsewhere."""
     pytest.importorskip("sphinx")
-    out = tmp_path_factory.mktemp("docs")
-    line = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-d", out / "trees", DOCS, out]
-    done = subprocess.run(line, capture_output=True, text=True, timeout=400, cwd=ROOT)
+    line = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-d", tmp_path / "trees"]
+    site = tmp_path / "site"
+    done = subprocess.run([*line, DOCS, site], capture_output=True, text=True, timeout=400, cwd=ROOT)
     assert (done.returncode, done.stderr) == (0, "")
-    return out
-
-
-@pytest.mark.system
-def test_every_link_anchor_and_picture_of_the_site_is_there(site):
     assert broken_links(pages(site, "html"), site, html) == []
+    assert fetched(site) == set()
+    assert members() - set().union(*(html(path).anchors for path in pages(site / "reference", "html"))) == set()
+    anchors = html(site / "reference" / "command-line.html").anchors
+    assert {f"pointshade-{name}" for name in COMMANDS} <= anchors
+    assert {"cmdoption-pointshade-render-light", "cmdoption-pointshade-batch-to"} <= anchors
 
 
-@pytest.mark.system
-def test_nothing_of_the_site_is_fetched_from_elsewhere(site):
-    """A page is read without a network; links that a reader clicks on may lead to others."""
-    fetched = re.compile(r"<(?:script|img|iframe|link)\b[^>]*\b(?:src|href)=\"(?:https?:)?//[^\"]*\"")
-    assert {one for path in pages(site, "html") for one in fetched.findall(path.read_text(encoding="utf-8"))} == set()
+def fetched(site):
+    """What a page asks for from elsewhere: it is read without a network. Links that a reader clicks on may lead there."""
+    asked = re.compile(r"<(?:script|img|iframe|link)\b[^>]*\b(?:src|href)=\"(?:https?:)?//[^\"]*\"")
+    return {one for path in pages(site, "html") for one in asked.findall(path.read_text(encoding="utf-8"))}
 
 
-@pytest.mark.system
-def test_each_method_and_property_has_its_anchor(site):
-    anchors = set().union(*(html(path).anchors for path in pages(site / "reference", "html")))
+def members():
+    """The anchors of all public methods and properties."""
     owners = {re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower(): name for name in ps.__all__ if name[0].isupper()}
-    missing = set()
+    found = set()
     for name in public_names():
         made, _, member = name.partition(".")
         value = getattr(getattr(ps, owners.get(made, "")), member, None) if made in owners else None
         if isinstance(value, property) or callable(value):
-            missing |= {f"pointshade_gl.{owners[made]}.{member}"} - anchors
-    assert missing == set()
+            found.add(f"pointshade_gl.{owners[made]}.{member}")
+    return found
 
 
-@pytest.mark.system
-def test_each_command_and_each_of_its_options_has_an_anchor(site):
-    anchors = html(site / "reference" / "command-line.html").anchors
-    assert {f"pointshade-{name}" for name in COMMANDS} <= anchors
-    assert {"cmdoption-pointshade-render-light", "cmdoption-pointshade-batch-to"} <= anchors
+def test_what_pages_fetch_and_the_members_are_found(tmp_path):
+    (tmp_path / "a.html").write_text('<a href="https://b.c"></a><img alt="" src="//d.e/f.png"><script src="g.js">')
+    assert fetched(tmp_path) == {'<img alt="" src="//d.e/f.png"'}
+    assert {"pointshade_gl.Renderer.render", "pointshade_gl.Frame.pivot"} <= members()
 
 
 def test_broken_links_are_found(tmp_path):

@@ -168,6 +168,7 @@ def test_outputs_are_no_inputs_of_the_next_run(batch, tmp_path, where):
         assert code == 0 and expected in out, err
 
 
+@pytest.mark.system
 def test_each_kind_of_output_is_what_its_own_command_makes(batch, typed, tmp_path):
     write_sequence(tmp_path / "seq", 3)
     for kind in ("jpg", "normals.png", "normals.npy", "gif"):

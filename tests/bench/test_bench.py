@@ -186,6 +186,7 @@ def tiny(monkeypatch):
 
 @pytest.mark.usefixtures("renderer", "tiny")
 class TestCommand:
+    @pytest.mark.system
     def test_it_writes_charts_and_results_for_every_method(self, tmp_path):
         done = run("--quick", "--seed", 3, "-o", tmp_path / "out")
         assert done.exit_code == 0, done.output
@@ -207,6 +208,7 @@ class TestCommand:
                 assert image.width == 1800 and np.asarray(image.convert("L")).std() > 5
         assert re.search(r"out: chart.png, stability.png, results.json: \d+ methods on .+\n$", done.stdout)
 
+    @pytest.mark.system
     def test_only_measures_what_is_named_and_images_adds_pictures(self, tmp_path, monkeypatch):
         monkeypatch.setattr(forms, "SAMPLES", (1, 2))
         monkeypatch.setattr(forms, "YAWS", (30,))

@@ -79,6 +79,7 @@ def test_the_images_of_a_renderer_are_counted_until_they_are_released():
             assert views.gpu_bytes(renderer) == before < views.gpu_bytes(other)
 
 
+@pytest.mark.system
 def test_the_command_writes_what_it_measured(renderer, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(views, "QUICK_VIEWS", TINY)
     said = command.bench_views(tmp_path / "out", quick=True, seed=3, device=0)

@@ -76,6 +76,7 @@ class TestPictures:
         redness = [int((one[..., 0] - one[..., 2])[one[..., 3] > 0].sum()) for one in images]
         assert np.sign(redness[0]) == -np.sign(redness[2]) and not np.array_equal(images[1], images[3])
 
+    @pytest.mark.system
     def test_a_still_has_few_samples_but_soft_shadows_have_many(self, cloud, tmp_path):
         def drawn(*words):
             assert run("render", cloud, "--picture-size", "80x60", *words, "-o", tmp_path / "out.png").returncode == 0

@@ -55,7 +55,7 @@ class Durations:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_protocol(self, item, nextitem):
-        """Run a test; again if it was too slow: the first that needs a shader compiles it, or makes a file's fixture."""
+        """Run a test; if it was too slow, again: the first run also compiles shaders and makes fixtures of the file."""
         item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
         reports = runtestprotocol(item, log=False, nextitem=nextitem)
         if self._is_too_slow(item, reports):

@@ -90,6 +90,7 @@ def open_vase(open_viewer, **options):
 
 
 class TestVase:
+    @pytest.mark.system
     def test_as_it_is_opened_with_the_panel_or_without(self, open_viewer, again):
         viewer = open_vase(open_viewer, window_size=(640, 480))
         words = again(viewer)
@@ -113,6 +114,7 @@ class TestVase:
         words = again(viewer)
         assert "--pose" in words and words[words.index("--samples") + 1] == "5"
 
+    @pytest.mark.system
     def test_lit_by_another_light_with_a_shadow(self, open_viewer, again):
         viewer = open_vase(open_viewer)
         move(viewer, (160, 120), (250, 40))
@@ -160,6 +162,7 @@ class TestVase:
         assert words[words.index("--show") + 1] == ("normals", "depth", "certainty")[presses - 1]
         assert "--light" not in words
 
+    @pytest.mark.system
     def test_under_an_environment(self, open_viewer, again, tmp_path):
         finish = ps.Finish(environment="sky", environment_intensity=0.7, ambient_occlusion=False, tone="neutral")
         viewer = open_vase(open_viewer, state=State(finish=finish))
@@ -203,6 +206,7 @@ class TestMoreLights:
         words = again(viewer)
         assert words.count("--light") == 2 and any("0.3,-0.4,0.1" in word for word in words)
 
+    @pytest.mark.system
     def test_of_a_scene_with_one_added_and_one_removed(self, open_viewer, again):
         viewer = open_viewer(load_any("demo"), command_line=line_of("demo"))
         viewer.perform(Command.ADD_LIGHT)
@@ -223,6 +227,7 @@ class TestScene:
     def test_as_the_demo_is_opened(self, open_viewer, again):
         assert again(open_viewer(load_any("demo"), command_line=line_of("demo")))[0] == "demo"
 
+    @pytest.mark.system
     def test_with_tab_lights_moved_and_shadows_off(self, open_viewer, again):
         viewer = open_viewer(load_any("demo"), command_line=line_of("demo"))
         press(viewer, "TAB")
@@ -262,6 +267,7 @@ class TestFrames:
         words = again(viewer)
         assert words[:5] == [str(walk), *self.OPTIONS, "--frame", str(viewer.playback.index)]
 
+    @pytest.mark.system
     def test_merged_and_some_of_them_off(self, open_viewer, again, walk):
         viewer = self.open(open_viewer, walk, views=4)
         while viewer.document.playing.is_merging:
@@ -271,6 +277,7 @@ class TestFrames:
         viewer.frame = viewer.frame.switched(1, False)
         assert again(viewer, but=0.001)[3:5] == ["--views", ",".join(viewer.frame.shown_names)]
 
+    @pytest.mark.system
     def test_merged_and_aligned(self, open_viewer, again, tmp_path):
         walk = write_views(tmp_path / "walk", disturbed(views(corner(), 3), 0.02, 0.5))
         state = State(look=ps.Look(align=True))
@@ -297,6 +304,7 @@ class TestFrames:
         numbers = ",".join(map(str, viewer.playback.indices))
         assert words[:2] == [str(walk), str(other)] and words[words.index("--frame") + 1] == numbers
 
+    @pytest.mark.system
     def test_that_were_dropped_since_are_named_by_their_paths(self, open_viewer, again, walk):
         viewer = open_vase(open_viewer)
         viewer.open([str(walk)])

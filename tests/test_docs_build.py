@@ -74,7 +74,7 @@ def test_the_site_is_built_and_whole(tmp_path):
 
 
 def fetched(site):
-    """What a page asks for from elsewhere: it is read without a network. Links that a reader clicks on may lead there."""
+    """What pages ask for from elsewhere: they are read without a network, except where a reader clicks on a link."""
     asked = re.compile(r"<(?:script|img|iframe|link)\b[^>]*\b(?:src|href)=\"(?:https?:)?//[^\"]*\"")
     return {one for path in pages(site, "html") for one in asked.findall(path.read_text(encoding="utf-8"))}
 
@@ -94,7 +94,7 @@ def members():
 def test_what_pages_fetch_and_the_members_are_found(tmp_path):
     (tmp_path / "a.html").write_text('<a href="https://b.c"></a><img alt="" src="//d.e/f.png"><script src="g.js">')
     assert fetched(tmp_path) == {'<img alt="" src="//d.e/f.png"'}
-    assert {"pointshade_gl.Renderer.render", "pointshade_gl.Frame.pivot"} <= members()
+    assert {"pointshade_gl.Renderer.render", "pointshade_gl.Camera.rays"} <= members()
 
 
 def test_broken_links_are_found(tmp_path):

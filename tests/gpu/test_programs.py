@@ -3,8 +3,11 @@
 import signal
 from types import SimpleNamespace
 
+import moderngl
 import pytest
 
+import pointshade_gl as ps
+from pointshade_gl.gpu.context.context import signals_later
 from pointshade_gl.gpu.core.programs import (
     build_compute,
     build_program,
@@ -82,22 +85,79 @@ def test_a_misspelt_uniform_is_an_error(renderer):
         program.release()
 
 
+SIGNALS = [
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGUSR1", "SIGALRM", "SIGBREAK") if hasattr(signal, name)
+]
+
+
+class Stopped(Exception):
+    """What a handler raises."""
+
+
+@pytest.fixture(params=SIGNALS, ids=lambda number: number.name)
+def stopping(request):
+    """A signal whose handler raises Stopped."""
+
+    def stop(*_):
+        raise Stopped
+
+    before = signal.signal(request.param, stop)
+    yield request.param
+    assert signal.getsignal(request.param) is stop
+    signal.signal(request.param, before)
+
+
 @pytest.mark.parametrize("kind", ["program", "compute_shader"])
-def test_ctrl_c_waits_until_a_program_is_built(monkeypatch, kind):
+def test_a_signal_waits_until_a_program_is_built(stopping, kind):
     """moderngl ends the process where it is interrupted."""
     built = []
 
     def build(*_, **shaders):
-        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(stopping)
         built.append(shaders)
 
     context = SimpleNamespace(**{kind: build}, info={"GL_RENDERER": ""}, version_code=450)
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    with pytest.raises(Stopped):
+        if kind == "program":
+            build_program(context, "fullscreen.vert", "output/present.frag")
+        build_compute(context, "meshes/grid.comp")
+    assert len(built) == 1
+
+
+def test_a_signal_waits_until_a_context_is_made_and_passes_as_itself(renderer, monkeypatch, stopping):
+    made = []
+
+    def create(**_):
+        signal.raise_signal(stopping)
+        made.append(1)
+
+    monkeypatch.setattr(moderngl, "create_context", create)
+    with pytest.raises(Stopped):
+        ps.Renderer()
+    assert made == [1]
+
+
+@pytest.mark.parametrize("error", [Stopped(), TimeoutError("too late"), moderngl.Error("no driver")], ids=repr)
+def test_what_another_thread_raises_here_is_not_taken_for_a_missing_driver(renderer, monkeypatch, error):
+    def create(**_):
+        raise error
+
+    monkeypatch.setattr(moderngl, "create_context", create)
+    is_drivers = isinstance(error, moderngl.Error)
+    with pytest.raises(ps.ContextError if is_drivers else type(error), match="no driver" if is_drivers else None):
+        ps.Renderer()
+
+
+def test_of_two_signals_the_second_keeps_its_handler_if_the_first_raises():
+    def stop(*_):
+        raise Stopped
+
+    first, second = SIGNALS[:2]
+    seen, before = [], [signal.signal(first, stop), signal.signal(second, lambda *_: seen.append(1))]
     try:
-        with pytest.raises(KeyboardInterrupt):
-            if kind == "program":
-                build_program(context, "fullscreen.vert", "output/present.frag")
-            build_compute(context, "meshes/grid.comp")
-        assert len(built) == 1 and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        with pytest.raises(Stopped), signals_later():
+            signal.raise_signal(first)
+        signal.raise_signal(second)
+        assert seen == [1]
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(first, before[0]), signal.signal(second, before[1])

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import ctypes
 import os
+import signal
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from importlib import import_module
 from typing import Any
 
@@ -21,7 +23,11 @@ from .saved_state import CallersState
 from .software_driver import is_software
 
 INSTALL_HINT = "on Debian or Ubuntu: apt-get install -y libegl1 libgl1-mesa-dri"
+_handler_of = getattr(signal.getsignal, "__wrapped__", signal.getsignal)  # without making an Enum: 60 signals are asked
 SPAWN = "start processes by spawn, multiprocessing.get_context('spawn')"
+
+
+_OF_DRIVERS = (Exception, ValueError, ImportError, RuntimeError, OSError, moderngl.Error)  # by backend of moderngl
 
 
 class Context:
@@ -191,7 +197,50 @@ def _open_egl(device: int, libgl: str) -> Any:
     return egl.create_context(mode="standalone", glversion=330, libgl=libgl, libegl="libEGL.so.1", device_index=device)
 
 
+@cache
+def _signals() -> list[int]:
+    """Return the numbers of all signals of this system."""
+    return [int(number) for number in signal.valid_signals()]
+
+
+@contextmanager
+def signals_later() -> Iterator[None]:
+    """Call the handlers of signals that come inside afterwards: moderngl's C code crashes where one raises in it.
+
+    That is every signal with a handler of Python's: Ctrl+C, but also the soft limits of job queues (SIGUSR1, SIGALRM).
+    What another thread raises in this one (PyThreadState_SetAsyncExc) nothing can postpone.
+    """
+    handlers: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():  # no other thread handles signals
+        found = ((number, _handler_of(number)) for number in _signals())
+        handlers = {number: handler for number, handler in found if callable(handler)}
+    came: list[tuple[int, Any]] = []
+    is_inside = True
+
+    def note(number: int, frame: Any) -> None:
+        if is_inside:
+            came.append((number, frame))
+        else:  # one of those before has raised, so that this one still stands here
+            handlers[number](number, frame)
+
+    try:
+        for number in handlers:
+            signal.signal(number, note)
+        yield
+    finally:
+        is_inside = False
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        for number, frame in came:
+            handlers[number](number, frame)
+
+
 def _create(device: int) -> moderngl.Context:
+    with signals_later():
+        return _create_now(device)
+
+
+def _create_now(device: int) -> moderngl.Context:
     store = getattr(moderngl, "_store", None)  # with the context that moderngl.get_context() gives: not ours
     default = getattr(store, "default_context", None)
     try:
@@ -201,7 +250,9 @@ def _create(device: int) -> moderngl.Context:
             with kept("egl"):
                 return moderngl.create_context(standalone=True, require=330, context=_open_egl(device, libgl))
         return moderngl.create_context(standalone=True, require=330)
-    except Exception as error:  # moderngl raises plain Exception, ValueError or ImportError here, by backend
+    except Exception as error:
+        if type(error) not in _OF_DRIVERS:  # what a caller raises in this thread is not about OpenGL
+            raise
         hint = INSTALL_HINT if sys.platform.startswith("linux") else "update the graphics driver"
         which = f" on device {device}: try {option('device', 0)}" if device else ""
         raise ContextError(f"no OpenGL 3.3 context{which} ({error}); {hint}") from error

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import re
-import signal
-import threading
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,11 +13,11 @@ import numpy as np
 
 from ...messages.errors import ShaderError
 from ...scene.camera import Camera
+from ..context.context import signals_later
 from ..context.software_driver import by_flat_inputs, by_images, reads_images, wants_software
 
 Origin = list[tuple[str, Sequence[int]]]  # where the lines of a text come from: a file, and their numbers in it
 Spliced = tuple[str, Origin]
-_ENDINGS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 _INCLUDE = re.compile(r'^[ \t]*#include[ \t]+"([^"]+)".*\n?', re.MULTILINE)
 # Mesa "0:12(5): error", NVIDIA "0(12) : error", macOS and Intel "ERROR: 0:12: "
 _DRIVER_LINE = re.compile(r"(?:ERROR: )?\b0[:(](\d+)\)?(?:\(\d+\))?\s*:\s*(?:error)?:?\s*(.*)", re.IGNORECASE)
@@ -128,25 +125,6 @@ def build_compute(context: moderngl.Context, name: str, **constants: int) -> mod
             return context.compute_shader(text)
     except moderngl.Error as error:
         raise ShaderError(translate_log(str(error), origin) or f"{name}: {error}") from error
-
-
-@contextmanager
-def signals_later() -> Iterator[None]:
-    """Handle signals that come inside afterwards: moderngl crashes if Ctrl-C interrupts it as it builds a program."""
-    handlers = {ending: signal.getsignal(ending) for ending in _ENDINGS}
-    if threading.current_thread() is not threading.main_thread():  # no other thread handles signals
-        handlers.clear()
-    handlers = {ending: handler for ending, handler in handlers.items() if callable(handler)}
-    came: list[tuple[int, Any]] = []
-    for ending in handlers:
-        signal.signal(ending, lambda *seen: came.append(seen))
-    try:
-        yield
-    finally:
-        for ending, handler in handlers.items():
-            signal.signal(ending, handler)
-        for ending, frame in came:
-            handlers[signal.Signals(ending)](ending, frame)
 
 
 def translate_log(log: str, origin: Origin) -> str:

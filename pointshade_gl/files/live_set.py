@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import queue
 import threading
 from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing
 from typing import Any
 
+from ..messages.errors import check_process
 from ..messages.formatting import shown
 from ..messages.notes import print_note
 from ..messages.validation import check_type, is_a
@@ -38,6 +40,8 @@ def live_set(
 
     Raises
     ------
+    ContextError
+        In a process that was forked since the first frames.
     TypeError
         For sources of another kind, with the first frames.
     ValueError
@@ -65,9 +69,11 @@ def live_set(
     for thread in threads:
         thread.start()
     newest: dict[int, Frame] = {}
+    process = os.getpid()
     living = len(checked)
     try:
         while living:
+            check_process(process, "iteration")
             new = _waiting(items)
             living -= sum(item is None for _, item in new)
             frames = {k: item for k, item in new if isinstance(item, Frame)}

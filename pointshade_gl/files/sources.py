@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
+from ..messages.errors import check_process
 from ..messages.formatting import option, shown
 from ..messages.notes import Note, once, print_note
 from ..messages.validation import is_a
@@ -218,6 +220,8 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
 
     Raises
     ------
+    ContextError
+        In a process that was forked since the first frame.
     TypeError
         For a source that is not iterable, with the first frame.
 
@@ -234,9 +238,11 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
         frames = iter(source)
         jobs, workers = repeat(lambda: next(frames, _END)), 1
     waiting: deque[Future[Any]] = deque()
+    process = os.getpid()
     pool = ThreadPoolExecutor(workers, thread_name_prefix="pointshade-decode")
     try:
         while True:
+            check_process(process, "iteration")
             waiting.extend(pool.submit(copy_context().run, job) for job in islice(jobs, ahead + 1 - len(waiting)))
             if not waiting:
                 return

@@ -1,5 +1,9 @@
 """The package's own exceptions: for OpenGL contexts, shaders and cancelled work. All others are built-in ones."""
 
+import os
+
+SPAWN = "start processes by spawn, multiprocessing.get_context('spawn')"
+
 
 class ContextError(RuntimeError):
     """No usable OpenGL context: none on this machine, too old, released, or of another thread or process."""
@@ -11,3 +15,12 @@ class ShaderError(RuntimeError):
 
 class Cancelled(Exception):
     """Work that its `progress` has ended by returning False: nothing is half-written, and renderers go on."""
+
+
+def check_process(process: int, what: str) -> None:
+    """Raise ContextError where what a process made is used in its fork, which has none of its threads.
+
+    process  what os.getpid() said as it was made
+    """
+    if os.getpid() != process:
+        raise ContextError(f"this {what} was made before a fork: {SPAWN}, and make a new one in each")

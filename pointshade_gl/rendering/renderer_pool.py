@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.errors import ContextError
+from ..messages.errors import ContextError, check_process
 from ..messages.validation import check_choice, check_count
 from ..scene.option_fields import takes_as
 from .renderer import RASTERIZERS, Rasterizer, Renderer
@@ -43,7 +44,7 @@ class RendererPool:
         check_count(size, "size", 1)
         check_count(device, "device")
         check_choice("rasterizer", rasterizer, RASTERIZERS)
-        self._wanted = device, rasterizer
+        self._wanted, self._process = (device, rasterizer), os.getpid()
         self._threads = ThreadPoolExecutor(size, "pointshade")
         all_there = threading.Barrier(size)  # a thread that waits takes no second task
 
@@ -71,7 +72,7 @@ class RendererPool:
         Raises
         ------
         ContextError
-            After `release`. Otherwise as `Renderer.render`.
+            After `release`, and in a forked process. Otherwise as `Renderer.render`.
         """
         return self.submit(*args, **options).result()
 
@@ -87,7 +88,7 @@ class RendererPool:
         Raises
         ------
         ContextError
-            After `release`. Otherwise as `Renderer.render`.
+            After `release`, and in a forked process. Otherwise as `Renderer.render`.
         """
         from asyncio import wrap_future
 
@@ -105,8 +106,9 @@ class RendererPool:
         Raises
         ------
         ContextError
-            After `release`.
+            After `release`, and in a forked process.
         """
+        check_process(self._process, "RendererPool")
         try:
             return self._threads.submit(self._draw, *args, **options)
         except RuntimeError as error:  # of an executor that takes no more

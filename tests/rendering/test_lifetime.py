@@ -1,11 +1,13 @@
 """What a Renderer keeps, for how long, and how it ends: threads, forks, many pictures, release."""
 
+import asyncio
 import gc
 import multiprocessing
 import subprocess
 import sys
 import threading
 import weakref
+from contextlib import nullcontext
 from pathlib import Path
 
 import moderngl
@@ -214,6 +216,45 @@ def test_a_new_renderer_in_another_process(renderer, work, start, answer):
     said = answers.get(timeout=20)
     child.join()
     assert answer in said
+
+
+def _use_in_child(kind, used, answers):
+    """What a child process is told that goes on with something of its parent's, and that it can leave it."""
+    try:
+        match kind:
+            case "submit":
+                used.submit(small())
+            case "render":
+                used.render(small())
+            case "render_async":
+                asyncio.run(used.render_async(small()))
+            case _:
+                next(used)
+        answers.put("nothing")
+    except ps.ContextError as error:
+        answers.put(str(error))
+    used.release() if isinstance(used, ps.RendererPool) else used.close()
+    answers.put("left")
+
+
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+@pytest.mark.parametrize("kind", ["submit", "render", "render_async", "prefetched", "live set"])
+def test_what_owns_threads_is_refused_in_a_fork_instead_of_hanging(renderer, kind):
+    frames = [small(seed) for seed in range(9)]
+    started = {"prefetched": lambda: ps.prefetched(frames, print), "live set": lambda: ps.live_set([frames])}
+    with nullcontext() if kind in started else ps.RendererPool() as pool:
+        used = pool or started[kind]()
+        assert used.render(small()).any() if pool else next(used)
+        fork = multiprocessing.get_context("fork")
+        answers = fork.Queue()
+        child = fork.Process(target=_use_in_child, args=(kind, used, answers), daemon=True)
+        child.start()
+        assert "was made before a fork: start processes by spawn" in answers.get(timeout=20)
+        assert answers.get(timeout=20) == "left"
+        child.join()
+        assert used.render(small()).any() if pool else next(used)
+    if kind in started:
+        used.close()
 
 
 @pytest.mark.parametrize("splat", ["disc", "ball"])

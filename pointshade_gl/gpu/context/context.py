@@ -15,7 +15,7 @@ from typing import Any
 
 import moderngl
 
-from ...messages.errors import ContextError
+from ...messages.errors import SPAWN, ContextError, check_process
 from ...messages.formatting import option
 from .current_context import current_context, kept, loader_of
 from .freed_memory import keep_freed_memory, return_freed_memory
@@ -24,7 +24,6 @@ from .software_driver import is_software
 
 INSTALL_HINT = "on Debian or Ubuntu: apt-get install -y libegl1 libgl1-mesa-dri"
 _handler_of = getattr(signal.getsignal, "__wrapped__", signal.getsignal)  # without making an Enum: 60 signals are asked
-SPAWN = "start processes by spawn, multiprocessing.get_context('spawn')"
 
 
 _OF_DRIVERS = (Exception, ValueError, ImportError, RuntimeError, OSError, moderngl.Error)  # by backend of moderngl
@@ -150,8 +149,7 @@ class Context:
 
     def check(self) -> None:
         """Raise ContextError where the context cannot be used: GL would draw garbage there, or nothing."""
-        if os.getpid() != self._process:
-            raise ContextError(f"this Renderer was made before a fork: {SPAWN}, and make a new one in each")
+        check_process(self._process, "Renderer")
         if not self.is_here:
             raise ContextError("this Renderer belongs to the thread that made it: make one Renderer in each thread")
         if self._is_released:

@@ -2,9 +2,12 @@
 
 import ast
 import inspect
+import multiprocessing
+import pickle
 import re
 import subprocess
 import sys
+from concurrent.futures import ProcessPoolExecutor
 
 import moderngl
 import numpy as np
@@ -28,6 +31,19 @@ CLASSES = [getattr(ps, name) for name in ps.__all__ if inspect.isclass(getattr(p
 def test_each_public_name_says_what_it_is(name):
     public = getattr(ps, name)
     assert inspect.getdoc(public) and public.__module__.startswith("pointshade_gl")
+
+
+def test_each_public_name_is_pickled_by_its_name():
+    for name in ps.__all__:
+        value = getattr(ps, name)
+        assert pickle.loads(pickle.dumps(value)) is value, name
+
+
+@pytest.mark.usefixtures("renderer")
+def test_processes_are_given_public_functions():
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        picture = pool.submit(ps.render, frames.sphere()).result(timeout=60)
+    assert np.array_equal(picture, ps.render(frames.sphere()))
 
 
 def test_the_modules_that_are_public_are_those_of_the_page():

@@ -6,7 +6,5 @@ from .page_file import draw_page, write_page
 
 __all__ = ["Cell", "draw_cell", "draw_page", "page_of", "save_page", "show", "write_page"]
 
-page_of, save_page = by_shared_renderer(draw_page), by_shared_renderer(write_page)
-show = by_shared_renderer(draw_cell)
-for _function, _name in ((page_of, "page_of"), (save_page, "save_page"), (show, "show")):
-    _function.__name__ = _name  # as help() shows it
+page_of = by_shared_renderer(draw_page, "page_of")
+save_page, show = by_shared_renderer(write_page, "save_page"), by_shared_renderer(draw_cell, "show")

@@ -44,7 +44,8 @@ class RendererPool:
         check_count(size, "size", 1)
         check_count(device, "device")
         check_choice("rasterizer", rasterizer, RASTERIZERS)
-        self._wanted, self._process = (device, rasterizer), os.getpid()
+        self._wanted = device, rasterizer
+        self._process = os.getpid()
         self._threads = ThreadPoolExecutor(size, "pointshade")
         all_there = threading.Barrier(size)  # a thread that waits takes no second task
 

@@ -69,8 +69,11 @@ def release() -> None:
         kept.renderer.release()
 
 
-def by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Callable[_P, _R]:
-    """The method as a function, called on a Renderer that this thread keeps."""
+def by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R], name: str = "") -> Callable[_P, _R]:
+    """The method as a function, called on a Renderer that this thread keeps.
+
+    name  under which it is public, if that is another than the method's; so it can be pickled
+    """
 
     @wraps(method)
     def function(*args: _P.args, **options: _P.kwargs) -> _R:
@@ -78,6 +81,8 @@ def by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Calla
 
     signature = inspect.signature(method)
     without_self = list(signature.parameters.values())[1:]
+    function.__name__ = function.__qualname__ = name or method.__name__
+    function.__module__ = __name__.partition(".")[0]
     function.__signature__ = signature.replace(parameters=without_self)  # type: ignore[attr-defined]
     return function
 

@@ -105,7 +105,11 @@ def _color_part(colors: NDArray[np.uint8], known: NDArray[np.bool_], quality: Qu
             planes = [repeated(plane.astype(np.int64), known) for plane in np.moveaxis(colors, -1, 0)]
             colors = np.stack(planes, -1).astype(np.uint8)
         # 4:4:4: every pixel keeps its own colour
-        data = encoded(colors, "JPEG", quality=quality.jpeg, subsampling=0, optimize=True)
+        options = {"quality": quality.jpeg, "subsampling": 0}
+        try:
+            data = encoded(colors, "JPEG", **options, optimize=True)
+        except OSError:  # Pillow gives the optimizer a byte a pixel, which noise exceeds
+            data = encoded(colors, "JPEG", **options)
         return head | {"jpeg": len(data)}, data
     kept = known if is_cut else np.ones((height, width), np.bool_)
     return head | {"ofPoints": is_cut}, code_colors(colors, kept)

@@ -75,6 +75,17 @@ def test_the_vase_is_small(renderer, tmp_path):
     assert small < 0.75 * size
 
 
+@pytest.mark.parametrize("part", ["frame", "texture"])
+def test_colours_of_pure_noise_become_a_small_page(renderer, part):
+    """Their JPEG has more than a byte a pixel, for which Pillow has no room."""
+    noise = np.random.default_rng(0).integers(0, 255, (240, 320, 3), np.uint8)
+    frame = ps.Frame(noise, np.full(noise.shape[:2], 1.5), ps.Camera.from_fov(60, 320, 240))
+    corners = np.array([(0, 0, 1), (1, 0, 1), (0, 1, 1)], np.float32)
+    mesh = ps.Mesh(corners, np.array([(0, 1, 2)]), uv=corners[:, :2], texture=noise)
+    source = frame if part == "frame" else ps.Scene([ps.Node(mesh)], camera=frame.camera)
+    assert len(draw_page(renderer, source, quality="small")) > noise[..., 0].size
+
+
 def test_the_largest_side_makes_it_smaller(renderer):
     sizes = [len(draw_page(renderer, frames.sphere(), largest=largest)) for largest in (2048, 20)]
     assert sizes[1] < sizes[0]

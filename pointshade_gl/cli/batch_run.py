@@ -20,7 +20,7 @@ from ..gpu.context.software_driver import is_software
 from ..messages.formatting import counted, option
 from ..messages.notes import once, print_note
 from .batch_options import Asked
-from .output import SOFTWARE, complain, progress
+from .output import SOFTWARE, complain, print_line, progress
 
 FAILED = 3  # exit code
 
@@ -46,7 +46,7 @@ def run(asked: Asked, planned: Sequence[Planned], failures: list[Failure], start
         for failure in failures:
             complain(f"failed: {' '.join(failure.name.split())}: {failure.sentence}")
     told = [f"{count} {name}" for name, count in (counts | {"failed": len(failures)}).items() if count]
-    print(f"{output}: {', '.join(told) or 'nothing to do'}, {time.perf_counter() - started:.1f} s")
+    print_line(f"{output}: {', '.join(told) or 'nothing to do'}, {time.perf_counter() - started:.1f} s")
     if failures:
         raise typer.Exit(FAILED)
 

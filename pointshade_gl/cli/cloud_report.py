@@ -11,6 +11,7 @@ from ..files.clouds.fitting_options import check_cloud_options
 from ..messages.formatting import counted, option
 from ..scene.cloud_axes import axes_in_words
 from .options import FrameOptions
+from .output import print_line
 
 
 def show_cloud(frame: FrameOptions, output: Path | None, as_json: bool) -> None:
@@ -20,7 +21,7 @@ def show_cloud(frame: FrameOptions, output: Path | None, as_json: bool) -> None:
     assert frame.input is not None
     check_cloud_options([name for name, value in frame.load_options.items() if value is not None], frame.input)
     found = cloud_facts(frame.input, max_pixels=frame.max_pixels, **frame.cloud_options)
-    print(json.dumps(found, indent=1) if as_json else "\n".join(_lines(found)))
+    print_line(json.dumps(found, indent=1) if as_json else "\n".join(_lines(found)))
 
 
 def _lines(found: dict[str, Any]) -> list[str]:

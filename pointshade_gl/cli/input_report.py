@@ -13,7 +13,7 @@ from ..files.pictures.picture_files import check_writable, save_image
 from ..rendering.contact_sheet import contact_sheet
 from ..scene.noise import Choice, describe
 from .options import FrameOptions
-from .output import open_renderer, report, spinner
+from .output import open_renderer, print_line, report, spinner
 
 _KINECT_STEP = 0.0025, 0.0034  # between these lies 1/z's rounding of a first Kinect, in 1/m
 
@@ -26,7 +26,7 @@ def show_input(frame: FrameOptions, output: Path | None, as_json: bool, device: 
     with open_renderer(device) as renderer, spinner("measuring the noise"):
         renderer.estimate_normals(examined.frame)
         found = {**facts(examined), "noise": _noise(renderer.choice), "assumed": examined.notes}
-        print(json.dumps(found, indent=1) if as_json else "\n".join(_lines(found)))
+        print_line(json.dumps(found, indent=1) if as_json else "\n".join(_lines(found)))
         if output:
             start = time.perf_counter()
             save_image(output, contact_sheet(renderer, examined.frame))

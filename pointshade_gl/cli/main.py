@@ -6,6 +6,7 @@ import signal
 import sys
 from collections.abc import Mapping, Sequence
 from importlib import import_module
+from io import TextIOWrapper
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -60,6 +61,9 @@ def main() -> None:
 
     POINTSHADE_DEBUG=1 shows the traceback before it, of expected errors, too.
     """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # names of files may hold what an encoding lacks
+            stream.reconfigure(errors="backslashreplace")
     for ending in _ENDINGS:
         if signal.getsignal(ending) != signal.SIG_IGN:  # as nohup wants it
             signal.signal(ending, _interrupt)

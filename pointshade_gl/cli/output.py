@@ -11,6 +11,7 @@ from typing import NoReturn
 
 from ..files.access.builtin import FRAMES
 from ..files.access.numbered_names import is_numbered
+from ..messages.formatting import printable
 from ..messages.notes import print_note, print_warning
 from ..messages.progress import Progress
 from ..rendering.renderer import Renderer
@@ -26,12 +27,17 @@ def warn_skipped(text: str) -> None:
 def complain(text: str) -> None:
     """Prints a line to stderr, if there is one: printed to None, it would come to stdout."""
     if sys.stderr is not None:
-        print(text, file=sys.stderr)
+        print(printable(text), file=sys.stderr)
+
+
+def print_line(text: str) -> None:
+    """Prints lines to stdout."""
+    print(printable(text))
 
 
 def report(output: Path, what: str, renderer: Renderer, spent: float) -> None:
     """The line about a written file: what is in it, what drew it, in how many seconds."""
-    print(f"{output}: {what}, {renderer.context.renderer}, {spent * 1e3:.0f} ms")
+    print_line(f"{output}: {what}, {renderer.context.renderer}, {spent * 1e3:.0f} ms")
 
 
 def new_beside(frame: FrameOptions, suffix: str) -> Path:
@@ -54,7 +60,7 @@ def explainer(wanted: bool, names: Sequence[str] = ()) -> Callable[[Renderer], N
         lines = renderer.explain(names) if wanted else []
         for line in lines:
             if line not in before:
-                print(line)
+                print_line(line)
         before[:] = lines
 
     return tell

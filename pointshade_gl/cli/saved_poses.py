@@ -19,6 +19,7 @@ from ..rendering.renderer import Renderer
 from ..scene.frame import Frame
 from ..scene.option_fields import SETS
 from .inputs import Together
+from .output import print_line
 
 SavePoses = Annotated[
     Path | None,
@@ -76,4 +77,4 @@ def _save(path: Path, poses: Mapping[int, NDArray[np.float64]]) -> None:
     from ..files.writing.poses import save_numbered_poses
 
     save_numbered_poses(path, poses)
-    print(f"{path}: {counted(len(poses), 'pose')}")
+    print_line(f"{path}: {counted(len(poses), 'pose')}")

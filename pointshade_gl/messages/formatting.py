@@ -8,6 +8,8 @@ from contextlib import AbstractContextManager, contextmanager
 
 _LONGEST = 120  # characters of a value that a message shows
 
+_CONTROLS = {code: f"\\x{code:02x}" for code in (*range(32), *range(127, 160)) if chr(code) not in "\n\t"}
+
 _short = reprlib.Repr()
 _short.maxlevel, _short.maxlist, _short.maxtuple, _short.maxdict = 3, 16, 16, 8
 _short.maxstring = _short.maxother = _LONGEST
@@ -69,6 +71,11 @@ def shown(value: object) -> str:
         return cut(_short.repr(value), _LONGEST)
     except ValueError:  # Python does not write integers of more than 4300 digits
         return f"{type(value).__name__} of many digits"
+
+
+def printable(text: str) -> str:
+    """Return a text for a terminal: control characters, as names of files may hold them, as escapes."""
+    return text.translate(_CONTROLS)
 
 
 def cut(text: object, longest: int = 200) -> str:

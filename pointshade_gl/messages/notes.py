@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 
+from .formatting import printable
 from .validation import check_function
 
 Note = Callable[[str], None]
@@ -53,7 +54,7 @@ class _ToStderr(logging.Handler):
         if sys.stderr is not None and handlers == [self]:
             kind = "note" if record.levelno < logging.WARNING else "warning"
             with suppress(OSError, ValueError):  # it is closed
-                sys.stderr.write(f"{kind}: {record.getMessage()}\n")
+                sys.stderr.write(f"{kind}: {printable(record.getMessage())}\n")
 
 
 if LOGGER.level == logging.NOTSET:  # the application has not chosen one before

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages.formatting import printable
 from .parts import encoded
 from .picture_coding import pack
 from .shaders import shader_texts
@@ -35,7 +36,9 @@ def filled(
     frames  of a film: each frame's, which the page decodes when it comes to it
     """
     places = {
-        "title": html.escape(title),
+        "title": html.escape(
+            printable(title.encode("utf-8", "backslashreplace").decode())
+        ),  # a file's name may be no text
         "still": f"data:image/webp;base64,{_base64(encoded(still, 'WEBP', quality=STILL))}",
         "data": _json(data),
         "shaders": _base64(pack(json.dumps(shader_texts()).encode())),

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from importlib.metadata import entry_points
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -59,6 +60,23 @@ class TestWithGl:
         if not renderer.context.is_software:
             pytest.skip("a real GPU needs no announcement")
         assert run("render", "-o", tmp_path / "out.png").stderr.count("software renderer") == 1
+
+    @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere names of files are texts")
+    @pytest.mark.parametrize("encoding", ["utf-8", "ascii", "cp1252"])
+    def test_names_that_are_no_text_are_printed_with_escapes(self, folder, monkeypatch, tmp_path, encoding):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setenv("PYTHONIOENCODING", encoding)
+        name = os.fsdecode(b"\xff\x1b[31m \xe2\x82\xac")  # no UTF-8, a terminal's red, a euro sign
+        folder.rename(name)
+        known = "\u20ac" if encoding != "ascii" else "\\u20ac"
+        written = rf"\udcff\x1b[31m {known}"
+        command = [sys.executable, "-m", "pointshade_gl"]
+        done = subprocess.run([*command, "render", name, "-o", f"{name}.html"], capture_output=True)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.decode(encoding).startswith(f"{written}.html: a page of ")
+        assert "<title>\\udcff\\x1b[31m \u20ac</title>" in Path(f"{name}.html").read_text(encoding="utf-8")
+        done = subprocess.run([*command, "render", f"{name}.nothing", "-o", "a.png"], capture_output=True)
+        assert done.returncode == 2 and f"there is no file {written}.nothing" in done.stderr.decode(encoding)
 
     def test_options_reach_the_picture(self, folder, tmp_path):
         plain = run("render", folder, "-o", tmp_path / "a.png", "--shading", "none")

@@ -19,7 +19,7 @@ from ...scene.frame import Frame
 from ..completion import complete_input
 from ..inputs import load
 from ..options import Device, FrameOptions, PosesOutput, Quiet, spread
-from ..output import open_renderer, report, spinner
+from ..output import open_renderer, print_line, report, spinner
 from ..parse import frames_from
 from ..usage_errors import check_folders
 
@@ -50,9 +50,9 @@ def align(
             found = renderer.search_poses(frames)
         spent = time.perf_counter() - start
         first, *others = found
-        print(f"{names[0]}: keeps its pose")
+        print_line(f"{names[0]}: keeps its pose")
         for name, one in zip(names[1:], others, strict=True):
-            print(f"{name}: {_said(first.fit.pose, one, names[0])}")
+            print_line(f"{name}: {_said(first.fit.pose, one, names[0])}")
         poses = {
             name: one.fit.pose if one.fit.placed or one is first else None
             for name, one in zip(names, found, strict=True)

@@ -12,7 +12,9 @@ from pointshade_gl.page import draw_page
 from pointshade_gl.page.reduced_frames import reduced
 
 from ..support import frames
-from .test_pictures import check, drawn, likeness
+from ..support.browser import altered
+from .test_pictures import SHADOW_SIDE, check, drawn, likeness, small_shadows
+from .test_pictures import test_it_can_draw_what_pages_need, test_the_browser_starts  # first: each test pays less
 
 pytestmark = pytest.mark.gl
 browser_test = pytest.mark.browser
@@ -76,8 +78,7 @@ def bytes_of(page):
 )
 def test_a_cloud_looks_as_rendered(browser, points, look, least):
     scene = scene_of(cloud(**look), board())
-    with browser.opened(draw_page(points, scene)) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, scene)) as opened:
         check(opened, points, scene, [({}, None), *SIDE], least)
 
 
@@ -89,8 +90,7 @@ def test_clouds_stand_among_meshes_and_frames(browser, points):
     small[:3, 3] = 0.4, 0.2, -0.6
     scene = scene_of(cloud(), board())
     scene = ps.Scene((*scene.nodes, frame, ps.Node(cloud(splat="ball"), transform=small)), scene.camera, scene.pose)
-    with browser.opened(draw_page(points, scene)) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, scene)) as opened:
         check(opened, points, scene, SIDE, LEAST)
 
 
@@ -104,8 +104,7 @@ def frames_shift():
 @pytest.mark.parametrize("shading", ["none", "edl"])
 def test_a_cloud_alone_begins_as_render_draws_it_and_can_be_lit(browser, points, shading):
     own = cloud(shading=shading, up="z")
-    with browser.opened(draw_page(points, own, yaw=20, light=SUN)) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, own, yaw=20, light=SUN)) as opened:
         assert opened.state["shading"] == shading
         for name in (shading, "phong"):
             psnr, coverage = likeness(
@@ -124,8 +123,7 @@ def test_what_points_know_themselves_is_kept(browser, points, kind):
         "georeferenced": lambda: ps.PointCloud(at, colors=colors, origin=(637_000, 4_849_000, 120), up="z"),
         "given normals": lambda: ps.PointCloud(at, chance.normal(size=at.shape) + at, colors),
     }[kind]()
-    with browser.opened(draw_page(points, made, light=SUN)) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, made, light=SUN)) as opened:
         psnr, coverage = likeness(drawn(opened, {})[0], points.render(made, light=SUN))
         assert psnr >= SMALL and coverage <= 0.001
 
@@ -137,8 +135,7 @@ def test_the_edge_of_a_sheet_is_as_sharp_as_rendered(browser, points):
     scene = scene_of(sheet)
     page = draw_page(points, scene)
     assert data_of(page)["things"][0]["edges"] > 100
-    with browser.opened(page) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(page) as opened:
         check(opened, points, scene, [({"yaw": -15}, None)], least=60)
 
 
@@ -153,8 +150,7 @@ NO_FLOATS = """
 @browser_test
 def test_where_floats_cannot_be_added_half_floats_are(browser, points):
     scene = scene_of(cloud(), board())
-    with browser.opened(draw_page(points, scene), before=NO_FLOATS) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, scene), before=NO_FLOATS) as opened:
         assert opened.page.evaluate("pointshade.drawing.clouds.format") == "rgba16f"
         check(opened, points, scene, SIDE, least=36)
 
@@ -171,8 +167,7 @@ SMALL_POINTS = """
 @pytest.mark.parametrize("splat", ["disc", "ball"])
 def test_where_the_largest_points_are_small_splats_are_quads(browser, points, splat):
     scene = scene_of(cloud(splat=splat), board())
-    with browser.opened(draw_page(points, scene), before=SMALL_POINTS) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, scene), before=SMALL_POINTS) as opened:
         assert opened.page.evaluate("pointshade.drawing.clouds.largest") == 2
         check(opened, points, scene, [({}, None), *SIDE], SMALL)
         made = opened.page.evaluate(
@@ -183,8 +178,7 @@ def test_where_the_largest_points_are_small_splats_are_quads(browser, points, sp
 
 @browser_test
 def test_a_double_click_on_a_cloud_turns_around_its_point(browser, points):
-    with browser.opened(draw_page(points, scene_of(cloud()))) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, scene_of(cloud()))) as opened:
         ring, hole = opened.page.evaluate("""() => {
           const { width, height } = document.getElementById("picture");
           const [x, y] = [width / 2, height / 2].map(Math.round);
@@ -203,8 +197,7 @@ def test_few_points_are_a_page(renderer, count):
 @browser_test
 @pytest.mark.parametrize("count", [0, 1])
 def test_a_cloud_of_next_to_nothing_is_shown(browser, renderer, count):
-    with browser.opened(draw_page(renderer, ps.PointCloud(np.eye(3)[:count]))) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(renderer, ps.PointCloud(np.eye(3)[:count]))) as opened:
         drawn(opened, {})
 
 

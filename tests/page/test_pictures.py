@@ -8,8 +8,10 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page
+from pointshade_gl.scene import shadow_cameras
 
 from ..support import frames
+from ..support.browser import altered
 
 pytestmark = [pytest.mark.browser, pytest.mark.gl]
 PSNR, COVERAGE = 55, 0.001  # at least, where both draw; at most, by how much the covered share differs
@@ -25,6 +27,7 @@ DRAW = """([changes, size, others, samples]) => {
   for (let k = 0; k < pixels.length; k += 8192) text += String.fromCharCode(...pixels.subarray(k, k + 8192));
   return { width: camera.width, height: camera.height, pixels: btoa(text), place, lights };
 }"""
+SHADOW_SIDE = 256  # pixels of a shadow map where it needs not be as fine as people see it
 VIEWS = [  # changes of the state, and the size of the picture
     ({}, None),
     ({"yaw": 25, "pitch": 10, "lightAt": [0.5, 0.1]}, [400, 300]),
@@ -36,6 +39,12 @@ VIEWS = [  # changes of the state, and the size of the picture
 def points():
     with ps.Renderer(rasterizer="points") as made:
         yield made
+
+
+@pytest.fixture
+def small_shadows(monkeypatch):
+    """Shadow maps of `render` that are as small as those of a page with another SHADOW_SIDE."""
+    monkeypatch.setattr(shadow_cameras, "SHADOW_SIDE", SHADOW_SIDE)
 
 
 def drawn(opened, changes, size=None, lights=None, samples=1):
@@ -81,13 +90,25 @@ def check(opened, points, source, views, least=PSNR, given=None, **look):
     assert opened.complaints == []
 
 
+def test_the_browser_starts(browser):
+    assert browser.unseen.is_connected()
+
+
+def test_it_can_draw_what_pages_need(browser):
+    page = '<head></head><body class="live"></body><script>const REST = 0;</script>'
+    with browser.shown(page) as opened:
+        assert opened.page.evaluate("""() => {
+          const gl = document.createElement("canvas").getContext("webgl2");
+          return ["EXT_color_buffer_float", "EXT_float_blend"].every((name) => gl.getExtension(name));
+        }""")
+
+
 @pytest.mark.system
 @pytest.mark.data
 @pytest.mark.parametrize("name", ["vase", "tum_fr3_kinect1", "realsense_box_2"])
 def test_frames_look_as_rendered(browser, points, shared_data, name):
     frame = ps.load_frame(name) if name == "vase" else ps.load_frame(shared_data / name)
-    with browser.opened(draw_page(points, frame)) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, frame)) as opened:
         check(opened, points, frame, VIEWS)
 
 
@@ -105,15 +126,14 @@ def upside_down(frame):
 @pytest.mark.parametrize("change", [larger_colors, upside_down])
 def test_colors_larger_than_the_depth_and_a_negative_fy(browser, points, change):
     frame = change(frames.sphere_before_wall())
-    with browser.opened(draw_page(points, frame)) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, frame)) as opened:
         check(opened, points, frame, [(changes, [320, 240]) for changes, _ in VIEWS[:2]])
 
 
 @pytest.fixture(scope="module")
 def sphere(browser, points):
-    with browser.opened(draw_page(points, frames.sphere_before_wall())) as opened:
-        opened.wait_until_drawn()
+    page = draw_page(points, frames.sphere_before_wall())
+    with browser.shown(altered(page, SHADOW_SIDE=SHADOW_SIDE)) as opened:
         yield opened
 
 
@@ -124,8 +144,7 @@ def test_every_shading(sphere, points, shading):
 
 def test_a_page_that_begins_in_another_shading_can_be_lit(browser, points):
     frame = frames.sphere_before_wall()
-    with browser.opened(draw_page(points, frame, shading="none")) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, frame, shading="none")) as opened:
         check(opened, points, frame, [({"shading": "none"}, None), ({"shading": "phong"}, None)])
 
 
@@ -149,18 +168,35 @@ def test_what_was_shown_before_does_not_matter(sphere):
 def test_light_from_all_around(browser, points, options):
     frame = frames.sphere_before_wall()
     page = draw_page(points, frame, **options)
-    with browser.opened(page) as opened:
-        opened.wait_until_drawn()
-        views = [VIEWS[0], VIEWS[1], (VIEWS[1][0] | {"shading": "flat"}, None)]
+    with browser.shown(page) as opened:
+        views = [(VIEWS[1][0], [160, 120]), (VIEWS[1][0] | {"shading": "flat"}, None)]
         check(opened, points, frame, views, least=45, **options)
 
 
-def test_meshes_and_frames_hide_light_from_each_other(browser, points):
-    scene = ps.load_scene("demo")
+def small_scene():
+    """A ball that stands out of a triangle, with a light that casts a shadow."""
+    board = ps.Mesh([(-1, -0.8, 1.6), (1, -0.8, 1.6), (0, 1, 1.6)], [(0, 1, 2)], color=(0.7, 0.4, 0.3))
+    contents = ps.PointObject(frames.sphere()), board, ps.Light(position=(-0.6, -0.7, 0.3), shadow=True)
+    return ps.Scene(tuple(map(ps.Node, contents)), camera=frames.CAMERA)
+
+
+def demo():
+    return ps.load_scene("demo")
+
+
+SCENES = [
+    pytest.param(small_scene, [160, 120], id="small"),
+    pytest.param(demo, [320, 240], id="demo", marks=pytest.mark.system),
+]
+
+
+@pytest.mark.usefixtures("small_shadows")
+@pytest.mark.parametrize(("make", "size"), SCENES)
+def test_meshes_and_frames_hide_light_from_each_other(browser, points, make, size):
+    scene, least = make(), 45 if make is small_scene else 34
     page = draw_page(points, scene, ambient_occlusion=True, environment="sky")
-    with browser.opened(page) as opened:
-        opened.wait_until_drawn()
-        check(opened, points, scene, [({}, [320, 240])], least=34, ambient_occlusion=True, environment="sky")
+    with browser.shown(altered(page, SHADOW_SIDE=SHADOW_SIDE)) as opened:
+        check(opened, points, scene, [({}, size)], least, ambient_occlusion=True, environment="sky")
 
 
 LAMP = ps.Light(position=(0.3, -0.4, 0.2), color=(1, 0.5, 0.2), attenuation=(0.5, 0.1, 0.2))
@@ -175,6 +211,7 @@ LIGHTS = {
 
 
 @pytest.mark.parametrize("name", LIGHTS)
+@pytest.mark.usefixtures("small_shadows")
 def test_every_kind_of_light(sphere, points, name):
     least = PSNR if name == "several" else 45  # at edges of shadows and cones a pixel is lit or not
     check(sphere, points, frames.sphere_before_wall(), [({"yaw": 20, "shadows": True}, None)], least, LIGHTS[name])
@@ -182,8 +219,7 @@ def test_every_kind_of_light(sphere, points, name):
 
 def test_light_above_white_rolls_off_except_where_none_is_seen(browser, points):
     frame, light = frames.sphere_before_wall(), ps.Light((-0.5, -0.5, 0), intensity=4)
-    with browser.opened(draw_page(points, frame, light=light, tone="neutral")) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, frame, light=light, tone="neutral")) as opened:
         check(opened, points, frame, [({}, None)], tone="neutral")
         check(opened, points, frame, [({"shading": "none"}, None)])
 
@@ -199,50 +235,39 @@ def test_shadows_are_switched_off_and_on(sphere):
 )
 def test_every_splat(browser, points, look):
     frame = frames.holes()
-    with browser.opened(draw_page(points, frame, **look)) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, frame, **look)) as opened:
         check(opened, points, frame, [({"yaw": 15, "pitch": 5}, None)], **look)
 
 
 def test_sizes_of_each_point(browser, points):
     frame = frames.sphere()
     sizes = np.random.default_rng(0).uniform(0, 2, frame.depth.shape).astype(np.float32)
-    with browser.opened(draw_page(points, frame, point_size=sizes)) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, frame, point_size=sizes)) as opened:
         check(opened, points, frame, [({"yaw": 15, "pitch": 5}, None)], point_size=sizes)
 
 
-def small_scene():
-    """A ball that stands out of a triangle, with a light that casts a shadow."""
-    board = ps.Mesh([(-1, -0.8, 1.6), (1, -0.8, 1.6), (0, 1, 1.6)], [(0, 1, 2)], color=(0.7, 0.4, 0.3))
-    contents = ps.PointObject(frames.sphere()), board, ps.Light(position=(-0.6, -0.7, 0.3), shadow=True)
-    return ps.Scene(tuple(map(ps.Node, contents)), camera=frames.CAMERA)
-
-
-@pytest.mark.parametrize("make", [small_scene, pytest.param(lambda: ps.load_scene("demo"), marks=pytest.mark.system)])
-def test_a_scene_with_meshes_lights_and_shadows(browser, points, make):
+@pytest.mark.parametrize(("make", "size"), SCENES)
+def test_a_scene_with_meshes_lights_and_shadows(browser, points, make, size):
     scene = make()
-    with browser.opened(draw_page(points, scene)) as opened:
-        opened.wait_until_drawn()
-        check(opened, points, scene, [({"yaw": 15, "pitch": 5}, [320, 240])], least=45)
+    with browser.shown(draw_page(points, scene)) as opened:
+        check(opened, points, scene, [({"yaw": 15, "pitch": 5}, size)], least=45)
 
 
+@pytest.mark.usefixtures("small_shadows")
 def test_eye_dome_lighting_beside_light(browser, points):
     """A board in its own colours, darker where the lit ball stands out of it."""
     scene = small_scene()
     ball, board, light = scene.nodes
     scene = replace(scene, nodes=(ball, replace(board, content=replace(board.content, shading="edl")), light))
-    with browser.opened(draw_page(points, scene)) as opened:
-        opened.wait_until_drawn()
-        check(opened, points, scene, [({"yaw": 15, "pitch": 5}, [320, 240])], least=45)
+    with browser.shown(altered(draw_page(points, scene), SHADOW_SIDE=SHADOW_SIDE)) as opened:
+        check(opened, points, scene, [({"yaw": 15, "pitch": 5}, [160, 120])], least=45)
 
 
 def test_it_begins_as_render_draws_it(browser, points):
     frame = frames.sphere_before_wall()
     options = {"light": ps.Light(position=(0.5, -0.3, 0.2), intensity=0.8), "yaw": 12, "pitch": 7, "dolly": 0.2}
     options |= {"material": ps.Material(diffuse=0.6, specular=0.5, shininess=12), "shading": "gouraud"}
-    with browser.opened(draw_page(points, frame, **options)) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, frame, **options)) as opened:
         psnr, coverage = likeness(drawn(opened, {})[0], points.render(frame, **options))
         assert psnr >= PSNR and coverage <= COVERAGE
 
@@ -250,16 +275,14 @@ def test_it_begins_as_render_draws_it(browser, points):
 @pytest.mark.system
 def test_small_pages_are_nearly_as_good(browser, points):
     frame = ps.load_frame("vase")
-    with browser.opened(draw_page(points, frame, quality="small")) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, frame, quality="small")) as opened:
         check(opened, points, frame, [(changes, [320, 240]) for changes, _ in VIEWS[:2]], least=40)
 
 
 def test_several_frames_are_one_surface_and_the_help_says_so(browser, points):
     frame = frames.sphere_before_wall()
     both = [frame, ps.Frame(frame.color, frame.depth, frame.camera, frame.pose)]
-    with browser.opened(draw_page(points, both)) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, both)) as opened:
         check(opened, points, both, [({}, None), ({"yaw": 10}, None)], least=40)
         opened.page.keyboard.press("h")
         assert "several frames are one surface" in opened.page.locator("#left-out").inner_text()

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +15,23 @@ FLAGS = (
     *("--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update"),
     *("--disable-sync", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
 )
+NO_SCREEN = "--disable-gpu-compositing"  # nobody looks at it: it starts faster, and so does each of its pages
 WIDTH, HEIGHT = 640, 480  # CSS pixels of a page
+SMALL = 200  # of one whose own drawing is read
+NEVER = 1_000_000_000  # milliseconds
 
 
 def find_chromium() -> str | None:
     """The path of the system's Chromium."""
     return next((path for name in ("chromium", "chromium-browser") if (path := shutil.which(name))), None)
+
+
+def altered(html: str, **constants: int) -> str:
+    """A page with other values of constants in its scripts."""
+    for name, value in constants.items():
+        html, count = re.subn(rf"\b{name} = [0-9.e]+(?=[,;])", f"{name} = {value}", html)
+        assert count == 1, name
+    return html
 
 
 class Opened:
@@ -73,23 +86,41 @@ class Opened:
 
 
 class Browser:
-    """Opens pages, each in a context of its own."""
+    """Opens pages: each in a context of its own, or one after the other in a tab of which only the drawing is read."""
 
-    def __init__(self, chromium, folder: Path):
-        self.chromium, self.folder, self._count = chromium, folder, 0
+    def __init__(self, playwright, folder: Path):
+        self.folder, self._playwright, self._count = folder, playwright, 0
+        self._started: list[Any] = []
+        self._tabs: list[Opened] = []  # that are free
 
     @classmethod
     @contextmanager
-    def launched(cls, folder: Path, flags: tuple[str, ...] = FLAGS) -> Iterator[Browser]:
+    def launched(cls, folder: Path) -> Iterator[Browser]:
         from playwright.sync_api import sync_playwright
 
         with sync_playwright() as playwright:
-            path = find_chromium()
-            chromium = playwright.chromium.launch(executable_path=path, args=list(flags), chromium_sandbox=False)
+            browser = cls(playwright, folder)
             try:
-                yield cls(chromium, folder)
+                yield browser
             finally:
-                chromium.close()
+                for each in browser._started:
+                    each.close()
+
+    @cached_property
+    def chromium(self):
+        """Chromium as people use it."""
+        return self._start(*FLAGS)
+
+    @cached_property
+    def unseen(self):
+        """Chromium without a screen."""
+        return self._start(*FLAGS, NO_SCREEN)
+
+    def _start(self, *flags: str):
+        path = find_chromium()
+        launch = self._playwright.chromium.launch
+        self._started.append(launch(executable_path=path, args=list(flags), chromium_sandbox=False))
+        return self._started[-1]
 
     @contextmanager
     def opened(self, html: str | Path, before: str = "", **options) -> Iterator[Opened]:
@@ -107,6 +138,30 @@ class Browser:
             assert opened.outside == [] and opened.errors == []
         finally:
             context.close()
+
+    @contextmanager
+    def shown(self, html: str, before: str = "") -> Iterator[Opened]:
+        """A page that has drawn its first picture, in a small tab that other pages had before. It refines nothing by
+        itself: `drawing` may be told to. It must not ask for anything outside.
+
+        before  a script that runs before those of the page
+        """
+        html = altered(html, REST=NEVER).replace("<head>", f"<head><script>{{ {before} }}</script>", 1)
+        tab = self._tabs.pop() if self._tabs else self._new_tab()
+        for heard in (tab.requests, tab.complaints, tab.errors):
+            heard.clear()
+        try:
+            tab.page.goto(self._written(html).as_uri())
+            tab.wait_until_drawn()
+            yield tab
+            assert tab.outside == [] and tab.errors == []
+        finally:
+            self._tabs.append(tab)
+
+    def _new_tab(self) -> Opened:
+        size = {"width": SMALL, "height": SMALL}
+        contexts = self.unseen.contexts or [self.unseen.new_context(viewport=size)]
+        return Opened(contexts[0].new_page())
 
     def _written(self, html: str) -> Path:
         self._count += 1

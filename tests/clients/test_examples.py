@@ -48,6 +48,7 @@ def opened(path) -> np.ndarray:
         return np.asarray(image)
 
 
+@pytest.mark.system
 @pytest.mark.gl
 class TestTrimesh:
     def test_points_come_back_and_both_stand_under_one_light(self, renderer, tmp_path, vase, stored):

@@ -12,7 +12,10 @@ from PIL import Image
 from ..support.example_scripts import EXAMPLES, PICTURES, run_example
 from ..support.gallery import ELSEWHERE, examples, gallery_page, runs_alone, save_stored
 
-LONG = {"soft_shadows", "three_lamps", "lit_cloud"}  # many samples of large shadows
+SHORT = {  # about a second each, of every section
+    "lit_frame", "unlight", "splat_forms", "normal_maps", "view_depth", "estimators", "own_normals", "holes",
+    "own_context",
+}  # fmt: skip
 README = EXAMPLES / "README.md"
 named = {"argvalues": examples(), "ids": [one.path.stem for one in examples()]}
 
@@ -53,7 +56,7 @@ def test_nothing_lies_there_that_the_page_does_not_show():
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(one.path.stem, marks=pytest.mark.system if one.path.stem in LONG else ())
+        pytest.param(one.path.stem, marks=() if one.path.stem in SHORT else pytest.mark.system)
         for one in examples()
         if runs_alone(one)
     ],
@@ -66,6 +69,7 @@ def test_it_makes_its_picture(renderer, tmp_path, stored, name):
         stored(name, np.asarray(image))
 
 
+@pytest.mark.system
 @pytest.mark.gl
 @pytest.mark.browser
 def test_the_page_to_send_is_lit(renderer, request, browser, tmp_path):

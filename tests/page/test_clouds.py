@@ -13,14 +13,16 @@ from pointshade_gl.page.reduced_frames import reduced
 
 from ..support import frames
 from ..support.browser import altered
-from .test_pictures import SHADOW_SIDE, check, drawn, likeness, small_shadows
-from .test_pictures import test_it_can_draw_what_pages_need, test_the_browser_starts  # first: each test pays less
+from .test_pictures import SHADOW_SIDE, check, drawn, likeness
+from .test_pictures import small_shadows as small_shadows
+from .test_pictures import test_it_can_draw_what_pages_need as test_it_can_draw_what_pages_need  # starts the browser
 
 pytestmark = pytest.mark.gl
 browser_test = pytest.mark.browser
 LEAST, SMALL = 43, 36  # dB: at an outline a pixel is of this or of that side; small splats have more of it
-SIDE = [({"yaw": 25, "pitch": 10, "shadows": True, "lightAt": [-1.0, -0.3]}, [320, 240])]
+SIDE = [({"yaw": 25, "pitch": 10, "shadows": True, "lightAt": [-1.0, -0.3]}, [240, 180])]
 SUN = ps.Light(direction=(1, 0.6, 0.8), shadow=True)
+CAMERA, FEW = ps.Camera.from_fov(45, 320, 240), ps.Camera.from_fov(45, 32, 24)
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +49,7 @@ def scene_of(*contents, light=SUN):
     """The contents and a light before a camera at z -4."""
     pose = np.eye(4)
     pose[2, 3] = -4
-    return ps.Scene(tuple(map(ps.Node, (*contents, light))), camera=ps.Camera.from_fov(45, 320, 240), pose=pose)
+    return ps.Scene(tuple(map(ps.Node, (*contents, light))), camera=CAMERA, pose=pose)
 
 
 def board():
@@ -62,6 +64,14 @@ def bytes_of(page):
     return len(base64.b64decode(re.search(r'id="parts">([^<]*)<', page)[1]))
 
 
+@browser_test
+@pytest.mark.parametrize("count", [0, 1])
+def test_a_cloud_of_next_to_nothing_is_shown(browser, renderer, count):
+    with browser.shown(draw_page(renderer, ps.PointCloud(np.eye(3)[:count]))) as opened:
+        drawn(opened, {})
+
+
+@pytest.mark.usefixtures("small_shadows")
 @browser_test
 @pytest.mark.parametrize(
     ("look", "least"),
@@ -78,10 +88,11 @@ def bytes_of(page):
 )
 def test_a_cloud_looks_as_rendered(browser, points, look, least):
     scene = scene_of(cloud(**look), board())
-    with browser.shown(draw_page(points, scene)) as opened:
-        check(opened, points, scene, [({}, None), *SIDE], least)
+    with browser.shown(altered(draw_page(points, scene), SHADOW_SIDE=SHADOW_SIDE)) as opened:
+        check(opened, points, scene, SIDE, least)
 
 
+@pytest.mark.usefixtures("small_shadows")
 @browser_test
 def test_clouds_stand_among_meshes_and_frames(browser, points):
     """Each hides the others and casts its shadow on them."""
@@ -90,7 +101,7 @@ def test_clouds_stand_among_meshes_and_frames(browser, points):
     small[:3, 3] = 0.4, 0.2, -0.6
     scene = scene_of(cloud(), board())
     scene = ps.Scene((*scene.nodes, frame, ps.Node(cloud(splat="ball"), transform=small)), scene.camera, scene.pose)
-    with browser.shown(draw_page(points, scene)) as opened:
+    with browser.shown(altered(draw_page(points, scene), SHADOW_SIDE=SHADOW_SIDE)) as opened:
         check(opened, points, scene, SIDE, LEAST)
 
 
@@ -100,19 +111,21 @@ def frames_shift():
     return shift
 
 
+@pytest.mark.usefixtures("small_shadows")
 @browser_test
 @pytest.mark.parametrize("shading", ["none", "edl"])
 def test_a_cloud_alone_begins_as_render_draws_it_and_can_be_lit(browser, points, shading):
     own = cloud(shading=shading, up="z")
-    with browser.shown(draw_page(points, own, yaw=20, light=SUN)) as opened:
+    seen = {"yaw": 20, "light": SUN, "camera": CAMERA}
+    with browser.shown(altered(draw_page(points, own, **seen), SHADOW_SIDE=SHADOW_SIDE)) as opened:
         assert opened.state["shading"] == shading
         for name in (shading, "phong"):
-            psnr, coverage = likeness(
-                drawn(opened, {"shading": name})[0], points.render(own.styled(shading=name), yaw=20, light=SUN)
-            )
+            expected = points.render(own.styled(shading=name), **seen)
+            psnr, coverage = likeness(drawn(opened, {"shading": name})[0], expected)
             assert psnr >= LEAST and coverage <= 0.001
 
 
+@pytest.mark.usefixtures("small_shadows")
 @browser_test
 @pytest.mark.parametrize("kind", ["sizes", "georeferenced", "given normals"])
 def test_what_points_know_themselves_is_kept(browser, points, kind):
@@ -123,8 +136,8 @@ def test_what_points_know_themselves_is_kept(browser, points, kind):
         "georeferenced": lambda: ps.PointCloud(at, colors=colors, origin=(637_000, 4_849_000, 120), up="z"),
         "given normals": lambda: ps.PointCloud(at, chance.normal(size=at.shape) + at, colors),
     }[kind]()
-    with browser.shown(draw_page(points, made, light=SUN)) as opened:
-        psnr, coverage = likeness(drawn(opened, {})[0], points.render(made, light=SUN))
+    with browser.shown(altered(draw_page(points, made, light=SUN, camera=CAMERA), SHADOW_SIDE=SHADOW_SIDE)) as opened:
+        psnr, coverage = likeness(drawn(opened, {})[0], points.render(made, light=SUN, camera=CAMERA))
         assert psnr >= SMALL and coverage <= 0.001
 
 
@@ -147,10 +160,11 @@ NO_FLOATS = """
 """
 
 
+@pytest.mark.usefixtures("small_shadows")
 @browser_test
 def test_where_floats_cannot_be_added_half_floats_are(browser, points):
     scene = scene_of(cloud(), board())
-    with browser.shown(draw_page(points, scene), before=NO_FLOATS) as opened:
+    with browser.shown(altered(draw_page(points, scene), SHADOW_SIDE=SHADOW_SIDE), before=NO_FLOATS) as opened:
         assert opened.page.evaluate("pointshade.drawing.clouds.format") == "rgba16f"
         check(opened, points, scene, SIDE, least=36)
 
@@ -163,13 +177,14 @@ SMALL_POINTS = """
 """
 
 
+@pytest.mark.usefixtures("small_shadows")
 @browser_test
 @pytest.mark.parametrize("splat", ["disc", "ball"])
 def test_where_the_largest_points_are_small_splats_are_quads(browser, points, splat):
     scene = scene_of(cloud(splat=splat), board())
-    with browser.shown(draw_page(points, scene), before=SMALL_POINTS) as opened:
+    with browser.shown(altered(draw_page(points, scene), SHADOW_SIDE=SHADOW_SIDE), before=SMALL_POINTS) as opened:
         assert opened.page.evaluate("pointshade.drawing.clouds.largest") == 2
-        check(opened, points, scene, [({}, None), *SIDE], SMALL)
+        check(opened, points, scene, [(SIDE[0][0], [160, 120])], SMALL)
         made = opened.page.evaluate(
             "[...pointshade.drawing.clouds.programs.made.keys()].filter((key) => key.includes('clouds/splat'))"
         )
@@ -194,13 +209,6 @@ def test_few_points_are_a_page(renderer, count):
     assert head["count"] == count
 
 
-@browser_test
-@pytest.mark.parametrize("count", [0, 1])
-def test_a_cloud_of_next_to_nothing_is_shown(browser, renderer, count):
-    with browser.shown(draw_page(renderer, ps.PointCloud(np.eye(3)[:count]))) as opened:
-        drawn(opened, {})
-
-
 def test_a_point_takes_twelve_bytes_at_most(renderer):
     at, colors = torus(40_000)
     chance = np.random.default_rng(3).integers(0, 40, colors.shape, dtype=np.uint8)
@@ -219,13 +227,13 @@ def test_a_stray_point_does_not_coarsen_the_others(renderer):
 def test_large_clouds_are_shown_by_an_even_sample_which_a_note_tells(renderer, capsys):
     at, colors = torus(4000)
     whole = ps.PointCloud(at, colors=colors, sizes=np.ones(4000))
-    page = draw_page(renderer, whole, largest=30)
+    page = draw_page(renderer, whole, largest=30, camera=FEW)
     (head,) = data_of(page)["things"]
     assert head["count"] == pytest.approx(900, rel=0.1)
     told = capsys.readouterr().err
     sentence = f"of 4 000 points an even sample is drawn, {head['count']} points"
     assert sentence in told and data_of(page)["leftOut"] == [sentence]
-    draw_page(renderer, whole)
+    draw_page(renderer, whole, camera=FEW)
     assert "sample" not in capsys.readouterr().err
 
 
@@ -246,8 +254,7 @@ def test_clouds_of_a_scene_share_what_a_page_may_hold():
 def test_a_page_of_few_pixels_has_all_points(renderer):
     """The picture for browsers without WebGL 2 needs fewer."""
     at, _ = torus(9000)
-    camera = ps.Camera.from_fov(45, 32, 24)
-    (head,) = data_of(draw_page(renderer, ps.PointCloud(at), camera=camera, largest=2048))["things"]
+    (head,) = data_of(draw_page(renderer, ps.PointCloud(at), camera=FEW, largest=2048))["things"]
     assert head["count"] == 9000
 
 
@@ -259,7 +266,7 @@ def test_the_command_line_writes_a_page_of_a_cloud(typed, tmp_path, suffix):
         ps.save_scene(tmp_path / "torus.glb", ps.Scene((ps.Node(own),)))
     else:
         ps.save_points(tmp_path / "torus.ply", own)
-    code, out, _ = typed(f"render torus.{suffix} -o torus.html")
+    code, out, _ = typed(f"render torus.{suffix} -o torus.html --picture-size 160x120")
     assert code == 0 and re.match(r"torus.html: a page of 0\.\d\d MB", out)
     (head,) = data_of((tmp_path / "torus.html").read_text(encoding="utf-8"))["things"]
     assert (head["kind"], head["count"]) == ("cloud", 500)

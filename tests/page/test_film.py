@@ -17,6 +17,7 @@ from pointshade_gl.page.film_file import frames_of
 from ..support import frames
 from ..support.page_functions import run_script
 from .test_pictures import as_given, likeness
+from .test_pictures import test_it_can_draw_what_pages_need as test_it_can_draw_what_pages_need  # starts the browser
 
 browser_test = pytest.mark.browser
 pytestmark = pytest.mark.gl
@@ -118,6 +119,7 @@ def test_errors_of_colors_do_not_add_up():
     assert max(found) < max(2 * found[0], STAYS)
 
 
+@pytest.mark.system
 def test_no_frame_takes_more_than_300_kb_at_640x480():
     rng = np.random.default_rng(3)
     one = surface(rng, noise=0.001, height=480, width=640)
@@ -171,21 +173,19 @@ def test_the_command_line_plays_a_sequence_unless_one_frame_is_asked_for(typed, 
 def test_each_frame_looks_as_its_still(browser, points):
     """Also after a jump, and from elsewhere: each is seen by its own camera."""
     sequence = shaken(4)
-    with browser.opened(draw_page(points, sequence, fps=5)) as opened:
-        opened.wait_until_drawn()
+    with browser.shown(draw_page(points, sequence, fps=5), size=(320, 320)) as opened:
         if opened.page.evaluate("pointshade.player.isPlaying"):
             opened.page.keyboard.press("Space")
-        for k in (3, 0, 2):
+        for k, changes in ((3, {}), (0, {"yaw": 15}), (2, {"yaw": 15})):
             opened.page.evaluate("(k) => pointshade.player.jump(k)", k)
             opened.wait_for(f"pointshade.player.index === {k} && pointshade.player.target === null")
-            for changes in ({}, {"yaw": 15}):
-                found = opened.page.evaluate(AS_SHOWN, changes)
-                size = found["width"], found["height"]
-                picture = np.frombuffer(base64.b64decode(found["pixels"]), np.uint8).reshape(size[1], size[0], 4)
-                light = ps.Light(**{name: as_given(value) for name, value in found["light"].items()})
-                camera, pose = sequence[k].camera.fitted(*size), sequence[k].pose @ found["place"]
-                psnr, coverage = likeness(picture, points.render(sequence[k], light=light, camera=camera, pose=pose))
-                assert psnr > 33 and coverage < 0.003, (k, changes, psnr, coverage)
+            found = opened.page.evaluate(AS_SHOWN, changes)
+            size = found["width"], found["height"]
+            picture = np.frombuffer(base64.b64decode(found["pixels"]), np.uint8).reshape(size[1], size[0], 4)
+            light = ps.Light(**{name: as_given(value) for name, value in found["light"].items()})
+            camera, pose = sequence[k].camera.fitted(*size), sequence[k].pose @ found["place"]
+            psnr, coverage = likeness(picture, points.render(sequence[k], light=light, camera=camera, pose=pose))
+            assert psnr > 33 and coverage < 0.003, (k, changes, psnr, coverage)
         assert opened.complaints == []
 
 

@@ -27,7 +27,7 @@ DRAW = """([changes, size, others, samples]) => {
   for (let k = 0; k < pixels.length; k += 8192) text += String.fromCharCode(...pixels.subarray(k, k + 8192));
   return { width: camera.width, height: camera.height, pixels: btoa(text), place, lights };
 }"""
-SHADOW_SIDE = 256  # pixels of a shadow map where it needs not be as fine as people see it
+SHADOW_SIDE = 128  # pixels of a shadow map where it needs not be as fine as people see it
 VIEWS = [  # changes of the state, and the size of the picture
     ({}, None),
     ({"yaw": 25, "pitch": 10, "lightAt": [0.5, 0.1]}, [400, 300]),
@@ -90,10 +90,6 @@ def check(opened, points, source, views, least=PSNR, given=None, **look):
     assert opened.complaints == []
 
 
-def test_the_browser_starts(browser):
-    assert browser.unseen.is_connected()
-
-
 def test_it_can_draw_what_pages_need(browser):
     page = '<head></head><body class="live"></body><script>const REST = 0;</script>'
     with browser.shown(page) as opened:
@@ -101,6 +97,13 @@ def test_it_can_draw_what_pages_need(browser):
           const gl = document.createElement("canvas").getContext("webgl2");
           return ["EXT_color_buffer_float", "EXT_float_blend"].every((name) => gl.getExtension(name));
         }""")
+
+
+def test_sizes_of_each_point(browser, points):
+    frame = frames.sphere()
+    sizes = np.random.default_rng(0).uniform(0, 2, frame.depth.shape).astype(np.float32)
+    with browser.shown(draw_page(points, frame, point_size=sizes)) as opened:
+        check(opened, points, frame, [({"yaw": 15, "pitch": 5}, None)], point_size=sizes)
 
 
 @pytest.mark.system
@@ -237,13 +240,6 @@ def test_every_splat(browser, points, look):
     frame = frames.holes()
     with browser.shown(draw_page(points, frame, **look)) as opened:
         check(opened, points, frame, [({"yaw": 15, "pitch": 5}, None)], **look)
-
-
-def test_sizes_of_each_point(browser, points):
-    frame = frames.sphere()
-    sizes = np.random.default_rng(0).uniform(0, 2, frame.depth.shape).astype(np.float32)
-    with browser.shown(draw_page(points, frame, point_size=sizes)) as opened:
-        check(opened, points, frame, [({"yaw": 15, "pitch": 5}, None)], point_size=sizes)
 
 
 @pytest.mark.parametrize(("make", "size"), SCENES)

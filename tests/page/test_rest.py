@@ -10,10 +10,15 @@ from pointshade_gl.page import draw_page
 from pointshade_gl.scene.sample_pattern import light_part, moved_light, pixel_offset
 
 from ..support import frames
+from ..support.browser import altered
 from ..support.page_functions import run_script
-from .test_pictures import drawn, moved
+from .test_clouds import board, cloud, scene_of
+from .test_pictures import SHADOW_SIDE, drawn, moved
+from .test_pictures import small_shadows as small_shadows
+from .test_pictures import test_it_can_draw_what_pages_need as test_it_can_draw_what_pages_need  # starts the browser
 
 SAMPLES = 16  # that a page has at rest
+FEW = 3  # of them, where each adds the same; an odd number lies in the middle of pixels
 MOVED = """async () => {
   pointshade.state = { ...pointshade.state, yaw: 2 };
   await new Promise(requestAnimationFrame);
@@ -26,7 +31,8 @@ FIRST = """() => {
   drawing.refine();
   return drawing.read().reduce((most, value, k) => Math.max(most, Math.abs(value - before[k])), 0);
 }"""
-OUTLINES, ALL = 40, 44  # dB, at least
+LEAST = 40, 44  # dB at outlines, and of the whole picture
+OF_CLOUDS = 36, 43  # the same: at an outline a pixel is of this or of that side
 LAMPS = {
     "ball": ps.Light(position=(-0.5, -0.6, 0.3), radius=0.15, shadow=True),
     "sun": ps.Light(direction=(0.5, 0.4, 1), angle=8, shadow=True),
@@ -46,18 +52,18 @@ def decibels(actual, expected, where):
     return 10 * np.log10(255**2 / max(np.square(colors[0] - colors[1]).mean(), 1e-9))
 
 
-def check(opened, points, source, changes, size, given=None, **look):
+def check(opened, points, source, changes, size, samples=SAMPLES, least=LEAST, **look):
     """At rest the page shows what `render` makes of its samples, also where one sample is not enough."""
     own = source.framed() if isinstance(source, ps.Scene) else source[0] if isinstance(source, list) else source
     camera = own.camera if isinstance(source, ps.Scene) else own.picture_camera
-    picture, place, lights = drawn(opened, changes, size, given, SAMPLES)
+    picture, place, lights = drawn(opened, changes, size, samples=samples)
     lights = [moved(light, own.pose) for light in lights]
     options = look | {"light": lights, "camera": camera.fitted(*size), "pose": own.pose @ place}
-    one, expected = (points.render(source, samples=samples, **options).astype(float) for samples in (1, SAMPLES))
+    one, expected = (points.render(source, samples=count, **options).astype(float) for count in (1, samples))
     outlines = np.abs(one - expected).max(-1) > 8
     assert 0.0005 < outlines.mean() < 0.5
     found = decibels(picture, expected, outlines), decibels(picture, expected, outlines | True)
-    assert found[0] >= OUTLINES and found[1] >= ALL, (changes, found)
+    assert found[0] >= least[0] and found[1] >= least[1], (changes, found)
     assert opened.complaints == []
 
 
@@ -69,40 +75,51 @@ class TestPictures:
     @pytest.mark.parametrize("name", ["vase", "tum_fr3_kinect1"])
     def test_frames_have_smooth_outlines(self, browser, points, shared_data, name):
         frame = ps.load_frame(name) if name == "vase" else ps.load_frame(shared_data / name)
-        with browser.opened(draw_page(points, frame)) as opened:
-            opened.wait_until_drawn()
+        with browser.shown(draw_page(points, frame)) as opened:
             for changes in ({}, {"yaw": 20, "pitch": -10, "distance": 0.8}):
                 check(opened, points, frame, changes, (640, 480))
-
-    @pytest.mark.parametrize("name", LAMPS)
-    def test_shadows_are_soft(self, browser, points, name):
-        frame = frames.sphere_before_wall()
-        with browser.opened(draw_page(points, frame, light=LAMPS[name])) as opened:
-            opened.wait_until_drawn()
-            check(opened, points, frame, {"yaw": 20}, (320, 240))
 
     @pytest.mark.parametrize(
         "options", [{"background": "#336699"}, {"tone": "neutral"}, {"ambient_occlusion": True}], ids=str
     )
     def test_it_is_finished_as_a_still(self, browser, points, options):
         frame, light = frames.sphere_before_wall(), ps.Light(position=(-0.5, -0.5, 0), intensity=2)
-        with browser.opened(draw_page(points, frame, light=light, **options)) as opened:
-            opened.wait_until_drawn()
-            check(opened, points, frame, {"yaw": 15}, (320, 240), **options)
+        with browser.shown(draw_page(points, frame, light=light, **options)) as opened:
+            check(opened, points, frame, {"yaw": 15}, (160, 120), FEW, **options)
+
+    @pytest.mark.usefixtures("small_shadows")
+    @pytest.mark.parametrize("name", LAMPS)
+    def test_shadows_are_soft(self, browser, points, name):
+        frame = frames.sphere_before_wall()
+        page = draw_page(points, frame, light=LAMPS[name])
+        with browser.shown(altered(page, SHADOW_SIDE=SHADOW_SIDE)) as opened:
+            check(opened, points, frame, {"yaw": 20}, (160, 120), FEW)
+
+    @pytest.mark.system
+    @pytest.mark.parametrize(("name", "samples"), [("ball", 5), ("sun", SAMPLES)])
+    def test_soft_shadows_are_fine(self, browser, points, name, samples):
+        frame = frames.sphere_before_wall()
+        with browser.shown(draw_page(points, frame, light=LAMPS[name])) as opened:
+            check(opened, points, frame, {"yaw": 20}, (320, 240), samples)
+
+    @pytest.mark.usefixtures("small_shadows")
+    def test_clouds_become_finer(self, browser, points):
+        scene = scene_of(cloud(), board())
+        with browser.shown(altered(draw_page(points, scene), SHADOW_SIDE=SHADOW_SIDE)) as opened:
+            check(opened, points, scene, {"yaw": 15}, (160, 120), FEW, OF_CLOUDS)
 
     @pytest.mark.system
     def test_a_scene_with_meshes(self, browser, points):
         scene = ps.load_scene("demo")
-        with browser.opened(draw_page(points, scene)) as opened:
-            opened.wait_until_drawn()
+        with browser.shown(draw_page(points, scene)) as opened:
             check(opened, points, scene, {"yaw": 15, "pitch": 5}, (320, 240))
 
 
 @pytest.fixture(scope="module")
 def opened(browser, points):
-    with browser.opened(draw_page(points, frames.sphere_before_wall(), light=LAMPS["ball"])) as page:
-        page.wait_until_drawn()
-        yield page
+    page = draw_page(points, frames.sphere_before_wall(), light=LAMPS["sun"])
+    with browser.shown(altered(page, SHADOW_SIDE=SHADOW_SIDE), refines=True) as opened:
+        yield opened
 
 
 @pytest.mark.browser

@@ -17,7 +17,7 @@ FLAGS = (
 )
 NO_SCREEN = "--disable-gpu-compositing"  # nobody looks at it: it starts faster, and so does each of its pages
 WIDTH, HEIGHT = 640, 480  # CSS pixels of a page
-SMALL = 200  # of one whose own drawing is read
+SMALL = 200, 200  # of one whose own drawing is read
 NEVER = 1_000_000_000  # milliseconds
 
 
@@ -140,14 +140,21 @@ class Browser:
             context.close()
 
     @contextmanager
-    def shown(self, html: str, before: str = "") -> Iterator[Opened]:
-        """A page that has drawn its first picture, in a small tab that other pages had before. It refines nothing by
-        itself: `drawing` may be told to. It must not ask for anything outside.
+    def shown(
+        self, html: str, before: str = "", refines: bool = False, size: tuple[int, int] = SMALL
+    ) -> Iterator[Opened]:
+        """A page that has drawn its first picture, in a small tab that other pages had before. It must not ask for
+        anything outside.
 
-        before  a script that runs before those of the page
+        before   a script that runs before those of the page
+        refines  at rest it becomes finer by itself; otherwise only if `drawing` is told to
+        size     of the tab, CSS pixels
         """
-        html = altered(html, REST=NEVER).replace("<head>", f"<head><script>{{ {before} }}</script>", 1)
+        html = (html if refines else altered(html, REST=NEVER)).replace(
+            "<head>", f"<head><script>{{ {before} }}</script>", 1
+        )
         tab = self._tabs.pop() if self._tabs else self._new_tab()
+        tab.page.set_viewport_size({"width": size[0], "height": size[1]})
         for heard in (tab.requests, tab.complaints, tab.errors):
             heard.clear()
         try:
@@ -159,8 +166,7 @@ class Browser:
             self._tabs.append(tab)
 
     def _new_tab(self) -> Opened:
-        size = {"width": SMALL, "height": SMALL}
-        contexts = self.unseen.contexts or [self.unseen.new_context(viewport=size)]
+        contexts = self.unseen.contexts or [self.unseen.new_context()]
         return Opened(contexts[0].new_page())
 
     def _written(self, html: str) -> Path:

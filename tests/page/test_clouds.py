@@ -94,13 +94,15 @@ def test_a_cloud_looks_as_rendered(browser, points, look, least):
 
 @pytest.mark.usefixtures("small_shadows")
 @browser_test
-def test_clouds_stand_among_meshes_and_frames(browser, points):
+@pytest.mark.parametrize("clouds", [1, pytest.param(2, marks=pytest.mark.system)])
+def test_clouds_stand_among_meshes_and_frames(browser, points, clouds):
     """Each hides the others and casts its shadow on them."""
     frame = ps.Node(ps.PointObject(frames.sphere()), transform=np.diag([0.9, 0.9, 0.9, 1]) + frames_shift())
     small = np.diag([0.6, 0.6, 0.6, 1.0])
     small[:3, 3] = 0.4, 0.2, -0.6
     scene = scene_of(cloud(), board())
-    scene = ps.Scene((*scene.nodes, frame, ps.Node(cloud(splat="ball"), transform=small)), scene.camera, scene.pose)
+    more = [frame, ps.Node(cloud(splat="ball"), transform=small)][:clouds]
+    scene = ps.Scene((*scene.nodes, *more), scene.camera, scene.pose)
     with browser.shown(altered(draw_page(points, scene), SHADOW_SIDE=SHADOW_SIDE)) as opened:
         check(opened, points, scene, SIDE, LEAST)
 

@@ -13,7 +13,7 @@ from ..support import frames
 from ..support.browser import altered
 from ..support.page_functions import run_script
 from .test_clouds import board, cloud, scene_of
-from .test_pictures import SHADOW_SIDE, drawn, moved
+from .test_pictures import SHADOW_SIDE, as_given, drawn, moved
 from .test_pictures import small_shadows as small_shadows
 from .test_pictures import test_it_can_draw_what_pages_need as test_it_can_draw_what_pages_need  # starts the browser
 
@@ -52,11 +52,11 @@ def decibels(actual, expected, where):
     return 10 * np.log10(255**2 / max(np.square(colors[0] - colors[1]).mean(), 1e-9))
 
 
-def check(opened, points, source, changes, size, samples=SAMPLES, least=LEAST, **look):
+def check(opened, points, source, changes, size, samples=SAMPLES, least=LEAST, given=None, **look):
     """At rest the page shows what `render` makes of its samples, also where one sample is not enough."""
     own = source.framed() if isinstance(source, ps.Scene) else source[0] if isinstance(source, list) else source
     camera = own.camera if isinstance(source, ps.Scene) else own.picture_camera
-    picture, place, lights = drawn(opened, changes, size, samples=samples)
+    picture, place, lights = drawn(opened, changes, size, given, samples)
     lights = [moved(light, own.pose) for light in lights]
     options = look | {"light": lights, "camera": camera.fitted(*size), "pose": own.pose @ place}
     one, expected = (points.render(source, samples=count, **options).astype(float) for count in (1, samples))
@@ -65,6 +65,21 @@ def check(opened, points, source, changes, size, samples=SAMPLES, least=LEAST, *
     found = decibels(picture, expected, outlines), decibels(picture, expected, outlines | True)
     assert found[0] >= least[0] and found[1] >= least[1], (changes, found)
     assert opened.complaints == []
+
+
+@pytest.fixture(scope="module")
+def lamps(browser, points):
+    """A page of all of them."""
+    page = draw_page(points, frames.sphere_before_wall(), light=list(LAMPS.values()))
+    with browser.shown(altered(page, SHADOW_SIDE=SHADOW_SIDE)) as opened:
+        yield opened
+
+
+def lights_of(lamps):
+    """The lights that the page of all lamps has, by their names."""
+    found = lamps.page.evaluate("pointshade.seen().lights")
+    made = [ps.Light(**{name: as_given(value) for name, value in light.items()}) for light in found]
+    return dict(zip(LAMPS, made, strict=True))
 
 
 @pytest.mark.browser
@@ -87,13 +102,17 @@ class TestPictures:
         with browser.shown(draw_page(points, frame, light=light, **options)) as opened:
             check(opened, points, frame, {"yaw": 15}, (160, 120), FEW, **options)
 
+    def test_a_page_keeps_how_large_its_lamps_are(self, lamps):
+        kept = lights_of(lamps).values()
+        assert [(one.radius, one.angle, one.size) for one in kept] == [
+            (one.radius, one.angle, one.size) for one in LAMPS.values()
+        ]
+
     @pytest.mark.usefixtures("small_shadows")
     @pytest.mark.parametrize("name", LAMPS)
-    def test_shadows_are_soft(self, browser, points, name):
-        frame = frames.sphere_before_wall()
-        page = draw_page(points, frame, light=LAMPS[name])
-        with browser.shown(altered(page, SHADOW_SIDE=SHADOW_SIDE)) as opened:
-            check(opened, points, frame, {"yaw": 20}, (160, 120), FEW)
+    def test_shadows_are_soft(self, lamps, points, name):
+        given = [lights_of(lamps)[name]]
+        check(lamps, points, frames.sphere_before_wall(), {"yaw": 20}, (160, 120), FEW, given=given)
 
     @pytest.mark.system
     @pytest.mark.parametrize(("name", "samples"), [("ball", 5), ("sun", SAMPLES)])
@@ -117,7 +136,7 @@ class TestPictures:
 
 @pytest.fixture(scope="module")
 def opened(browser, points):
-    page = draw_page(points, frames.sphere_before_wall(), light=LAMPS["sun"])
+    page = draw_page(points, frames.sphere_before_wall(), light=ps.Light(direction=(0.5, 0.4, 1), shadow=True))
     with browser.shown(altered(page, SHADOW_SIDE=SHADOW_SIDE), refines=True) as opened:
         yield opened
 

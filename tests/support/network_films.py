@@ -1,6 +1,7 @@
 """Films of a room with true depth, and what a network makes of them: another scale and shift in every picture."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -19,16 +20,17 @@ class Film:
 
 def _texture(points, seed):
     """(..., 3) colours that depend on the place in the world."""
-    rng = np.random.default_rng(seed)
-    total = np.full(points.shape, 0.45)
+    rng, points = np.random.default_rng(seed), points.astype(np.float32)
+    total = np.full(points.shape, 0.45, np.float32)
     for scale in (1.5, 4, 9, 20):
-        waves = rng.normal(0, scale, (3, 3, 3))
-        phases = rng.uniform(0, 6.3, (3, 3))
+        waves = rng.normal(0, scale, (3, 3, 3)).astype(np.float32)
+        phases = rng.uniform(0, 6.3, (3, 3)).astype(np.float32)
         for k in range(3):
-            total += 0.05 * np.sin(points @ waves[k] + phases[k])
+            total += np.float32(0.05) * np.sin(points @ waves[k] + phases[k])
     return total
 
 
+@lru_cache(maxsize=32)  # a film or two: what a network makes of one is made again and again
 def picture(seed, center, turn, objects, size=(320, 240), part=None):
     """Colours and z of a room: a back wall, a floor, a side wall, balls; `objects` are (place, radius) in the room.
 
@@ -43,7 +45,7 @@ def picture(seed, center, turn, objects, size=(320, 240), part=None):
     world = rays @ np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
     best = np.full((height, width), np.inf)
     kind = np.zeros((height, width), int)
-    center = np.asarray(center, float)
+    center, a = np.asarray(center, float), np.einsum("ijk,ijk->ij", world, world)
     planes = (((0.1, 0, 1), 4.5), ((0, 1, 0), 1.2), ((1, 0, 0), 2.6), ((-1, 0, 0), 2.6))
     with np.errstate(all="ignore"):
         for k, (normal, offset) in enumerate(planes):
@@ -52,7 +54,7 @@ def picture(seed, center, turn, objects, size=(320, 240), part=None):
             best, kind = np.where(nearer, t, best), np.where(nearer, k, kind)
         for k, (place, radius) in enumerate(objects):
             off = center - np.asarray(place, float)
-            a, b, q = (world**2).sum(2), world @ off, off @ off - radius**2
+            b, q = world @ off, off @ off - radius**2
             root = b * b - a * q
             t = (-b - np.sqrt(root)) / a
             nearer = (root > 0) & (t > 0.05) & (t < best)
@@ -61,10 +63,11 @@ def picture(seed, center, turn, objects, size=(320, 240), part=None):
     local = points.copy()
     for k, (place, _) in enumerate(objects):
         local[kind == 10 + k] -= np.asarray(place, float)
-    colors = np.zeros((height, width, 3))
+    colors = np.zeros((height, width, 3), np.float32)
     for one in np.unique(kind):
         at = kind == one
         colors[at] = _texture(local[at], seed + int(one))
+    colors.flags.writeable = best.flags.writeable = False
     return colors, best
 
 
@@ -89,7 +92,7 @@ def film(seed, motion="still", frames=24, noise=0.02, cut=None, hand=True, size=
             objects.append(((1.3 - 2.2 * (along - 0.25) / 0.5, 0.15, 0.75), 0.17))
         center = ((along - 0.5) * 1.2 if motion == "slide" else 0, 0, 0)
         turn = (along - 0.5) * 0.7 if motion == "turn" else 0
-        color, z = picture(room, center, turn, objects, size, along if motion == "crop" else None)
+        color, z = picture(room, center, turn, tuple(objects), size, along if motion == "crop" else None)
         color = np.clip((color * rng.uniform(0.97, 1.03) + rng.normal(0, 0.008, color.shape)) * 255, 0, 255)
         inverse = 1 / z * (1 + rng.normal(0, noise, z.shape))
         if kind == "minmax":

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import threading
+from functools import cache
 
 import numpy as np
 import pytest
@@ -26,9 +27,23 @@ def room(shared_data):
     return Room(shared_data / "icl_livingroom_23views")
 
 
+@pytest.fixture(scope="module")
+def written(room, tmp_path_factory):
+    """written(maker): what must come out of a layout, which is written once for all tests."""
+    top = tmp_path_factory.mktemp("layouts")
+
+    @cache
+    def write(maker):
+        folder = top / f"of {maker.__name__}"
+        folder.mkdir()
+        return maker(folder, room)
+
+    return write
+
+
 @pytest.mark.parametrize("maker", MAKERS, ids=lambda maker: maker.__name__)
-def test_a_layout_gives_the_right_camera_depth_colour_and_poses(maker, room, tmp_path):
-    expected = maker(tmp_path, room)
+def test_a_layout_gives_the_right_camera_depth_colour_and_poses(maker, written):
+    expected = written(maker)
     frames, notes = load_or_ask(expected)
     if frames is None:
         return  # refused by a sentence that names what is missing
@@ -42,10 +57,10 @@ def test_a_layout_gives_the_right_camera_depth_colour_and_poses(maker, room, tmp
         check_overlap(frames)
 
 
-def test_a_video_ends_with_the_sequence_that_reads_it(room, tmp_path):
+def test_a_video_ends_with_the_sequence_that_reads_it(written):
     from ..support.layouts.capture_apps import stray_scanner_video
 
-    source, before = stray_scanner_video(tmp_path, room).source, set(threading.enumerate())
+    source, before = written(stray_scanner_video).source, set(threading.enumerate())
     frames = ps.open_source(source, notes=lambda _: None)
     assert frames[0].color is not None
     (reader,) = set(threading.enumerate()) - before
@@ -69,13 +84,16 @@ README = (
     "midas", "depth_pro", "moge", "vggt", "monst3r", "realsense_json", "opencv_yaml", "k_npy", "ours",
 )  # fmt: skip
 
+SMOOTH = "tum_freiburg3", "depth_pro", "ours"  # drawn with as many samples as usual, which takes longer
+
 
 @pytest.mark.usefixtures("renderer")
 @pytest.mark.parametrize("name", README)
-def test_what_the_readme_names_is_drawn_as_photographed_by_the_command_line(typed, name, room, tmp_path):
-    (tmp_path / "in").mkdir()
-    expected = next(maker for maker in MAKERS if maker.__name__ == name)(tmp_path / "in", room)
+def test_what_the_readme_names_is_drawn_as_photographed_by_the_command_line(typed, name, written):
+    expected = written(next(maker for maker in MAKERS if maker.__name__ == name))
     options = " ".join(f"--{key.replace('_', '-')} {value}" for key, value in expected.options.items())
+    if name not in SMOOTH:
+        options += " --samples 1 --background transparent"
     code, _, errors = typed(f"render '{expected.source}' {options} -o out.png --shading none --picture-size depth")
     assert code == 0, errors
     with Image.open("out.png") as drawn:

@@ -14,6 +14,8 @@ from pointshade_gl.estimation.votes import ask
 from ..support.lit_photographs import SHAPES, TEXTURES, photograph, relit_psnr
 
 F = np.float32
+SYSTEM = pytest.mark.system
+BUMPY = pytest.param("relief", marks=SYSTEM)  # takes longer to trace than the others
 SMALL = ps.Camera(131.0, 131.0, 79.5, 59.5, 160, 120)
 SUN = np.array((-0.7, -0.3, -0.65)) / np.linalg.norm((-0.7, -0.3, -0.65))
 
@@ -43,23 +45,32 @@ def lit(hits, ambient=0.2):
 
 
 class TestScenes:
-    def test_lit_ones_come_near_the_truth_and_none_gets_worse(self, renderer):
+    @pytest.mark.parametrize("shapes", [("blobs",), pytest.param(SHAPES, marks=SYSTEM)])
+    def test_lit_ones_come_near_the_truth_and_none_gets_worse(self, renderer, shapes):
         found = []
-        for shape in SHAPES:
+        for shape in shapes:
             for texture in TEXTURES:
                 shown = photograph(shape, texture, "sun", 0)
                 found.append([relit_psnr(renderer, shown, unlight=on) for on in (False, True)])
         plain, freed = np.array(found).T
         assert freed.mean() > 27.5 and plain.mean() < 21 and (freed - plain).min() > -0.5, found
 
-    @pytest.mark.parametrize(("shape", "light"), [*((shape, "ambient") for shape in SHAPES), ("plane", "sun")])
+    @pytest.mark.parametrize(
+        ("shape", "light"),
+        [
+            ("blobs", "ambient"),
+            pytest.param("relief", "ambient", marks=SYSTEM),
+            ("room", "ambient"),
+            ("plane", "sun"),
+        ],
+    )
     def test_what_does_not_tell_its_light_stays_to_the_bit(self, renderer, shape, light):
         for texture in TEXTURES:
             shown = photograph(shape, texture, light, 0)
             pictures = [renderer.render(shown.frame, shading="none", unlight=on) for on in (False, True)]
             assert (pictures[0] == pictures[1]).all(), (texture, renderer.explain()[-1])
 
-    @pytest.mark.parametrize("shape", SHAPES)
+    @pytest.mark.parametrize("shape", ["blobs", BUMPY, "room"])
     def test_the_light_of_the_sky_does_no_harm(self, renderer, shape):
         for texture in TEXTURES:
             shown = photograph(shape, texture, "sky", 0)

@@ -19,11 +19,13 @@ def discs(seed=1):
     color = np.full((4 * H, 4 * W, 3), 150.0)
     for _ in range(40):
         (x, y), radius, near = rng.uniform((0, 0), (W, H)), rng.uniform(20, 60), rng.uniform(0.3, 1)
-        inside = (u - x) ** 2 + (v - y) ** 2 < radius**2
-        plane = near + rng.uniform(-0.001, 0.001) * (u - x)
-        inside &= plane > inverse
-        inverse = np.where(inside, plane, inverse)
-        color[inside] = rng.uniform(40, 230, 3)
+        part = tuple(slice(max(0, int(4 * (at - radius))), int(4 * (at + radius)) + 8) for at in (y, x))  # around it
+        across, down = u[part] - x, v[part] - y
+        inside = across**2 + down**2 < radius**2
+        plane = near + rng.uniform(-0.001, 0.001) * across
+        inside &= plane > inverse[part]
+        inverse[part] = np.where(inside, plane, inverse[part])
+        color[part][inside] = rng.uniform(40, 230, 3)
     soft = color.reshape(H, 4, W, 4, 3).mean((1, 3)).round().astype(np.uint8)
     return 1 / inverse[2::4, 2::4].astype(np.float32), soft
 

@@ -64,7 +64,7 @@ def test_a_function_writes_what_its_error_and_its_help_list(tmp_path, name):
 
 @pytest.mark.usefixtures("renderer")
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_command_writes_what_its_error_and_its_help_list(typed, tmp_path, monkeypatch, command):
+def test_a_command_lists_what_it_writes_in_its_error_and_its_help(typed, monkeypatch, command):
     monkeypatch.setenv("COLUMNS", "400")
     suffixes = COMMANDS[command]
     (line,) = re.findall(r"--output .*(?:\n {10}.*)*", typed(f"{command} --help").stdout)
@@ -72,22 +72,32 @@ def test_a_command_writes_what_its_error_and_its_help_list(typed, tmp_path, monk
     assert sorted(SUFFIX.findall(line)) == sorted((*suffixes, *of_clouds))
     code, _, errors = typed(f"{command} vase -o out.xyz")
     assert code == 2 and sorted(SUFFIX.findall(errors.partition(".xyz: ")[2])) == sorted(suffixes)
-    for suffix in EVERY:
-        turn = " --turntable light --frames 2" if suffix in known.FILMS and command == "render" else ""
-        small = " --picture-size 8x6" if command == "render" and suffix not in known.POINTS else ""
-        code, _, errors = typed(f"{command} vase -o out{suffix}{turn}{small}")
-        assert (code == 0) == (suffix in suffixes), errors
-        assert (tmp_path / f"out{suffix}").exists() == (suffix in suffixes)
 
 
 @pytest.mark.usefixtures("renderer")
-def test_numbered_files_are_written_as_the_error_lists(typed, tmp_path):
+@pytest.mark.parametrize("suffix", EVERY)
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_writes_what_it_lists(typed, tmp_path, command, suffix):
+    turn = " --turntable light --frames 2" if suffix in known.FILMS and command == "render" else ""
+    small = " --picture-size 8x6 --samples 2" if command == "render" and suffix not in known.POINTS else ""
+    code, _, errors = typed(f"{command} vase -o out{suffix}{turn}{small}")
+    is_listed = suffix in COMMANDS[command]
+    assert (code == 0) == is_listed, errors
+    assert (tmp_path / f"out{suffix}").exists() == is_listed
+
+
+@pytest.mark.usefixtures("renderer")
+def test_the_error_lists_numbered_files(typed):
     code, _, errors = typed("render vase --turntable light -o %04d.xyz")
     assert code == 2 and sorted(SUFFIX.findall(errors.partition(".xyz: ")[2])) == sorted(known.NUMBERED)
-    for suffix in known.NUMBERED:
-        size = "" if suffix in known.POINTS else " --picture-size 8x6"
-        code, _, errors = typed(f"render vase --turntable light --frames 2{size} -o %d{suffix}")
-        assert code == 0 and (tmp_path / f"1{suffix}").exists(), errors
+
+
+@pytest.mark.usefixtures("renderer")
+@pytest.mark.parametrize("suffix", sorted(known.NUMBERED))
+def test_numbered_files_are_written_as_the_error_lists(typed, tmp_path, suffix):
+    size = "" if suffix in known.POINTS else " --picture-size 8x6 --samples 2"
+    code, _, errors = typed(f"render vase --turntable light --frames 2{size} -o %d{suffix}")
+    assert code == 0 and (tmp_path / f"1{suffix}").exists(), errors
 
 
 @pytest.mark.usefixtures("renderer")

@@ -1,16 +1,20 @@
 """Pictures of whatever is passed: what always holds, whichever frame, camera, light and look.
 
-Many more examples: `pytest FILE --hypothesis-profile=long`.
+Some examples with small shadow maps in each run; all of the profile, with those of the size of always, in that of the
+system. Many more examples: `pytest FILE --hypothesis-profile=long`.
 """
 
+import inspect
 from dataclasses import replace
+from functools import partial, wraps
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import pointshade_gl as ps
+from pointshade_gl.scene import shadow_cameras
 from pointshade_gl.scene.appearance import NOT_LIT
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.normal_methods import METHODS
@@ -22,6 +26,26 @@ from ..support.compare import compare_images
 SHADINGS = st.sampled_from(["none", "flat", "gouraud", "phong", "edl"])
 SOFT = ("plane", "wall", "noisy", "steps", "rough")
 MATT = ps.Material(ambient=0, diffuse=1, specular=0)
+SMALL = 64  # pixels of a shadow view where there are few examples
+
+
+def holds(test, few=12):
+    """A property test(..., data), with few examples or with all."""
+
+    @pytest.mark.parametrize("examples", [few, pytest.param("all", marks=pytest.mark.system)])
+    @wraps(test)
+    def check(examples, monkeypatch, **arguments):
+        asked = settings() if examples == "all" else settings(max_examples=examples)
+        if examples != "all":
+            monkeypatch.setattr(shadow_cameras, "SHADOW_SIDE", SMALL)
+        asked(given(data=st.data())(test))(**arguments)
+
+    wanted = [name for name in inspect.signature(test).parameters if name != "data"]
+    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    check.__signature__ = inspect.Signature(
+        [inspect.Parameter(name, kind) for name in ("examples", "monkeypatch", *wanted)]
+    )
+    return check
 
 
 def moved(frame):
@@ -69,7 +93,7 @@ finishes = st.fixed_dictionaries(
 )
 
 
-@given(st.data())
+@partial(holds, few=6)
 def test_any_frame_is_drawn_under_any_light_with_any_look(renderer, data):
     frame = data.draw(values.frames())
     if frame.color is not None and data.draw(st.booleans()):
@@ -95,7 +119,7 @@ def test_any_frame_is_drawn_under_any_light_with_any_look(renderer, data):
     assert before[1] is None or (frame.color == before[1]).all()
 
 
-@given(st.data())
+@holds
 def test_a_frame_seen_unlit_by_its_own_camera_is_its_picture(renderer, data):
     frame = data.draw(
         values.frames(patterns=("plane", "wall", "rough", "noisy", "steps", "far"), camera=values.plain_cameras)
@@ -108,7 +132,7 @@ def test_a_frame_seen_unlit_by_its_own_camera_is_its_picture(renderer, data):
     np.testing.assert_array_equal(image[known][:, :3], frame.color[known][:, :3])
 
 
-@given(st.data())
+@holds
 def test_normals_are_unit_face_the_camera_and_are_missing_where_the_depth_is(renderer, data):
     patterns = data.draw(st.sampled_from([SOFT, tuple(values.PATTERNS)]))
     frame = data.draw(values.frames(patterns=patterns, color=False))
@@ -127,7 +151,7 @@ def test_normals_are_unit_face_the_camera_and_are_missing_where_the_depth_is(ren
     assert patterns != SOFT or np.isfinite(normals[known]).all()
 
 
-@given(st.data())
+@holds
 def test_depth_seen_by_its_own_camera_is_the_depth(renderer, data):
     frame = data.draw(values.frames(patterns=("plane", "wall", "steps", "far"), camera=values.plain_cameras))
     depth = renderer.render_depth(frame, frame.camera, normals="star")
@@ -135,7 +159,7 @@ def test_depth_seen_by_its_own_camera_is_the_depth(renderer, data):
     np.testing.assert_allclose(depth, frame.depth, rtol=1e-5)
 
 
-@given(st.data())
+@holds
 def test_points_are_those_of_the_frame(renderer, data):
     frame = data.draw(values.frames(patterns=SOFT, camera=values.plain_cameras))
     cloud = renderer.render_points(frame, normals="star")
@@ -146,7 +170,7 @@ def test_points_are_those_of_the_frame(renderer, data):
     assert len(cloud.normals) == len(cloud.colors) == len(u)
 
 
-@given(st.data())
+@holds
 def test_more_light_makes_nothing_darker(renderer, data):
     """Nor does a light inside of a surface, or one that is too bright for numbers."""
     frame = data.draw(values.frames(patterns=SOFT, camera=values.plain_cameras))
@@ -166,7 +190,7 @@ def test_more_light_makes_nothing_darker(renderer, data):
     assert (lit.astype(int) >= dark.astype(int) - 1).all()
 
 
-@given(st.data())
+@holds
 def test_lights_add_up(renderer, data):
     """In linear light, to what 8 bits can tell; their order changes nothing."""
     frame = data.draw(values.frames(patterns=SOFT, camera=values.plain_cameras))
@@ -191,7 +215,7 @@ def linear_range(image):
     return [np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4) for c in encoded]
 
 
-@given(st.data())
+@holds
 def test_color_and_intensity_are_one_factor(renderer, data):
     frame = data.draw(values.frames(patterns=SOFT, camera=values.plain_cameras))
     light = replace(data.draw(values.lights()), color=(1, 0.5, 0.25), intensity=0.5)
@@ -200,7 +224,7 @@ def test_color_and_intensity_are_one_factor(renderer, data):
     np.testing.assert_array_equal(renderer.render(frame, light, **look), renderer.render(frame, other, **look))
 
 
-@given(st.data())
+@holds
 def test_a_picture_is_the_same_in_every_unit(renderer, data):
     """Frame, lights and poses in other units: by a power of two, so that no digit changes."""
     frame = data.draw(values.frames(patterns=SOFT, camera=values.plain_cameras))
@@ -219,7 +243,7 @@ def test_a_picture_is_the_same_in_every_unit(renderer, data):
     assert not compare_images(other, image)
 
 
-@given(st.data())
+@holds
 def test_frame_camera_and_lights_move_together(renderer, data):
     frame = data.draw(values.frames(patterns=SOFT, camera=values.plain_cameras))
     light, pose, motion = data.draw(values.lights()), data.draw(moved(frame)), data.draw(values.poses(3))
@@ -237,7 +261,7 @@ def test_frame_camera_and_lights_move_together(renderer, data):
     assert not compare_images(other, image)
 
 
-@given(st.data())
+@holds
 def test_a_mirrored_frame_gives_a_mirrored_picture(renderer, data):
     frame = data.draw(values.frames(patterns=SOFT, camera=values.plain_cameras))
     light = replace(data.draw(values.lights(soft=False, shadows=False)), color=(1, 1, 1), intensity=1)
@@ -260,7 +284,7 @@ def test_a_mirrored_frame_gives_a_mirrored_picture(renderer, data):
     assert not compare_images(mirrored[:, ::-1], image)
 
 
-@given(st.data())
+@holds
 def test_a_negative_fy_is_the_same_view_with_its_rows_upwards(renderer, data):
     frame = data.draw(values.frames(patterns=SOFT, camera=values.plain_cameras))
     light, c = replace(data.draw(values.lights(soft=False, shadows=False)), color=(1, 1, 1), intensity=1), frame.camera
@@ -276,7 +300,7 @@ def test_a_negative_fy_is_the_same_view_with_its_rows_upwards(renderer, data):
 
 
 @pytest.mark.parametrize("rasterizer", ["compute", "points"])
-@given(data=st.data())
+@holds
 def test_small_frames_agree_with_the_mirror(renderers, rasterizer, data):
     renderer = renderers[rasterizer]
     shape = data.draw(st.tuples(*[st.integers(1, 24)] * 2))

@@ -8,6 +8,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.bench.picture_scores import co_visible
 from pointshade_gl.bench.tracing import as_frame, decode, encode, shade, sphere_and_wall, trace
+from pointshade_gl.scene import shadow_cameras
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.render_settings import Finish
 from pointshade_gl.scene.sample_pattern import ball_point, light_part, moved_light, pixel_offset
@@ -139,7 +140,8 @@ PICTURES = {
 
 
 @pytest.mark.parametrize("name", PICTURES)
-def test_samples_are_averaged_as_the_mirror_averages_them(rasterizer, golden, name):
+def test_samples_are_averaged_as_the_mirror_averages_them(rasterizer, golden, monkeypatch, name):
+    monkeypatch.setattr(shadow_cameras, "SHADOW_SIDE", 256)  # of the soft light: the mirror draws a view a sample
     options = {"light": LIGHT, "shading": "phong"} | PICTURES[name]
     frame, light, shading = frames.sphere_before_wall(), options["light"], options["shading"]
     count = 2 if light.is_soft else 4

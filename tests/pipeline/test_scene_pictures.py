@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.scene import shadow_cameras
 from pointshade_gl.scene.appearance import SHADINGS
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.visible_scene import looking_distance
@@ -21,9 +22,21 @@ LIGHTS = {
 }
 
 
-@pytest.mark.parametrize("name", LIGHTS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.system) if name == "point" else name for name in LIGHTS]
+)
 def test_a_light_and_its_shadow(renderer, golden, name):
     """The object shades itself; the view is turned, so that objects do not hide their shadows."""
+    check_shadow(renderer, golden, name)
+
+
+def test_a_light_whose_shadow_has_six_small_views(renderer, golden, monkeypatch):
+    monkeypatch.setattr(shadow_cameras, "SHADOW_SIDE", 256)
+    check_shadow(renderer, golden, "point", stored=False)
+
+
+def check_shadow(renderer, golden, name, stored=True):
+    """Against the mirror, and the stored picture where there is one."""
     frame = frames.sphere_before_wall()
     pose = ps.orbit_pose(None, frame.pivot, 12, 4)
     content = ps.PointObject(frame, normals="triangles-8", max_depth_step="5%")
@@ -33,7 +46,7 @@ def test_a_light_and_its_shadow(renderer, golden, name):
     eye = Eye.at_distance(frames.CAMERA, pose, looking_distance(scene, pose))
     kind = "compute" if renderer.context.gl.version_code >= 430 else "points"
     mirror = mirror_render(frame, normals, LIGHTS[name], ps.Look(), eye, kind)
-    golden(f"shadow_{name}", actual, mirror, stored=kind == "compute")
+    golden(f"shadow_{name}", actual, mirror, stored=stored and kind == "compute")
     unshaded = renderer.render(scene, [ps.Light(**{**vars(light), "shadow": False}) for light in LIGHTS[name]])
     assert compare_images(actual, unshaded)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -51,6 +52,8 @@ from .toksvig import certainty_at, widened
 from .vectors import normalize, texel
 
 F = np.float32
+KEPT = 8  # shadow views whose depths are kept
+_kept: dict[bytes, np.ndarray] = {}
 
 
 class LightSet(NamedTuple):
@@ -206,8 +209,19 @@ def draw_views(points: Splatted, views: Sequence[ShadowView]) -> np.ndarray:
 
 
 def window_depths(points: Splatted, eye: Eye) -> np.ndarray:
-    """(h, w) 1 - near/z as a depth buffer keeps it."""
-    return np.minimum(*(splat_depths(some, eye) for some in (points, hidden_points(points))))
+    """(h, w) 1 - near/z as a depth buffer keeps it; read-only, as the last ones are kept for the next sample or picture."""
+    camera, size = points.frame.camera, points.look.point_size
+    size = None if size is None else (np.shape(size), np.asarray(size, F).tobytes())
+    how = camera, points.frame.pose.tolist(), points.look.splat, size, points.rasterizer, float(points.merge)
+    seen_by = eye.camera, eye.pose.tolist(), float(eye.near)
+    surfaces = np.ascontiguousarray(points.surface_map).tobytes()
+    key = hashlib.sha256(surfaces + repr((how, seen_by)).encode()).digest()
+    if key not in _kept:
+        while len(_kept) >= KEPT:
+            _kept.pop(next(iter(_kept)))
+        _kept[key] = np.minimum(*(splat_depths(some, eye) for some in (points, hidden_points(points))))
+        _kept[key].flags.writeable = False
+    return _kept[key]
 
 
 def hidden_points(points: Splatted) -> Splatted:

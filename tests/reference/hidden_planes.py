@@ -45,6 +45,8 @@ def find_sides(
         found = found + steps_back
         goes_on = goes_on & (found < LAYERS) & (z > 0)
         before = z
+        if not goes_on.any():
+            break
     return sides
 
 

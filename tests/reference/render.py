@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -52,7 +52,7 @@ from .toksvig import certainty_at, widened
 from .vectors import normalize, texel
 
 F = np.float32
-KEPT = 8  # shadow views whose depths are kept
+KEPT = 12  # shadow views and hidden surfaces
 _kept: dict[bytes, np.ndarray] = {}
 
 
@@ -209,18 +209,23 @@ def draw_views(points: Splatted, views: Sequence[ShadowView]) -> np.ndarray:
 
 
 def window_depths(points: Splatted, eye: Eye) -> np.ndarray:
-    """(h, w) 1 - near/z as a depth buffer keeps it; read-only, as the last ones are kept for the next sample or picture."""
+    """(h, w) 1 - near/z as a depth buffer keeps it. Read-only: kept for another sample or picture with this view."""
     camera, size = points.frame.camera, points.look.point_size
     size = None if size is None else (np.shape(size), np.asarray(size, F).tobytes())
     how = camera, points.frame.pose.tolist(), points.look.splat, size, points.rasterizer, float(points.merge)
-    seen_by = eye.camera, eye.pose.tolist(), float(eye.near)
-    surfaces = np.ascontiguousarray(points.surface_map).tobytes()
-    key = hashlib.sha256(surfaces + repr((how, seen_by)).encode()).digest()
+    asked = points.surface_map, how, eye.camera, eye.pose.tolist(), float(eye.near)
+    return _once(lambda: np.minimum(*(splat_depths(some, eye) for some in (points, hidden_points(points)))), *asked)
+
+
+def _once(make: Callable[[], np.ndarray], surface_map: np.ndarray, *asked: object) -> np.ndarray:
+    """What is made of a surface map and of values that their repr tells apart; the last ones are kept."""
+    key = hashlib.sha256(np.ascontiguousarray(surface_map).tobytes() + repr(asked).encode()).digest()
     if key not in _kept:
+        found = make()
+        found.flags.writeable = False
         while len(_kept) >= KEPT:
             _kept.pop(next(iter(_kept)))
-        _kept[key] = np.minimum(*(splat_depths(some, eye) for some in (points, hidden_points(points))))
-        _kept[key].flags.writeable = False
+        _kept[key] = found
     return _kept[key]
 
 
@@ -229,7 +234,8 @@ def hidden_points(points: Splatted) -> Splatted:
     frame, camera, stride = points.frame, bridged_camera(points.frame.camera), bridged_stride(points.frame.camera)
     middle = stride * np.stack(np.meshgrid(np.arange(camera.width), np.arange(camera.height)), -1) + stride // 2
     pixel = np.minimum(middle, (frame.camera.width - 1, frame.camera.height - 1)).reshape(-1, 2)
-    surface = bridge(points.surface_map, pixel, stride, np.array(frame.camera.intrinsics, F))
+    source = np.array(frame.camera.intrinsics, F)
+    surface = _once(lambda: bridge(points.surface_map, pixel, stride, source), points.surface_map, frame.camera)
     surface = surface.reshape(camera.height, camera.width, 4)
     hidden = Frame(None, surface[..., 3], camera, frame.pose)
     return Splatted(hidden, surface, Look(), points.rasterizer, points.merge)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -21,42 +22,66 @@ COLOR_NOISE = 2.0  # steps
 
 
 @dataclass(frozen=True)
+class Scene:
+    """What is seen from the poses of frames and of new views."""
+
+    light: ps.Light
+    gloss: Array
+    taken: list[tuple[Array, Hits]]  # pose, and what is hit from there
+    new: list[tuple[Array, Hits]]
+
+
 class GlossyViews:
     """Frames of a scene, and what new views of it show.
 
     frames   with the highlights of one light in their colours
     camera   of all of them and of new views
-    truths   of each new view: pose, (h, w, 3) sRGB without highlights, 0..255, and (h, w) in which part of it the
-             frames nearest to it have a highlight
     """
 
-    frames: list[ps.Frame]
-    camera: ps.Camera
-    truths: list[tuple[Array, Array, Array]]
+    def __init__(self, scene: Scene, frames: list[ps.Frame], camera: ps.Camera):
+        self._scene, self.frames, self.camera = scene, frames, camera
+
+    def with_frames(self, frames: list[ps.Frame]) -> GlossyViews:
+        """Other frames of the scene; highlights are where those of these frames are."""
+        other = GlossyViews(self._scene, frames, self.camera)
+        other.truths = self.truths
+        return other
+
+    @cached_property
+    def truths(self) -> list[tuple[Array, Array, Array]]:
+        """Of each new view: pose, (h, w, 3) sRGB without highlights, 0..255, and (h, w) in which part of it the frames
+        nearest to it have a highlight."""
+        light, gloss, truths = self._scene.light, self._scene.gloss, []
+        for pose, hits in self._scene.new:
+            plain = encode(_picture(hits, light, 0 * gloss, pose))
+            shown = np.zeros(plain.shape[:2])
+            for frame in sorted(self.frames, key=lambda one: np.linalg.norm(one.pose[:3, 3] - pose[:3, 3]))[:NEAREST]:
+                seen = encode(_picture(hits, light, gloss, frame.pose)) - plain
+                shown = np.maximum(shown, seen.mean(-1) * _is_visible(hits, frame))
+            truths.append((pose, plain, shown > INSIDE))
+        return truths
 
 
 def glossy_views(seed: int, size: tuple[int, int] = (640, 480), matt: bool = False) -> GlossyViews:
     """Balls and a box before a wall, plain and textured, coloured, grey and white. matt: without highlights"""
+    scene, camera, frames = _scene(seed, size), standard_camera(*size), []
+    for k, (pose, hits) in enumerate(scene.taken):
+        colors = encode(_picture(hits, scene.light, scene.gloss * (not matt), pose))
+        frames.append(_taken(hits, colors, camera, pose, generator(seed, "view", str(k))))
+    return GlossyViews(scene, frames, camera)
+
+
+@lru_cache(4)
+def _scene(seed: int, size: tuple[int, int]) -> Scene:
     chance, camera = generator(seed, "glossy"), standard_camera(*size)
     parts, gloss = _parts(chance)
     towards = np.array((*chance.uniform((-0.7, -1.1), (0.7, -0.5)), -1.0))
     light = ps.Light(direction=tuple((-towards).tolist()))
-    frames, truths = [], []
-    for k, (yaw, pitch) in enumerate(VIEWS):
-        pose = ps.orbit_pose(None, PIVOT, yaw + chance.uniform(-3, 3), pitch + chance.uniform(-3, 3))
-        hits = trace(parts, camera, pose)
-        colors = encode(_picture(hits, light, gloss * (not matt), pose))
-        frames.append(_taken(hits, colors, camera, pose, generator(seed, "view", str(k))))
-    for yaw, pitch in NEW_VIEWS:
-        pose = ps.orbit_pose(None, PIVOT, yaw, pitch)
-        hits = trace(parts, camera, pose)
-        plain = encode(_picture(hits, light, 0 * gloss, pose))
-        shown = np.zeros(plain.shape[:2])
-        for frame in sorted(frames, key=lambda one: np.linalg.norm(one.pose[:3, 3] - pose[:3, 3]))[:NEAREST]:
-            seen = encode(_picture(hits, light, gloss, frame.pose)) - plain
-            shown = np.maximum(shown, seen.mean(-1) * _is_visible(hits, frame))
-        truths.append((pose, plain, shown > INSIDE))
-    return GlossyViews(frames, camera, truths)
+    poses = [
+        ps.orbit_pose(None, PIVOT, yaw + chance.uniform(-3, 3), pitch + chance.uniform(-3, 3)) for yaw, pitch in VIEWS
+    ]
+    new = [ps.orbit_pose(None, PIVOT, yaw, pitch) for yaw, pitch in NEW_VIEWS]
+    return Scene(light, gloss, *([(pose, trace(parts, camera, pose)) for pose in some] for some in (poses, new)))
 
 
 def errors_of(renderer: ps.Renderer, views: GlossyViews, **options) -> tuple[float, float]:
@@ -114,8 +139,8 @@ def _picture(hits: Hits, light: ps.Light, gloss: Array, pose: Array) -> Array:
     for k, (strength, exponent) in enumerate(gloss):
         here = hits.surface == k
         if strength and here.any():
-            shown = shade(hits, light, ps.Material(0.35, 0.65, strength, max(exponent, 1)), pose[:3, 3])
-            matt[here] = shown[here]
+            some = Hits(*(getattr(hits, field.name)[here] for field in fields(Hits)))
+            matt[here] = shade(some, light, ps.Material(0.35, 0.65, strength, max(exponent, 1)), pose[:3, 3])
     return matt
 
 

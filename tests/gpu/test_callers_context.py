@@ -1,6 +1,7 @@
 """A caller's OpenGL context: nothing that is set in it changes our pictures, and all of it is afterwards as it was."""
 
 import ctypes
+from functools import cache
 
 import moderngl
 import numpy as np
@@ -17,15 +18,24 @@ LIGHTS = ps.Light(direction=(1, 1, 2), shadow=True), ps.Light(position=(-1, -1, 
 UNITS = 8
 
 
+SMALL = frames.CAMERA.resized(80, 60)
+
+
+@cache
+def noisy():
+    frame = frames.noisy()
+    return frame.color[::2, ::2], frame.depth[::2, ::2]
+
+
 def frame():
     """Another one each time, so that it is uploaded."""
-    return frames.noisy()
+    return ps.Frame(*noisy(), SMALL)
 
 
 def scene():
     parts = ps.PointObject(frame()), ps.PointObject(frame(), point_size=1.5, splat="round", shading="gouraud"), MESH
     parts += (ps.PointObject(frame(), splat="mesh", shading="flat"),)
-    return ps.Scene(tuple(map(ps.Node, parts)), camera=frames.CAMERA)
+    return ps.Scene(tuple(map(ps.Node, parts)), camera=SMALL)
 
 
 def draw(renderer):
@@ -37,7 +47,7 @@ def draw(renderer):
 CALLS = {
     "render": lambda renderer: renderer.render(frame()),
     "draw": draw,
-    "points": lambda renderer: renderer.render(frame(), point_size=np.full((120, 160), 1.5), splat="round"),
+    "points": lambda renderer: renderer.render(frame(), point_size=np.full((60, 80), 1.5), splat="round"),
     "lit splats": lambda renderer: renderer.render(frame(), point_size=2, shading="flat"),
     "scene": lambda renderer: renderer.render(scene(), LIGHTS),
     "normals": lambda renderer: renderer.estimate_normals(frame(), "star-borrow"),

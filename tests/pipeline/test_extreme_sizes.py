@@ -10,15 +10,29 @@ from ..support import frames
 from ..support.drivers import need_compute
 
 
-@pytest.fixture(params=["compute", "points"])
-def rasterizer(request, renderer):
+@pytest.fixture(scope="module", params=["compute", "points"])
+def shared(request, renderer):
+    """A Renderer for each rasteriser, and its picture of a sphere."""
     if request.param == "compute":
         need_compute(renderer)
     with ps.Renderer(rasterizer=request.param) as made:
-        made.kind = request.param
-        made.expected = made.render(frames.sphere())
+        made.kind, made.expected = request.param, made.render(frames.sphere())
         yield made
-        assert (made.render(frames.sphere()) == made.expected).all()
+
+
+@pytest.fixture
+def rasterizer(shared):
+    yield shared
+    assert (shared.render(frames.sphere()) == shared.expected).all()
+
+
+@pytest.fixture
+def fresh(shared):
+    """One that has drawn nothing larger than a sphere's frame."""
+    with ps.Renderer(rasterizer=shared.kind) as made:
+        made.render(frames.sphere())
+        yield made
+        assert (made.render(frames.sphere()) == shared.expected).all()
 
 
 @pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong", "edl"])
@@ -107,7 +121,7 @@ def test_a_picture_beyond_the_textures_of_the_driver(rasterizer):
 
 
 @pytest.mark.parametrize("nth", range(1, 6))
-def test_a_gpu_without_memory(rasterizer, monkeypatch, nth):
+def test_a_gpu_without_memory(fresh, monkeypatch, nth):
     """GL only notes that memory ran out; here it does so for one of the textures and buffers of a larger picture."""
     asked = []
 
@@ -120,10 +134,10 @@ def test_a_gpu_without_memory(rasterizer, monkeypatch, nth):
     frame = ps.Frame(None, np.ones((150, 200)), larger)
     for _ in range(2):
         try:
-            rasterizer.render(frame, shading="phong")
+            fresh.render(frame, shading="phong")
         except MemoryError as error:
             assert "no memory left" in str(error)
             break
     else:
         pytest.fail("memory ran out and nobody said so")
-    assert rasterizer.render(frame).shape == (150, 200, 4)
+    assert fresh.render(frame).shape == (150, 200, 4)

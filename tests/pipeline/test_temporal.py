@@ -1,6 +1,7 @@
 """Streams that are filtered over time: what stands still flickers less, what moves is as it was."""
 
 import json
+from functools import cache
 
 import moderngl
 import numpy as np
@@ -48,7 +49,13 @@ def seen(hits, noise, seed, pose=None):
 
 
 def scene_at(centre=(0.05, 0.02, 1.5), radius=0.4, pose=None):
-    return trace([sphere(centre, radius, waves), WALL], CAMERA, pose)
+    return still(centre, radius) if pose is None else trace([sphere(centre, radius, waves), WALL], CAMERA, pose)
+
+
+@cache
+def still(centre, radius):
+    """From where all cameras are that do not move."""
+    return trace([sphere(centre, radius, waves), WALL], CAMERA)
 
 
 def drawn(stream, temporal):

@@ -49,6 +49,7 @@ def test_pictures_look_like_their_truth(renderer, points, case):
     assert complaint(case.draw(points if case.rasterizer == "points" else renderer)) == ""
 
 
+@pytest.mark.system
 @pytest.mark.browser
 def test_a_page_looks_like_its_truth(browser, points):
     assert complaint(page_cell(browser, points)) == ""

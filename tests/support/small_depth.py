@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -48,6 +49,7 @@ def things(seed: int, contrast: float) -> list[Surface]:
     return [painted(shape, 10 * seed + k, contrast) for k, shape in enumerate(shapes)]
 
 
+@cache
 def clean(seed: int, contrast: float = 1.0) -> Known:
     """Depth as a perfect camera sees it at its samples' middles."""
     surfaces = things(seed, contrast)
@@ -56,6 +58,7 @@ def clean(seed: int, contrast: float = 1.0) -> Known:
     return Known(ps.Frame(color, trace(surfaces, SMALL).depth, SMALL), hits, surfaces)
 
 
+@cache
 def lidar(seed: int) -> Known:
     """Depth by wide beams: the mean over 2x2 samples, with noise of 0.4 %."""
     known = clean(seed)

@@ -63,8 +63,7 @@ def test_a_frame_that_fits_is_one_tile():
 
 @pytest.mark.gl
 class TestPictures:
-    @pytest.mark.parametrize("yaw", [0, 15, 40])
-    @pytest.mark.parametrize("light", [LAMP, SUN], ids=["lamp", "sun"])
+    @pytest.mark.parametrize(("light", "yaw"), [(LAMP, 0), (SUN, 15), (LAMP, 40), (SUN, 0)])
     def test_the_picture_is_that_of_the_whole_frame(self, own, cut, yaw, light):
         whole = own.render(CLEAN, light, yaw=yaw)
         uploads = own.steps.counts["upload"]

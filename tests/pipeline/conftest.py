@@ -7,7 +7,7 @@ import pointshade_gl as ps
 from ..support.drivers import need_compute
 
 
-@pytest.fixture(params=["compute", "points"])
+@pytest.fixture(scope="module", params=["compute", "points"])
 def rasterizer(request, renderer):
     """A renderer for each rasteriser, which has its name."""
     if request.param == "compute":

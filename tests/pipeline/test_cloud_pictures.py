@@ -5,6 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.gpu.clouds.cloud_planes import find_planes
+from pointshade_gl.scene import shadow_cameras
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.visible_scene import looking_distance
 
@@ -51,7 +52,7 @@ def borders(renderer, cloud):
     [
         ("disc", {}, [ps.Light(position=(-1, -1, 0))]),
         ("disc_none", {"shading": "none"}, []),
-        ("disc_shadow", {}, [SUN, LAMP]),
+        pytest.param("disc_shadow", {}, [SUN, LAMP], marks=pytest.mark.system),
         ("ball", {"splat": "ball", "point_size": 0.03}, [ps.Light(position=(-1, -1, 0))]),
         ("ball_shadow", {"splat": "ball", "point_size": "0.6x"}, [SUN]),
     ],
@@ -59,3 +60,8 @@ def borders(renderer, cloud):
 def test_a_cloud(renderer, golden, name, look, lights):
     actual, mirror = both(renderer, ball_on_floor(**look), lights)
     golden(f"cloud_{name}", actual, mirror, stored=name in ("disc_shadow", "ball_shadow"))
+
+
+def test_discs_in_the_light_of_two_lamps_with_small_shadows(renderer, golden, monkeypatch):
+    monkeypatch.setattr(shadow_cameras, "SHADOW_SIDE", 256)
+    golden("cloud_disc_small_shadow", *both(renderer, ball_on_floor(), [SUN, LAMP]), stored=False)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
@@ -50,6 +50,18 @@ def disc(frame, middle, radius, squeezed=1.0, turned=0.0):
     return np.hypot(c * u + s * v, squeezed * (c * v - s * u)) < radius
 
 
+def check_known_points(renderer, data):
+    """Whatever the depth, the colours, and where it is missing. What is completed has a normal and a depth."""
+    frame = data.draw(given_values.frames(camera=given_values.plain_cameras))
+    measured, completed = surfaces(renderer, frame)
+    known, found = measured[..., 3] != 0, completed[..., 3] != 0
+    np.testing.assert_array_equal(completed[known, :3], measured[known, :3])
+    np.testing.assert_array_equal(np.abs(completed[known, 3]), np.abs(measured[known, 3]))
+    new = completed[found & ~known]
+    assert np.isfinite(new).all()
+    np.testing.assert_allclose(np.linalg.norm(new[:, :3], axis=1), 1, rtol=1e-5)
+
+
 class TestKnownPoints:
     @pytest.mark.parametrize(
         "make", [frames.tilted_plane, frames.sphere_before_wall, frames.sphere, frames.step, frames.noisy]
@@ -59,17 +71,15 @@ class TestKnownPoints:
         """To the bit; round the sphere alone is nothing, and its outline stays."""
         np.testing.assert_array_equal(rasterizer.render(make(), yaw=yaw, **FILL), rasterizer.render(make(), yaw=yaw))
 
+    @settings(max_examples=12)
     @given(st.data())
     def test_known_points_keep_their_surface(self, renderer, data):
-        """Whatever the depth, the colours, and where it is missing. What is completed has a normal and a depth."""
-        frame = data.draw(given_values.frames(camera=given_values.plain_cameras))
-        measured, completed = surfaces(renderer, frame)
-        known, found = measured[..., 3] != 0, completed[..., 3] != 0
-        np.testing.assert_array_equal(completed[known, :3], measured[known, :3])
-        np.testing.assert_array_equal(np.abs(completed[known, 3]), np.abs(measured[known, 3]))
-        new = completed[found & ~known]
-        assert np.isfinite(new).all()
-        np.testing.assert_allclose(np.linalg.norm(new[:, :3], axis=1), 1, rtol=1e-5)
+        check_known_points(renderer, data)
+
+    @pytest.mark.system
+    @given(st.data())
+    def test_all_known_points_keep_their_surface(self, renderer, data):
+        check_known_points(renderer, data)
 
     def test_the_same_frame_is_completed_the_same_twice(self, renderer):
         frame = without(frames.sphere_before_wall(), at_random((120, 160), 0.3) | disc(frames.step(), (90, 60), 20))

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.scene import shadow_cameras
 
 from ..support import frames
 from ..support.drivers import need_compute
@@ -78,7 +79,9 @@ def test_where_a_frame_has_no_points_nothing_is_drawn_nor_left_from_the_frame_be
 
 
 @pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong", "edl"])
-def test_a_scene_of_parts_looks_the_same_after_other_scenes(rasterizer, shading):
+def test_a_scene_of_parts_looks_the_same_after_other_scenes(rasterizer, monkeypatch, shading):
+    monkeypatch.setattr(shadow_cameras, "SHADOW_SIDE", 128)
+
     def scene(rows, columns):
         part, _ = part_of(frames.sphere_before_wall(), rows, columns)
         mesh = ps.Mesh(np.array([[-0.5, -0.5, 1.2], [0.5, -0.5, 1.2], [0, 0.5, 1.2]]), np.array([[0, 1, 2]]))

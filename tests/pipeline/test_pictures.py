@@ -1,5 +1,7 @@
 """Whole pictures, compared with the CPU mirror and with stored ones."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,18 @@ from ..support.drivers import need_compute
 LIGHT = ps.Light(position=(-0.8, -0.9, 0.2))
 
 
+@pytest.fixture(scope="module")
+def renderers(renderer):
+    """The rasteriser of GL points, and that of compute shaders for each tolerance of merging."""
+    need_compute(renderer)
+    made = {"points": ps.Renderer(rasterizer="points")}
+    made |= {merge: ps.Renderer(rasterizer="compute", merge=merge) for merge in (0, MERGE)}
+    yield made
+    for one in made.values():
+        one.release()
+
+
+@cache
 def vase():
     frame = ps.load_frame("vase")
     small = frame.camera.resized(160, 120)
@@ -126,17 +140,16 @@ def test_another_size_and_the_default_light(rasterizer, golden):
 
 @pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong"])
 @pytest.mark.parametrize(("merge", "rims"), [(0, 0), (MERGE, 0.0003)])
-def test_both_rasterizers_cover_the_same_and_differ_only_where_splats_overlap(renderer, shading, merge, rims):
+def test_both_rasterizers_cover_the_same_and_differ_only_where_splats_overlap(renderers, shading, merge, rims):
     """Neighbours overlap by a tenth of a source pixel: which one is seen there may differ, mixed values hardly."""
-    need_compute(renderer)
-    with ps.Renderer(rasterizer="points") as points, ps.Renderer(rasterizer="compute", merge=merge) as compute:
-        for frame in (vase(), frames.sphere(), frames.sphere_before_wall(), frames.step()):
-            own, other = (r.render(frame, LIGHT, shading=shading).astype(int) for r in (points, compute))
-            assert np.abs(own - other).max() <= 1
-            pose = turned(frame)
-            own, other = (r.render(frame, LIGHT, pose=pose, shading=shading).astype(int) for r in (points, compute))
-            assert (own[..., 3] != other[..., 3]).mean() <= rims
-            assert np.abs(own - other).mean() <= (0.2 if shading in ("gouraud", "phong") else 1)
+    points, compute = renderers["points"], renderers[merge]
+    for frame in (vase(), frames.sphere(), frames.sphere_before_wall(), frames.step()):
+        own, other = (r.render(frame, LIGHT, shading=shading).astype(int) for r in (points, compute))
+        assert np.abs(own - other).max() <= 1
+        pose = turned(frame)
+        own, other = (r.render(frame, LIGHT, pose=pose, shading=shading).astype(int) for r in (points, compute))
+        assert (own[..., 3] != other[..., 3]).mean() <= rims
+        assert np.abs(own - other).mean() <= (0.2 if shading in ("gouraud", "phong") else 1)
 
 
 def test_the_lit_side_faces_the_light(renderer):

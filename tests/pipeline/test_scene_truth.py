@@ -13,7 +13,7 @@ from pointshade_gl.bench.tracing import as_frame, decode, encode, patch, shade, 
 from ..support.drivers import need_compute
 from ..truth.measures import occluder
 
-CAMERA = ps.Camera(525, 525, 319.5, 239.5, 640, 480)
+CAMERA = ps.Camera(394, 394, 239.5, 179.5, 480, 360)
 GREY = (0.5, 0.45, 0.4)
 SPOT = ps.Light(
     position=(-0.9, -1.1, 0.1), direction=(0.8, 1.1, 1.7), cone=(25, 35), color=(0.8, 0.7, 0.6), shadow=True
@@ -70,9 +70,9 @@ def known_shadow(yaw, light):
     seen = view(yaw)[1]
     shaded, by = occluder(seen, light, SURFACES)
     z = np.maximum(by[..., 2], 0.1)
-    u, v = (np.round(c).astype(int) for c in (525 * by[..., 0] / z + 319.5, 525 * by[..., 1] / z + 239.5))
-    inside = (u >= 0) & (u < 640) & (v >= 0) & (v < 480)
-    depth = taken().depth[np.clip(v, 0, 479), np.clip(u, 0, 639)]
+    u, v = (np.round(c).astype(int) for c in CAMERA.pixel_at(by[..., 0], by[..., 1], z))
+    inside = (u >= 0) & (u < CAMERA.width) & (v >= 0) & (v < CAMERA.height)
+    depth = taken().depth[np.clip(v, 0, CAMERA.height - 1), np.clip(u, 0, CAMERA.width - 1)]
     in_frame = inside & (abs(depth - by[..., 2]) < 0.01)
     by_mesh = occluder(seen, light, SURFACES[2:])[0]
     by_all = occluder(seen, light, SURFACES[:2])[0]
@@ -142,7 +142,7 @@ def test_two_lights_with_shadows_look_as_traced(rasterizer, yaw):
     """PSNR off edges of objects and shadows: >= 38 dB."""
     pose, seen, visible = view(yaw)
     image = rasterizer.render(scene_of([SPOT, SUN]), pose=pose)
-    total, judged = np.zeros((480, 640, 3)), visible & ~near_edge(seen)
+    total, judged = np.zeros((CAMERA.height, CAMERA.width, 3)), visible & ~near_edge(seen)
     for k, light in enumerate((SPOT, SUN)):
         shaded, known = known_shadow(yaw, light)
         material = ps.Material(0.1 if k == 0 else 0, 0.9, 0.2)

@@ -42,6 +42,11 @@ NOISES = {
 }
 
 
+def some(*names):
+    """All noises; but for these only in the run of the system."""
+    return [name if name in names else pytest.param(name, marks=pytest.mark.system) for name in NOISES]
+
+
 def seen(hits, noise, seed, pose=None):
     """The frame of a camera with this noise."""
     depth = np.where(hits.depth > 0, NOISES[noise](hits.depth, np.random.default_rng(seed)), 0)
@@ -79,7 +84,7 @@ def errors(made, hits: Hits, k):
 
 
 class TestQuality:
-    @pytest.mark.parametrize("noise", NOISES)
+    @pytest.mark.parametrize("noise", some("gauss", "shared"))
     def test_what_stands_still_flickers_half_as_much(self, noise):
         """The first frames included, while the mean settles; of the picture's median it is 8 bits that count there."""
         stream = [seen(scene_at(), noise, k) for k in range(30)]
@@ -93,7 +98,7 @@ class TestQuality:
         for kind, bound in ((0, 0.9), (1, 0.9), (2, 0.95)):  # half of the picture's error is that of 8 bits
             assert calm[kind].mean() < bound * plain[kind].mean()
 
-    @pytest.mark.parametrize("noise", NOISES)
+    @pytest.mark.parametrize("noise", some("kinect", "millimetres"))
     def test_what_moves_is_not_smeared(self, noise):
         """5 pixels a frame; also in a band of 3 pixels on both sides of its outline."""
         step = 5 * 1.5 / CAMERA.fx
@@ -308,7 +313,7 @@ def sequence(tmp_path):
     return place
 
 
-def test_films_and_numbered_files_are_filtered(typed, sequence, tmp_path):
+def test_numbered_files_are_filtered(typed, sequence, tmp_path):
     flicker = {}
     for name, option in (("plain", ""), ("calm", "--temporal")):
         (tmp_path / name).mkdir()
@@ -317,6 +322,9 @@ def test_films_and_numbered_files_are_filtered(typed, sequence, tmp_path):
         pictures = [np.asarray(Image.open(tmp_path / name / f"{k}.png"), float) for k in range(8)]
         flicker[name] = np.std(pictures[3:], 0).mean()
     assert flicker["calm"] < 0.5 * flicker["plain"]
+
+
+def test_films_and_normals_take_the_option(typed, sequence):
     assert typed(f"render '{sequence}' -o out.mp4 --temporal --frames 3")[0] == 0
     assert typed(f"normals '{sequence}' -o n%d.npy --temporal")[0] == 0
     assert typed(f"depth '{sequence}' -o d%d.npy --temporal")[0] == 0

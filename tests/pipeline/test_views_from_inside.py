@@ -1,5 +1,7 @@
 """Views from inside a room, some of them a hand's breadth from a wall: pictures against ray-traced truth."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -39,27 +41,28 @@ def source():
     return trace(room(), SOURCE)
 
 
-@pytest.fixture(scope="module")
-def views(source):
-    """200 of them: the pose, the colours there (h, w, 3), and the pixels that show what the frame's camera saw."""
-    made = []
+@cache
+def views(each):
+    """2 * each: the pose, the colours there (h, w, 3), and the pixels that show what the frame's camera saw."""
+    made, source = [], trace(room(), SOURCE)
     for seed in (1, 2):
         rng = np.random.default_rng(seed)
-        for _ in range(100):
+        for _ in range(each):
             pose = random_pose(rng)
             hits = trace(room(), CAMERA, pose)
             made.append((pose, encode(hits.albedo), co_visible(hits, source, SOURCE, np.eye(4))))
     return made
 
 
+@pytest.mark.parametrize("each", [20, pytest.param(100, marks=pytest.mark.system)])
 @pytest.mark.parametrize("rasterizer", ["compute", "points"])
-def test_views_from_inside_a_room_show_the_room(renderer, rasterizer, source, views):
+def test_views_from_inside_a_room_show_the_room(renderer, rasterizer, source, each):
     """What is drawn has the colour of the wall that is there, and what the camera saw is drawn."""
     if rasterizer == "compute":
         need_compute(renderer)
     frame, wrong = as_frame(source, SOURCE), []
     with ps.Renderer(rasterizer=rasterizer) as made:
-        for pose, colors, seen in views:
+        for pose, colors, seen in views(each):
             image = made.render(frame, pose=pose, camera=CAMERA, shading="none")
             drawn = image[..., 3] > 0
             off = np.abs(image[..., :3] - colors).max(-1) > STEPS

@@ -1,6 +1,7 @@
 """Bumps that sensors leave on planes: wide planes lose them; what stands on planes or is curved keeps its shape."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -150,11 +151,15 @@ def test_rough_ground_all_over_the_picture_is_no_noise(renderer, wall):
     assert not renderer.choice.noise or renderer.choice.noise.bumps == 0
 
 
+@cache
+def stairs():
+    return make_scene("stairs", CAMERA).depth.astype(float)
+
+
 @pytest.mark.parametrize("step", [1 / 8, 1 / 4, 1 / 2])
 def test_rounded_stairs_are_no_bumps(renderer, step):
     """Their treads and risers leave a plane by more than a step of disparity, but near pixels share no error."""
-    scene = make_scene("stairs", CAMERA)
-    frame = ps.Frame(None, round_disparity(scene.depth.astype(float), step, np.random.default_rng(0)), CAMERA)
+    frame = ps.Frame(None, round_disparity(stairs(), step, np.random.default_rng(0)), CAMERA)
     renderer.estimate_normals(frame)
     assert renderer.choice.noise.bumps == 0
 

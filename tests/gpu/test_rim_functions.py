@@ -165,11 +165,16 @@ def test_estimate_rim(gpu, surface_map):
     for call, mirror in ((FOUND, rim), (f"estimate_outline(surface_map, {AROUND})", outline)):
         answer = gpu("rims.glsl", f"{call}.outward, {call}.width, {call}.drop", **inputs)
         close(answer, np.column_stack(mirror[:3]), missed=0.005, atol=1e-2, rtol=1e-2)
+    assert (rim.drop > 0).mean() > 0.1 and (rim.drop == 0).mean() > 0.1
+
+
+def test_estimate_what_a_rim_hides(gpu, surface_map):
+    pixel, rim, _ = found_rims(surface_map)
+    inputs = {"surface_map": surface_map, "p": pixel.astype(F), "k": K[None]}
     close(gpu("rims.glsl", f"{FOUND}.slope, 0, 0", **inputs), rim.slope, missed=0.005)
     close(gpu("rims.glsl", f"{FOUND}.hidden", **inputs), rim.hidden, missed=0.01)
     for k in range(4):
         close(gpu("rims.glsl", f"{FOUND}.folds[{k}], 0", **inputs), rim.folds[:, k], missed=0.005, atol=1e-3)
-    assert (rim.drop > 0).mean() > 0.1 and (rim.drop == 0).mean() > 0.1
 
 
 def test_borders_of_pixels(gpu):

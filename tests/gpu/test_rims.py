@@ -1,5 +1,7 @@
 """What rims are for: clean outlines, no gaps behind what is nearer, sharp creases."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -178,6 +180,14 @@ def test_a_wall_goes_on_behind_a_plate(kind, turn, renderer):
             assert (image[grown(is_plate, 4), 3] == 255).all()
 
 
+@cache
+def turned_box(share, yaw, turn, camera):
+    """A frame of a box, a pose from which its crease is its outline, and where a camera sees the box from there."""
+    spot = (share * 1.1 / frames.CAMERA.fx, 0, 1.5)
+    things, pose = [moved(box((0.3, 0.3, 0.3)), pose_at(spot, yaw))], ps.orbit_pose(None, spot, turn, 0)
+    return as_frame(trace(things, frames.CAMERA), frames.CAMERA), pose, trace(things, camera, pose).surface == 0
+
+
 @pytest.mark.parametrize("kind", ["compute", "points"])
 @pytest.mark.parametrize(("yaw", "turn"), [(25, 30), (-25, -30), (35, 30), (45, -30)])
 def test_nothing_stands_out_beyond_a_crease(kind, yaw, turn, renderer):
@@ -190,11 +200,8 @@ def test_nothing_stands_out_beyond_a_crease(kind, yaw, turn, renderer):
     camera = frames.CAMERA.resized(640, 480)
     with ps.Renderer(rasterizer=kind) as made:
         for share in (0, 0.375, 0.625, 0.875):
-            spot = (share * 1.1 / frames.CAMERA.fx, 0, 1.5)
-            things, pose = [moved(box((0.3, 0.3, 0.3)), pose_at(spot, yaw))], ps.orbit_pose(None, spot, turn, 0)
-            frame = as_frame(trace(things, frames.CAMERA), frames.CAMERA)
+            frame, pose, there = turned_box(share, yaw, turn, camera)
             drawn = made.render(frame, camera=camera, pose=pose)[..., 3] > 0
-            there = trace(things, camera, pose).surface == 0
             rows = np.flatnonzero(there.sum(1) > there.sum(1).max() / 2)[20:-20]  # its corners apart
             one, other = (np.argmax(mask[rows][:, :: np.sign(turn)], 1) for mask in (drawn, there))
             assert np.abs(one - other).max() <= 1

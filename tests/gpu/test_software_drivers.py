@@ -6,6 +6,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.gpu.context.software_driver import by_flat_inputs, by_images, is_software, reads_images
 from pointshade_gl.gpu.core.programs import build_compute, build_program
+from pointshade_gl.scene import shadow_cameras
 from pointshade_gl.scene.appearance import SHADINGS
 
 from ..support import frames
@@ -59,18 +60,26 @@ def test_random_variants_compile_for_a_software_driver(renderer, monkeypatch, pa
             test_every_shader_compiles_for_a_software_driver(renderer, monkeypatch, name, constants)
 
 
-def shown(draw, frame, shadings):
-    """Pictures by the name of what they show."""
+def small(frame):
+    return ps.Frame(frame.color[::2, ::2], frame.depth[::2, ::2], frame.camera.resized(80, 60))
+
+
+def lit(draw, frame, shadings):
+    """Pictures by the name of what they show: of these models of shading."""
+    for shading in shadings:
+        yield shading, draw(frame, LAMP, yaw=15, shading=shading)
+        yield f"{shading} mesh", draw(frame, LAMP, yaw=15, shading=shading, splat="mesh")
+        yield f"{shading} shadow", draw(frame, SHADOWS, yaw=15, shading=shading)
+
+
+def others(draw, frame):
+    """All kinds of frames and lights."""
     half = np.ascontiguousarray(frame.depth[::2, ::2])
     camera = frame.camera.fitted(half.shape[1], half.shape[0])
     several = [frame, ps.Frame(frame.color, frame.depth, frame.camera, ps.orbit_pose(None, frame.pivot, yaw=2))]
     parts = ps.PointObject(frame), ps.PointObject(frame, point_size=1.5, splat="round", shading="gouraud"), MESH
     parts += (ps.PointObject(frame, splat="mesh", shading="flat"),)
     scene = ps.Scene(tuple(map(ps.Node, parts)), camera=frame.camera)
-    for shading in shadings:
-        yield shading, draw(frame, LAMP, yaw=15, shading=shading)
-        yield f"{shading} mesh", draw(frame, LAMP, yaw=15, shading=shading, splat="mesh")
-        yield f"{shading} shadow", draw(frame, SHADOWS, yaw=15, shading=shading)
     yield "another light", draw(frame, ps.Light(position=(1, 0, 0)), yaw=15)
     yield "two lights", draw(frame, LAMPS, yaw=-20)
     yield "two lights again", draw(frame, LAMPS[::-1], yaw=-20)
@@ -83,17 +92,32 @@ def shown(draw, frame, shadings):
     yield "scene", draw(scene, SHADOWS)
 
 
-@pytest.mark.parametrize(("rasterizer", "shadings"), [("auto", SHADINGS), ("points", ["flat"])])
-def test_pictures_and_normals_are_those_of_the_plain_shaders(monkeypatch, rasterizer, shadings):
-    clean, noisy, found = frames.sphere_before_wall(), frames.noisy(), {}
+def normals(renderer, frame):
+    for method in ("star", "star-borrow", "adaptive", "triangles-8", "central", "plane-fit-5"):
+        yield method, renderer.estimate_normals(frame, method)
+
+
+MADE = {
+    "shadings": lambda made, clean, noisy: lit(made.render, clean, SHADINGS),
+    "flat": lambda made, clean, noisy: lit(made.render, clean, ["flat"]),
+    "others": lambda made, clean, noisy: others(made.render, clean),
+    "noisy": lambda made, clean, noisy: [("noisy", made.render(noisy, LAMP, yaw=15))],
+    "normals": lambda made, clean, noisy: normals(made, noisy),
+}
+
+
+@pytest.mark.parametrize(
+    ("rasterizer", "what"),
+    [*(("auto", name) for name in MADE if name != "flat"), *(("points", name) for name in MADE if name != "shadings")],
+)
+def test_pictures_and_normals_are_those_of_the_plain_shaders(monkeypatch, rasterizer, what):
+    monkeypatch.setattr(shadow_cameras, "SHADOW_SIDE", 128)
+    clean, noisy, found = small(frames.sphere_before_wall()), frames.noisy(), {}
     for told in ("software", "hardware"):
         monkeypatch.setenv("POINTSHADE_PROGRAMS", told)
-        with ps.Renderer(rasterizer=rasterizer) as renderer:
-            found[told] = dict(shown(renderer.render, clean, shadings)) | {
-                "noisy": renderer.render(noisy, LAMP, yaw=15)
-            }
-            for method in ("star", "star-borrow", "adaptive", "triangles-8", "central", "plane-fit-5"):
-                found[told][method] = renderer.estimate_normals(noisy, method)
+        with ps.Renderer(rasterizer=rasterizer) as made:
+            found[told] = dict(MADE[what](made, clean, noisy))
+    assert found["software"].keys() == found["hardware"].keys() != set()
     for name, picture in found["software"].items():
         np.testing.assert_array_equal(picture, found["hardware"][name], err_msg=name)
 

@@ -10,6 +10,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import as_frame, encode, patch, plane, shade, trace
+from pointshade_gl.scene import shadow_cameras
 
 from ..support.places import FAILURES
 from ..truth import kept
@@ -45,8 +46,16 @@ def complaint(cell):
 
 
 @pytest.mark.parametrize("case", list(cases()), ids=lambda case: case.name)
-def test_pictures_look_like_their_truth(renderer, points, case):
+def test_pictures_look_like_their_truth(renderer, points, monkeypatch, case):
+    if case.name.startswith("soft"):
+        monkeypatch.setattr(shadow_cameras, "SHADOW_SIDE", 256)  # for its 64 samples
     assert complaint(case.draw(points if case.rasterizer == "points" else renderer)) == ""
+
+
+@pytest.mark.system
+def test_soft_shadows_of_full_size_look_like_their_truth(renderer):
+    (case,) = (case for case in cases() if case.name.startswith("soft"))
+    assert complaint(case.draw(renderer)) == ""
 
 
 @pytest.mark.system

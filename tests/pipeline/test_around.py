@@ -33,17 +33,19 @@ def gradient(low=0.1):
     return Environment(sky + 0.3 * np.cos(columns / 32 * 2 * np.pi)[..., None] * np.array([0, 0, 1]) + 0.3)
 
 
-@pytest.mark.parametrize("shading", ["phong", "gouraud", "flat"])
+LIT = [
+    {"ambient_occlusion": True},
+    {"ambient_occlusion": 0.3, "samples": 3, "ground": (0, -1, 0), "background": "white"},
+    {"environment": gradient(), "ambient_occlusion": False},
+    {"environment": gradient(), "environment_rotation": 40, "environment_intensity": 1.5},
+    {"environment": gradient(), "samples": 2, "ground": (0, -1, 0), "background": "white"},
+]
+
+
 @pytest.mark.parametrize(
-    "options",
-    [
-        {"ambient_occlusion": True},
-        {"ambient_occlusion": 0.3, "samples": 3, "ground": (0, -1, 0), "background": "white"},
-        {"environment": gradient(), "ambient_occlusion": False},
-        {"environment": gradient(), "environment_rotation": 40, "environment_intensity": 1.5},
-        {"environment": gradient(), "samples": 2, "ground": (0, -1, 0), "background": "white"},
-    ],
-    ids=lambda options: " ".join(options),
+    ("shading", "options"),
+    [(shading, options) for k, options in enumerate(LIT) for shading in ("phong", ("gouraud", "flat")[k % 2])],
+    ids=lambda value: value if isinstance(value, str) else " ".join(value),
 )
 def test_pictures_are_those_of_the_mirror(rasterizer, monkeypatch, shading, options):
     frame, material = frames.sphere(), ps.Material(0.5, 0.6, 0.4, 20)

@@ -32,8 +32,8 @@ def rods(width=240, height=180):
     return ps.Frame(color, depth, ps.Camera(220, 220, 119.5, 89.5, width, height))
 
 
-def ball(width=240, height=180):
-    camera = ps.Camera(220, 220, 119.5, 89.5, width, height)
+def ball():
+    camera = ps.Camera(165, 165, 89.5, 67, 180, 135)
     return textured(as_frame(trace(sphere_and_wall(), camera), camera))
 
 

@@ -1,4 +1,4 @@
-"""Pictures and normals, compared with ray-traced truth: a sphere in front of a wall, 640x480, one point light."""
+"""Pictures and normals, compared with ray-traced truth: a sphere in front of a wall, 480x360, one point light."""
 
 from dataclasses import replace
 from functools import cache
@@ -12,7 +12,7 @@ from pointshade_gl.bench.tracing import as_frame, decode, encode, shade, sphere_
 
 from ..support.drivers import need_compute
 
-CAMERA = ps.Camera(525, 525, 319.5, 239.5, 640, 480)
+CAMERA = ps.Camera(394, 394, 239.5, 179.5, 480, 360)
 LIGHT = ps.Light(position=(-1.0, -1.0, -0.5))
 ESTIMATED = {"normals": "triangles-8", "max_depth_step": 0.05}
 
@@ -80,12 +80,12 @@ def test_noise_tears_no_holes_into_a_turned_view(rasterizer, source):
 
 
 def test_the_metric_sees_a_darker_picture_holes_and_spill(renderer, source):
-    image = np.full((480, 640, 4), 255, np.uint8)
-    number, truth = source.surface.copy(), np.full((480, 640, 3), 255.0)
-    everywhere = np.ones((480, 640), bool)
+    image = np.full((360, 480, 4), 255, np.uint8)
+    number, truth = source.surface.copy(), np.full((360, 480, 3), 255.0)
+    everywhere = np.ones((360, 480), bool)
     assert score_picture(image, number, truth, source, everywhere).psnr > 100
     assert score_picture(image, number, truth - 3, source, everywhere).psnr < 40
     image[100:110, :, 3] = 0
-    assert score_picture(image, number, truth, source, everywhere).holes == pytest.approx(10 / 480)
+    assert score_picture(image, number, truth, source, everywhere).holes == pytest.approx(10 / 360)
     number[:] = 1
     assert score_picture(image, number, truth, source, everywhere).spill > 0.1

@@ -10,7 +10,6 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import as_frame, encode, patch, plane, shade, trace
-from pointshade_gl.scene import shadow_cameras
 
 from ..support.places import FAILURES
 from ..truth import kept
@@ -45,17 +44,18 @@ def complaint(cell):
     return f"{cell.name}: {cell.share:.3f} % is wrong, {cell.bound} may be; see {FAILURES}"
 
 
-@pytest.mark.parametrize("case", list(cases()), ids=lambda case: case.name)
-def test_pictures_look_like_their_truth(renderer, points, monkeypatch, case):
-    if case.name.startswith("soft"):
-        monkeypatch.setattr(shadow_cameras, "SHADOW_SIDE", 256)  # for its 64 samples
+def is_slow(case):
+    """400 lamps are traced for it, and 64 samples drawn."""
+    return case.name.startswith("soft")
+
+
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(case, marks=pytest.mark.system) if is_slow(case) else case for case in cases()],
+    ids=lambda case: case.name,
+)
+def test_pictures_look_like_their_truth(renderer, points, case):
     assert complaint(case.draw(points if case.rasterizer == "points" else renderer)) == ""
-
-
-@pytest.mark.system
-def test_soft_shadows_of_full_size_look_like_their_truth(renderer):
-    (case,) = (case for case in cases() if case.name.startswith("soft"))
-    assert complaint(case.draw(renderer)) == ""
 
 
 @pytest.mark.system

@@ -263,12 +263,13 @@ def test_a_cloud_that_is_no_longer_drawn_leaves_nothing_on_the_gpu(renderer, mon
     """Neither its points nor what found their planes; however often it comes again."""
     monkeypatch.setattr(shadow_cameras, "SHADOW_SIDE", 128)
     points = np.random.default_rng(0).uniform((-1, -1, 3), (1, 1, 5), (1000, 3))
+    view = {"camera": ps.Camera(60, 60, 39.5, 29.5, 80, 60), "pose": np.eye(4)}
     with ps.Renderer() as renderer:
         held = []
         for _ in range(3):
-            renderer.render(ps.PointCloud(points, splat=splat), ps.Light(direction=(0, 1, 1), shadow=True))
+            renderer.render(ps.PointCloud(points, splat=splat), ps.Light(direction=(0, 1, 1), shadow=True), **view)
             drawn = alive(renderer)
-            renderer.render(ps.PointCloud(points, splat=splat).styled(point_size="5px"))
+            renderer.render(ps.PointCloud(points, splat=splat).styled(point_size="5px"), **view)
             renderer.render(small())
             held.append(alive(renderer))
         assert held[0] == held[1] == held[2] and drawn["Buffer"] > held[0]["Buffer"]

@@ -51,8 +51,15 @@ def test_paths_may_be_paths(renderer, folder):
     np.testing.assert_array_equal(renderer.render(folder / "ball"), renderer.render("ball"))
 
 
-@pytest.mark.parametrize("turn", [{"yaw": 20}, {"pitch": -10, "dolly": 0.2}, {"yaw": 20, "pitch": 10, "dolly": -0.5}])
-@pytest.mark.parametrize("name", ["vase", "demo"])
+@pytest.mark.parametrize(
+    ("name", "turn"),
+    [
+        ("vase", {"pitch": -10, "dolly": 0.2}),
+        ("vase", {"yaw": 20, "pitch": 10, "dolly": -0.5}),
+        ("demo", {"yaw": 20}),
+        ("demo", {"yaw": 20, "pitch": 10, "dolly": -0.5}),
+    ],
+)
 def test_turns_are_those_of_the_command_line(renderer, typed, name, turn):
     options = " ".join(f"--{key} {value}" for key, value in turn.items())
     assert typed(f"render {name} {options} --samples 1 -o out.png")[0] == 0

@@ -61,8 +61,14 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("samples", [1, 3])
+@pytest.mark.parametrize(
+    ("samples", "name"),
+    [
+        *((1, name) for name in SCENES),
+        (3, "frame"),
+        *(pytest.param(3, name, marks=pytest.mark.system) for name in SCENES if name != "frame"),
+    ],
+)
 def test_a_stop_is_twice_the_light_of_lamps_and_of_the_surroundings(renderer, name, samples):
     """As lights and ambient light that are twice as strong; nothing is cut off before."""
     source = SCENES[name]()

@@ -139,7 +139,14 @@ PICTURES = {
 }
 
 
-@pytest.mark.parametrize("name", PICTURES)
+@pytest.mark.parametrize(
+    ("rasterizer", "name"),
+    [
+        *(("compute", name) for name in ("phong", "flat", "eye-dome", "soft")),
+        *(("points", name) for name in ("phong", "unlit", "gouraud", "soft")),
+    ],
+    indirect=["rasterizer"],
+)
 def test_samples_are_averaged_as_the_mirror_averages_them(rasterizer, golden, monkeypatch, name):
     monkeypatch.setattr(shadow_cameras, "SHADOW_SIDE", 256)  # of the soft light: the mirror draws a view a sample
     options = {"light": LIGHT, "shading": "phong"} | PICTURES[name]
@@ -294,9 +301,10 @@ LOOKS = {
 
 
 @pytest.mark.parametrize("look", LOOKS)
-def test_light_is_cut_off_once_after_the_mean(renderer, look):
+def test_light_is_cut_off_once_after_the_mean(renderer, monkeypatch, look):
     """A board before a white wall, its soft shadow, and a highlight: sixteen times as bright a lamp shows sixteen times
     the light, cut off at 1, and not the mean of samples that were cut off."""
+    monkeypatch.setattr(shadow_cameras, "SHADOW_SIDE", 256)
     v, u = np.indices((120, 160))
     board = (abs(u - 75) < 22) & (abs(v - 55) < 25)
     frame = ps.Frame(np.where(board, 200, 255)[..., None].repeat(3, -1).astype(np.uint8), np.where(board, 1.4, 2.0),

@@ -76,7 +76,13 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.system) if name in ("twice as large", "several lights") else name
+        for name in CASES
+    ],
+)
 def test_shared_samples_give_the_picture_of_all_samples(monkeypatch, name):
     make, options = CASES[name]
     frame, options = make(), dict(options)

@@ -80,7 +80,9 @@ def psnr(image, truth, where):
     return 10 * np.log10(255**2 / ((np.asarray(image[..., :3], float) - truth)[where] ** 2).mean())
 
 
-@pytest.mark.parametrize("light", [BALL, SUN, AREA], ids=["ball", "sun", "area"])
+@pytest.mark.parametrize(
+    "light", [pytest.param(BALL, marks=pytest.mark.system), SUN, AREA], ids=["ball", "sun", "area"]
+)
 def test_the_shadow_of_a_sphere_on_a_plane_is_that_of_a_light_of_this_size(renderer, light):
     scene = ps.Scene((ps.Node(sphere_mesh()), ps.Node(floor_mesh())), CAMERA, POSE)
     truth, floor = traced(light)

@@ -182,6 +182,7 @@ class TestLiveSets:
             self.draw(renderer, thing.frames)
         assert len(runs) <= 3
 
+    @pytest.mark.system
     def test_refining_brings_poses_nearer(self, renderer, true, given):
         errors = []
         for k in range(16):

@@ -65,11 +65,12 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("words", "views"),
         [
-            (f"vase --light '{LIGHT}' --shininess 60 --background #336699 --title 'My \"vase\"'", VIEWS),
-            ("demo", ["as at the start", "turned", "moved", "no shadows"]),
+            (f"vase --light '{LIGHT}' --shininess 60 --background #336699 --title 'My \"vase\"'", ["turned", "unlit"]),
+            ("vase --light 'position=-.5,-.6,.3 color=1,.8,.6 shadow' --shininess 60", VIEWS),
+            ("demo", ["turned", "no shadows"]),
             ("vase --yaw 12 --environment sky", ["as at the start", "turned"]),
         ],
-        ids=["frame", "scene", "environment"],
+        ids=["soft light", "frame", "scene", "environment"],
     )
     def test_it_makes_the_picture_that_is_shown(self, browser, written, typed, tmp_path, words, views):
         with browser.opened(written(words), viewport={"width": 360, "height": 300}) as opened:

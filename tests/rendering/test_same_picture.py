@@ -24,12 +24,12 @@ BEFORE = {  # what is drawn before a call is repeated; some of it leaves steps d
 NAMES = "tum_fr3_kinect1", "realsense_box_2", "iphone_lidar_promptda", "stereo_metal_floor", "d435_table_exr_halffloat"
 
 
-def differing(source, rasterizer, shadings):
+def differing(source, rasterizer, shadings, views=VIEWS):
     """The pictures that differ from the first one of their view: what was drawn before, and by how many pixels."""
     found = {}
     for shading in shadings:
         with ps.Renderer(rasterizer=rasterizer) as renderer:
-            for yaw, light, samples in VIEWS:
+            for yaw, light, samples in views:
                 call = {"yaw": yaw, "pitch": yaw / 2, "light": light, "samples": samples, "shading": shading}
                 first = renderer.render(source, **call)
                 for before, work in BEFORE.items():
@@ -72,4 +72,4 @@ def test_a_picture_does_not_depend_on_what_was_drawn_before(renderer, monkeypatc
 @pytest.mark.parametrize("name", ["vase", *NAMES])
 def test_nor_does_that_of_a_real_frame(renderer, request, name, rasterizer):
     path = name if name == "vase" else request.getfixturevalue("shared_data") / name
-    assert differing(ps.load_frame(path, notes=lambda _: None), rasterizer, ["phong"]) == {}
+    assert differing(ps.load_frame(path, notes=lambda _: None), rasterizer, ["phong"], VIEWS[1:4:2]) == {}

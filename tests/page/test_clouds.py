@@ -15,7 +15,8 @@ from ..support import frames
 from ..support.browser import altered
 from .test_pictures import SHADOW_SIDE, check, drawn, likeness
 from .test_pictures import small_shadows as small_shadows
-from .test_pictures import test_it_can_draw_what_pages_need as test_it_can_draw_what_pages_need  # starts the browser
+from .test_pictures import test_a_browser_starts as test_a_browser_starts  # first: no page costs more than others
+from .test_pictures import test_it_can_draw_what_pages_need as test_it_can_draw_what_pages_need
 
 pytestmark = pytest.mark.gl
 browser_test = pytest.mark.browser

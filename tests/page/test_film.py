@@ -17,7 +17,8 @@ from pointshade_gl.page.film_file import frames_of
 from ..support import frames
 from ..support.page_functions import run_script
 from .test_pictures import as_given, likeness
-from .test_pictures import test_it_can_draw_what_pages_need as test_it_can_draw_what_pages_need  # starts the browser
+from .test_pictures import test_a_browser_starts as test_a_browser_starts  # first: no page costs more than others
+from .test_pictures import test_it_can_draw_what_pages_need as test_it_can_draw_what_pages_need
 
 browser_test = pytest.mark.browser
 pytestmark = pytest.mark.gl

@@ -90,13 +90,42 @@ def check(opened, points, source, views, least=PSNR, given=None, **look):
     assert opened.complaints == []
 
 
+def test_a_browser_starts(browser):
+    assert browser.unseen.is_connected()
+
+
+ADDED_FLOATS = """() => {
+  const gl = document.createElement("canvas").getContext("webgl2"), program = gl.createProgram(), texts = {
+    VERTEX_SHADER: "void main() { gl_Position = vec4(0, 0, 0, 1); gl_PointSize = 8.0; }",
+    FRAGMENT_SHADER: "out vec4 color; void main() { color = vec4(0.75); }",
+  };
+  const needed = ["EXT_color_buffer_float", "EXT_float_blend"].map((name) => gl.getExtension(name));
+  for (const [kind, text] of Object.entries(texts)) {
+    const shader = gl.createShader(gl[kind]);
+    gl.shaderSource(shader, `#version 300 es\nprecision highp float;\n${text}`);
+    gl.compileShader(shader);
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  gl.useProgram(program);
+  const sum = gl.createTexture(), found = new Float32Array(4);
+  gl.bindTexture(gl.TEXTURE_2D, sum);
+  gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32F, 1, 1);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, gl.createFramebuffer());
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, sum, 0);
+  gl.viewport(0, 0, 1, 1);
+  gl.enable(gl.BLEND);
+  gl.blendFunc(gl.ONE, gl.ONE);
+  for (let k = 0; k < 3; ++k) gl.drawArrays(gl.POINTS, 0, 1);
+  gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.FLOAT, found);
+  return [needed.every(Boolean), ...found];
+}"""
+
+
 def test_it_can_draw_what_pages_need(browser):
     page = '<head></head><body class="live"></body><script>const REST = 0;</script>'
     with browser.shown(page) as opened:
-        assert opened.page.evaluate("""() => {
-          const gl = document.createElement("canvas").getContext("webgl2");
-          return ["EXT_color_buffer_float", "EXT_float_blend"].every((name) => gl.getExtension(name));
-        }""")
+        assert opened.page.evaluate(ADDED_FLOATS) == [True, *[2.25] * 4]
 
 
 def test_sizes_of_each_point(browser, points):

@@ -12,10 +12,11 @@ from pointshade_gl.scene.sample_pattern import light_part, moved_light, pixel_of
 from ..support import frames
 from ..support.browser import altered
 from ..support.page_functions import run_script
-from .test_clouds import board, cloud, scene_of
+from .test_clouds import board, cloud, data_of, scene_of
 from .test_pictures import SHADOW_SIDE, as_given, drawn, moved
 from .test_pictures import small_shadows as small_shadows
-from .test_pictures import test_it_can_draw_what_pages_need as test_it_can_draw_what_pages_need  # starts the browser
+from .test_pictures import test_a_browser_starts as test_a_browser_starts  # first: no page costs more than others
+from .test_pictures import test_it_can_draw_what_pages_need as test_it_can_draw_what_pages_need
 
 SAMPLES = 16  # that a page has at rest
 FEW = 3  # of them, where each adds the same; an odd number lies in the middle of pixels
@@ -68,18 +69,21 @@ def check(opened, points, source, changes, size, samples=SAMPLES, least=LEAST, g
 
 
 @pytest.fixture(scope="module")
-def lamps(browser, points):
-    """A page of all of them."""
-    page = draw_page(points, frames.sphere_before_wall(), light=list(LAMPS.values()))
+def soft(browser, points):
+    """A page of a lamp that is soft."""
+    page = draw_page(points, frames.sphere_before_wall(), light=LAMPS["sun"])
     with browser.shown(altered(page, SHADOW_SIDE=SHADOW_SIDE)) as opened:
         yield opened
 
 
-def lights_of(lamps):
-    """The lights that the page of all lamps has, by their names."""
-    found = lamps.page.evaluate("pointshade.seen().lights")
-    made = [ps.Light(**{name: as_given(value) for name, value in light.items()}) for light in found]
-    return dict(zip(LAMPS, made, strict=True))
+@pytest.mark.gl
+@pytest.mark.usefixtures("small_shadows")
+def test_a_page_keeps_how_large_lamps_are(points):
+    data = data_of(draw_page(points, frames.sphere_before_wall(), light=list(LAMPS.values())))
+    for kept, lamp in zip([data["held"], *data["lights"]], LAMPS.values(), strict=True):
+        assert {name: as_given(kept[name]) for name in ("radius", "angle", "size", "shadow")} == {
+            "radius": lamp.radius, "angle": lamp.angle, "size": lamp.size, "shadow": True,
+        }  # fmt: skip
 
 
 @pytest.mark.browser
@@ -102,17 +106,10 @@ class TestPictures:
         with browser.shown(draw_page(points, frame, light=light, **options)) as opened:
             check(opened, points, frame, {"yaw": 15}, (160, 120), FEW, **options)
 
-    def test_a_page_keeps_how_large_its_lamps_are(self, lamps):
-        kept = lights_of(lamps).values()
-        assert [(one.radius, one.angle, one.size) for one in kept] == [
-            (one.radius, one.angle, one.size) for one in LAMPS.values()
-        ]
-
     @pytest.mark.usefixtures("small_shadows")
-    @pytest.mark.parametrize("name", LAMPS)
-    def test_shadows_are_soft(self, lamps, points, name):
-        given = [lights_of(lamps)[name]]
-        check(lamps, points, frames.sphere_before_wall(), {"yaw": 20}, (160, 120), FEW, given=given)
+    @pytest.mark.parametrize("name", ["sun", "ball", "area"])
+    def test_shadows_are_soft(self, soft, points, name):
+        check(soft, points, frames.sphere_before_wall(), {"yaw": 20}, (160, 120), FEW, given=[LAMPS[name]])
 
     @pytest.mark.system
     @pytest.mark.parametrize(("name", "samples"), [("ball", 5), ("sun", SAMPLES)])

@@ -1,7 +1,7 @@
 """CPU seconds of each test, in build/durations.json; a test that takes more than 2 and is not marked `system` fails.
 
 CPU of the process that runs the test and of all its descendants, also of those that a fixture of the file started:
-a busy machine makes no test slow.
+a busy machine makes no test slow. Fixtures of whole files and runs are not counted.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Durations:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_protocol(self, item, nextitem):
-        """Run a test; if it was too slow, again: the first run also compiles shaders and makes fixtures of the file."""
+        """Run a test; if it was too slow, again: the first run also compiles shaders."""
         item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
         reports = runtestprotocol(item, log=False, nextitem=nextitem)
         if self._is_too_slow(item, reports):
@@ -81,6 +81,15 @@ class Durations:
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_setup(self):
         self.before, self.spent = cpu_seconds(), 0.0
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_fixture_setup(self, fixturedef):
+        """What a fixture of a whole file makes is not charged to the test that comes first."""
+        before = cpu_seconds() if fixturedef.scope != "function" else None
+        made = yield
+        if before is not None:
+            self.before += cpu_seconds() - before
+        return made
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self):

@@ -27,6 +27,7 @@ def test_sleeping(): time.sleep(0.4)
 def test_busy(): exec({BUSY!r})
 def test_child(): subprocess.run([sys.executable, "-c", {BUSY!r}], check=True)
 def test_fixture(slow): pass
+def test_last(slow): pass
 def test_first_time():
     made.append(1)
     if len(made) == 1: exec({BUSY!r})
@@ -56,9 +57,9 @@ def test_what_takes_long_fails_with_its_name_and_time_but_not_what_only_takes_lo
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", str(tmp_path), "test_it.py"]
     environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTEST_ADDOPTS": ""}
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert "1 failed, 6 passed, 2 errors" in done.stdout
+    assert "1 failed, 7 passed, 2 errors" in done.stdout
     for name in ("test_busy", "test_child"):
         assert f"test_it.py::{name} took 0." in done.stdout
     found = json.loads((tmp_path / "build" / "durations.json").read_text())
     slow = {name for name, seconds in found.items() if seconds > 0.2}
-    assert slow == {f"test_it.py::test_{name}" for name in ("busy", "child", "wrong", "system")} and len(found) == 7
+    assert slow == {f"test_it.py::test_{name}" for name in ("busy", "child", "wrong", "system")} and len(found) == 8

@@ -13,6 +13,8 @@ import sys
 from collections import defaultdict
 from pathlib import Path
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # idle ones spin: CPU seconds would be those of a busy machine
+
 import numpy as np
 import pytest
 from hypothesis import settings

@@ -300,7 +300,7 @@ def test_a_negative_fy_is_the_same_view_with_its_rows_upwards(renderer, data):
 
 
 @pytest.mark.parametrize("rasterizer", ["compute", "points"])
-@holds
+@given(data=st.data())
 def test_small_frames_agree_with_the_mirror(renderers, rasterizer, data):
     renderer = renderers[rasterizer]
     shape = data.draw(st.tuples(*[st.integers(1, 24)] * 2))

@@ -23,12 +23,12 @@ COLOR_NOISE = 2.0  # steps
 
 @dataclass(frozen=True)
 class Scene:
-    """What is seen from the poses of frames and of new views."""
+    """What is there, and what is seen from the poses of frames."""
 
     light: ps.Light
     gloss: Array
+    parts: list[Surface]
     taken: list[tuple[Array, Hits]]  # pose, and what is hit from there
-    new: list[tuple[Array, Hits]]
 
 
 class GlossyViews:
@@ -52,7 +52,9 @@ class GlossyViews:
         """Of each new view: pose, (h, w, 3) sRGB without highlights, 0..255, and (h, w) in which part of it the frames
         nearest to it have a highlight."""
         light, gloss, truths = self._scene.light, self._scene.gloss, []
-        for pose, hits in self._scene.new:
+        for yaw, pitch in NEW_VIEWS:
+            pose = ps.orbit_pose(None, PIVOT, yaw, pitch)
+            hits = trace(self._scene.parts, self.camera, pose)
             plain = encode(_picture(hits, light, 0 * gloss, pose))
             shown = np.zeros(plain.shape[:2])
             for frame in sorted(self.frames, key=lambda one: np.linalg.norm(one.pose[:3, 3] - pose[:3, 3]))[:NEAREST]:
@@ -80,8 +82,7 @@ def _scene(seed: int, size: tuple[int, int]) -> Scene:
     poses = [
         ps.orbit_pose(None, PIVOT, yaw + chance.uniform(-3, 3), pitch + chance.uniform(-3, 3)) for yaw, pitch in VIEWS
     ]
-    new = [ps.orbit_pose(None, PIVOT, yaw, pitch) for yaw, pitch in NEW_VIEWS]
-    return Scene(light, gloss, *([(pose, trace(parts, camera, pose)) for pose in some] for some in (poses, new)))
+    return Scene(light, gloss, parts, [(pose, trace(parts, camera, pose)) for pose in poses])
 
 
 def errors_of(renderer: ps.Renderer, views: GlossyViews, **options) -> tuple[float, float]:

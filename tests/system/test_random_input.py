@@ -27,7 +27,7 @@ if not sys.platform.startswith("linux"):
 
 from ..support.hands import Hands
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.alone]
 
 MINUTES = float(os.environ.get("POINTSHADE_RANDOM_MINUTES", "0"))
 SEED, EVENTS = 4, 100  # things that are done in a round

@@ -18,7 +18,7 @@ import pointshade_gl as ps
 
 from ..rendering.test_lifetime import STATM, megabytes, small
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.alone]
 
 MINUTES = float(os.environ.get("POINTSHADE_SOAK_MINUTES", 1 / 3))
 CLIENTS = 20

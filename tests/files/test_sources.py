@@ -11,6 +11,7 @@ from PIL import Image
 from pytest import approx
 
 import pointshade_gl as ps
+from pointshade_gl.files.cameras.transforms_json import read_transforms
 from pointshade_gl.files.frames.frame_sequence import FrameSequence
 from pointshade_gl.files.sources import open_source, prefetched
 
@@ -278,6 +279,12 @@ class TestPoses:
         self.check(tmp_path)
         source = open_source(tmp_path, notes=lambda _: None)
         assert source[1].camera == CAMERA and source[1].depth[0, 0] == approx(0.901)
+
+    def test_transforms_are_in_the_order_of_their_numbers(self, tmp_path):
+        frames = [{"file_path": f"color/{k}.png", "transform_matrix": np.eye(4).tolist()} for k in (10, 2, 1)]
+        (tmp_path / "transforms.json").write_text(json.dumps({"frames": frames}))
+        found = [one.color for one in read_transforms(tmp_path / "transforms.json")]
+        assert found == ["color/1.png", "color/2.png", "color/10.png"]
 
     def test_frames_that_transforms_do_not_name_stay_at_the_origin_and_it_is_told(self, tmp_path):
         notes = []

@@ -100,6 +100,16 @@ class TestPictures:
         cut(own)
         assert compare_images(own.render(scene, SUN), whole) == ""
 
+    def test_it_is_drawn_where_it_has_moved(self, own, cut):
+        scenes = [
+            ps.Scene((ps.Node(ps.PointObject(CLEAN), transform=place),), camera=CAMERA)
+            for place in (np.eye(4), ps.orbit_pose(None, CLEAN.pivot, 10))
+        ]
+        whole = own.render(scenes[1], LAMP)
+        cut(own)
+        own.render(scenes[0], LAMP)
+        assert compare_images(own.render(scenes[1], LAMP), whole) == ""
+
     def test_points_and_depth_are_those_of_the_whole_frame(self, own, cut):
         cloud, depth = own.render_points(CLEAN, LAMP), own.render_depth(CLEAN, yaw=10)
         cut(own)

@@ -39,6 +39,14 @@ class TestPlace:
         camera = ps.Camera(131, -131, 79.5, 59.5, 160, 120)
         assert up_of(ps.Frame(None, frames.sphere().depth, camera)).tolist() == [0, 1, 0]
 
+    def test_it_lies_under_a_cloud_far_from_the_origin(self):
+        points = np.random.default_rng(0).uniform(-1, 1, (2000, 3))
+        found = [
+            ground_under(ps.Scene((ps.Node(ps.PointCloud(points + np.array((0, high, 0)))),)), (0, 1, 0))[3]
+            for high in (0, 5e6)
+        ]
+        assert found[0] == pytest.approx(1, abs=0.01) and found[1] == pytest.approx(1 - 5e6, abs=0.01)
+
     @pytest.mark.parametrize("up", [1, -1])
     def test_in_a_scene_up_is_the_worlds_y_on_the_side_that_is_up_in_its_picture(self, up):
         """Looking down by 40 degrees changes nothing."""
@@ -144,6 +152,17 @@ def test_the_figure_of_a_paper_is_that_of_the_mirror(rasterizer, golden, backgro
     assert (
         rasterizer.render(frame, SUN, pose=ABOVE, normals="triangles-8", background=background, ground=up) == actual
     ).all()
+
+
+def test_at_another_height_it_is_another_picture(renderer):
+    small = ps.Camera(30, 30, 19.5, 14.5, 40, 30)
+
+    def draw(by, height):
+        return by.render(frames.sphere(), SUN, camera=small, samples=2, ground=True, ground_height=height)
+
+    first, second = draw(renderer, -0.45), draw(renderer, -0.6)
+    with ps.Renderer() as other:
+        assert (first != second).any() and (draw(other, -0.6) == second).all()
 
 
 class TestPicture:

@@ -22,6 +22,15 @@ LIGHTS = {
 }
 
 
+def test_a_mesh_covers_the_same_pixels_in_every_shading(renderer):
+    corners = np.array([(-0.51, -0.42, 1.2), (0.53, -0.35, 1.3), (0.1, 0.47, 1.1)])
+    alpha = {}
+    for shading in SHADINGS:
+        mesh = ps.Mesh(corners, [(0, 1, 2)], shading=shading)
+        alpha[shading] = renderer.render(ps.Scene((ps.Node(mesh),), camera=frames.CAMERA))[..., 3]
+        assert (alpha[shading] == alpha["none"]).all() and 0.1 < (alpha[shading] > 0).mean() < 0.9
+
+
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.system) if name == "point" else name for name in LIGHTS]
 )

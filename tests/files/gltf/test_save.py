@@ -194,6 +194,16 @@ def test_a_scene_without_camera_keeps_its_pose(tmp_path):
         assert_same(scene, ps.load_scene(tmp_path / "out.gltf"))
 
 
+def test_a_camera_shows_as_much_in_other_programs(tmp_path):
+    """Whose pixels need not be square."""
+    camera = ps.Camera(100, 60, 40, 30, 81, 61)
+    ps.save_scene(tmp_path / "out.gltf", ps.Scene((ps.Node(FLAT),), camera=camera))
+    (written,) = json.loads((tmp_path / "out.gltf").read_text())["cameras"]
+    across, upright = 81 / 100, 61 / 60
+    assert written["perspective"]["aspectRatio"] == pytest.approx(across / upright)
+    assert written["perspective"]["yfov"] == pytest.approx(2 * math.atan(upright / 2))
+
+
 def test_a_mesh_without_triangles_is_left_out(tmp_path):
     empty = ps.Mesh(np.zeros((0, 3)), np.zeros((0, 3), int))
     ps.save_scene(tmp_path / "out.glb", ps.Scene((ps.Node((empty, FLAT), "a"), ps.Node(empty, "b"))))

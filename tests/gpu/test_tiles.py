@@ -101,8 +101,9 @@ class TestPictures:
         assert compare_images(own.render(scene, SUN), whole) == ""
 
     def test_it_is_drawn_where_it_has_moved(self, own, cut):
+        thing = ps.PointObject(CLEAN)
         scenes = [
-            ps.Scene((ps.Node(ps.PointObject(CLEAN), transform=place),), camera=CAMERA)
+            ps.Scene((ps.Node(thing, transform=place),), camera=CAMERA)
             for place in (np.eye(4), ps.orbit_pose(None, CLEAN.pivot, 10))
         ]
         whole = own.render(scenes[1], LAMP)

@@ -155,10 +155,10 @@ def test_the_figure_of_a_paper_is_that_of_the_mirror(rasterizer, golden, backgro
 
 
 def test_at_another_height_it_is_another_picture(renderer):
-    small = ps.Camera(30, 30, 19.5, 14.5, 40, 30)
+    frame, small = frames.sphere(), ps.Camera(30, 30, 19.5, 14.5, 40, 30)
 
     def draw(by, height):
-        return by.render(frames.sphere(), SUN, camera=small, samples=2, ground=True, ground_height=height)
+        return by.render(frame, SUN, camera=small, samples=2, ground=True, ground_height=height)
 
     first, second = draw(renderer, -0.45), draw(renderer, -0.6)
     with ps.Renderer() as other:

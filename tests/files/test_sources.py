@@ -387,19 +387,22 @@ class Slow(Sequence):
         return constant(k + 1)
 
 
+@pytest.fixture
 def decoding():
-    return [thread for thread in threading.enumerate() if thread.name.startswith("pointshade-decode")]
+    """The threads that decode, without those of tests before, which may still be ending."""
+    before = set(threading.enumerate())
+    return lambda: [one for one in set(threading.enumerate()) - before if one.name.startswith("pointshade-decode")]
 
 
 class TestPrefetched:
     @pytest.mark.parametrize("ahead", [1, 2, 5])
-    def test_frames_come_in_their_order(self, ahead):
+    def test_frames_come_in_their_order(self, decoding, ahead):
         source = Slow(20)
         assert distances(prefetched(source, refuse, ahead)) == list(range(1, 21))
         assert threading.get_ident() not in source.threads and len(source.threads) <= ahead
         assert not decoding()
 
-    def test_no_more_than_asked_is_read_ahead(self):
+    def test_no_more_than_asked_is_read_ahead(self, decoding):
         source = Slow(50)
         frames = prefetched(source, refuse, 3)
         for _ in range(4):
@@ -427,13 +430,13 @@ class TestPrefetched:
         assert distances(frames) == [6, 7, 8]
         assert told == ["frame 4: broken"]
 
-    def test_other_errors_go_through_and_the_threads_end(self):
+    def test_other_errors_go_through_and_the_threads_end(self, decoding):
         frames = prefetched(Slow(8, {2: KeyError("a bug")}), refuse)
         with pytest.raises(KeyError, match="a bug"):
             list(frames)
         assert not decoding()
 
-    def test_leaving_the_loop_ends_the_threads(self):
+    def test_leaving_the_loop_ends_the_threads(self, decoding):
         for frame in prefetched(Slow(1000), refuse):
             if frame.depth[0, 0] == 3:
                 break
@@ -443,12 +446,12 @@ class TestPrefetched:
         assert distances(prefetched((constant(k) for k in (3, 1, 2)), refuse)) == [3, 1, 2]
         assert distances(prefetched(iter([]), refuse)) == []
 
-    def test_what_an_iterator_gives_is_passed_on_be_it_none(self):
+    def test_what_an_iterator_gives_is_passed_on_be_it_none(self, decoding):
         first, last = constant(3), constant(1)
         assert list(prefetched(iter([None, first, None, last]), refuse)) == [None, first, None, last]
         assert not decoding()
 
-    def test_a_camera_that_stumbles_goes_on(self):
+    def test_a_camera_that_stumbles_goes_on(self, decoding):
         class Camera:
             """Has no length, and no end."""
 

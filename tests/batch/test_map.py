@@ -27,6 +27,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.system
 def test_a_sequence_is_drawn_whether_workers_read_it_or_not(renderer, folder):
     sequence, view = ps.open_source(folder), ps.View([ps.Light((1, -2, 0))], yaw=10)
     alone = [replace(sequence[k], source=None) for k in (0, 1, 3)]

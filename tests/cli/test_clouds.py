@@ -35,6 +35,7 @@ class TestPictures:
         rows, columns = np.nonzero(alpha)
         assert rows.min() > 0 and rows.max() < 119 and np.ptp(rows) > 90 and abs(np.ptp(rows) - np.ptp(columns)) < 8
 
+    @pytest.mark.system
     def test_options_of_look_and_place_reach_the_picture(self, cloud, tmp_path):
         plain = ["--picture-size", "80x60", "--samples", "1", "-o", tmp_path / "out.png"]
         drawn = {}

@@ -132,7 +132,7 @@ def test_long_texts_take_no_square_of_time(reader, tmp_path_factory, start, midd
 @pytest.mark.parametrize(
     ("start", "middle", "end"),
     [
-        ("", "g{}:\n fx: 1\n", ""),  # each name in a group of its own
+        pytest.param("", "g{}:\n fx: 1\n", "", marks=pytest.mark.system),  # each name in a group of its own
         ("{", '"g{}": {{"fx": 1, "w{}": 2}}, ', '"a": 0}'),
         ("{", '"w{}": 1, "g{}": {{"fx": 1}}, ', '"a": 0}'),
         ("a" * 300_000 + ":\n", " b{}: 1\n", ""),  # in one with a long name

@@ -177,6 +177,7 @@ class TestKeys:
 
 
 class TestDoubleClick:
+    @pytest.mark.system
     def test_on_a_name_it_brings_back_the_usual_value(self, open_viewer):
         look = ps.Look(ps.Material(0.4, 0.5, 0.6, 70), shading="flat", missing="complete")
         state = State(look=look, light_intensity=3, light_reach=2, light_color=(1, 0, 0))
@@ -339,6 +340,7 @@ class TestMoreLights:
         click_row(viewer, "x")  # the last one of that name
         assert viewer.picture.lights == before and not viewer.lights
 
+    @pytest.mark.system
     def test_a_place_is_typed_in_metres_and_the_light_stays_there(self, open_viewer):
         pose = ps.orbit_pose(None, (0, 0, 1.0), 25, 10)
         frame = ps.Frame(None, frames.sphere().depth, frames.CAMERA, pose)
@@ -373,6 +375,7 @@ class TestLights:
         click_row(viewer, "lamp (point)")
         assert viewer.light_number == 0 and viewer.held.position is not None
 
+    @pytest.mark.system
     def test_each_has_a_size_and_a_shadow_of_its_own(self, open_viewer):
         viewer = open_viewer(lights=self.LAMPS, window_size=(640, 480), panel=True)
         click_row(viewer, "radius", ctrl=True)

@@ -182,6 +182,7 @@ def test_each_kind_of_output_is_what_its_own_command_makes(batch, typed, tmp_pat
     assert len(list((tmp_path / "out/seq").glob("*.jpg"))) == 3
 
 
+@pytest.mark.system
 def test_a_scene_and_a_single_frame_become_the_pictures_of_render(batch, typed, tmp_path):
     options = "--light position=-.5,-.7,.2 --samples 2 --picture-size 64x48 --background white --shading flat"
     assert batch(f"demo vase -o out --workers 1 {options}")[0] == 0
@@ -196,6 +197,7 @@ def test_a_page_is_the_one_of_render(batch, typed, tmp_path):
     assert but_for_its_command(tmp_path / "out/vase.html") == but_for_its_command(tmp_path / "vase.html")
 
 
+@pytest.mark.system
 def test_what_was_made_otherwise_is_never_mixed_in_silence(batch, tmp_path):
     write_sequence(tmp_path / "seq", 2)
     assert batch(f"seq -o out {SMALL}")[0] == 0

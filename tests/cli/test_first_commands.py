@@ -31,7 +31,9 @@ FOLDERS = {  # points, median depth in metres, and what must be said; nothing el
 
 @pytest.mark.data
 @pytest.mark.usefixtures("renderer")
-@pytest.mark.parametrize("name", FOLDERS)
+@pytest.mark.parametrize(
+    "name", [name if k % 2 else pytest.param(name, marks=pytest.mark.system) for k, name in enumerate(FOLDERS)]
+)
 def test_every_folder_of_real_frames_is_drawn_by_its_name_alone(typed, shared_data, name):
     points, median, sentences = FOLDERS[name]
     code, output, errors = typed(f"render '{shared_data / name}' --samples 1 -o out.png")

@@ -97,7 +97,14 @@ def test_an_example_is_a_command_of_80_columns(commands, line):
 
 
 @pytest.mark.usefixtures("renderer")
-@pytest.mark.parametrize("line", [line for line in LINES if not any(word in line for word in NEEDS_MORE)])
+@pytest.mark.parametrize(
+    "line",
+    [
+        pytest.param(line, marks=pytest.mark.system) if "--ground" in line or "--turntable" in line else line
+        for line in LINES
+        if not any(word in line for word in NEEDS_MORE)
+    ],
+)
 def test_an_example_runs(typed, tmp_path, line):
     shutil.copytree(asset("vase"), "my_frame")
     scene = frames.sphere()

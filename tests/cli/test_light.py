@@ -134,6 +134,7 @@ def test_a_shadow_on_a_single_frame_darkens_it(renderer, typed):
     assert (dark <= plain + 1).all() and (dark < plain - 20).any(-1).mean() > 0.01
 
 
+@pytest.mark.system
 def test_in_a_scene_a_light_casts_shadows_unless_it_says_no(renderer, typed):
     scene = ps.load_scene("demo")
     for text, shadow in (("0,1,.5", True), ("0,1,.5 shadow=no", False)):

@@ -50,6 +50,7 @@ def test_a_folder_of_photographs_is_a_film(typed, place, output):
     assert code == 0 and "3 pictures of 64x48 pixels" in out
 
 
+@pytest.mark.system
 def test_what_a_video_shows_is_drawn(typed, place):
     assert typed("render vase -o film.mp4 --turntable light --frames 3 --picture-size 64x48")[0] == 0
     code, out, _ = typed(f"render film.mp4 {MODEL} -o again%d.png --cache")
@@ -66,6 +67,7 @@ def test_a_page_holds_the_photograph_as_an_object(typed, place):
     assert code == 0 and "a page of" in out and (place / "out.html").stat().st_size > 10_000
 
 
+@pytest.mark.system
 def test_a_batch_of_photographs(typed, place):
     code, out, errors = typed(f"batch photo.jpg photos {MODEL} -o out")
     assert code == 0 and "4 written" in out, errors

@@ -245,7 +245,7 @@ class TestWhatCannotBePlaced:
         found, notes = aligned([true[0], true[0]])
         assert not notes and off(found[1], true[0]) < 1e-6
 
-    @pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.system) for seed in range(2, 8))])
+    @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.system) for seed in range(1, 8))])
     def test_far_off_is_right_or_declined(self, seed):
         true = views(corner(), 5, noise=0.001)
         given = disturbed(true, 0.25, 8.0, seed)

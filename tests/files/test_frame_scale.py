@@ -35,7 +35,9 @@ MOTIONS = ("still", "slide", "turn", "crop")
 FRAMES = {"still": 16, "slide": 16, "turn": 12, "crop": 12}
 
 
-@pytest.mark.parametrize(("seed", "kind"), [(21, "affine"), (21, "8bit"), (22, "minmax")])
+@pytest.mark.parametrize(
+    ("seed", "kind"), [pytest.param(21, "affine", marks=pytest.mark.system), (21, "8bit"), (22, "minmax")]
+)
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_every_picture_has_the_scale_of_the_first(seed, motion, kind):
     made = film(seed, motion, FRAMES[motion], kind=kind)
@@ -46,7 +48,12 @@ def test_every_picture_has_the_scale_of_the_first(seed, motion, kind):
 
 
 @pytest.mark.parametrize(
-    ("motion", "frames", "cut"), [("still", 12, 5), ("slide", 12, 5), ("turn", 14, 7), ("crop", 12, 5)]
+    ("motion", "frames", "cut"),
+    [
+        ("still", 12, 5),
+        ("turn", 14, 7),
+        *(pytest.param(one, 12, 5, marks=pytest.mark.system) for one in ("slide", "crop")),
+    ],
 )
 def test_a_cut_begins_a_shot_with_a_scale_of_its_own(motion, frames, cut):
     made = film(23, motion, frames, cut=cut)

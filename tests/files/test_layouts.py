@@ -87,8 +87,16 @@ README = (
 SMOOTH = "tum_freiburg3", "depth_pro", "ours"  # drawn with as many samples as usual, which takes longer
 
 
+ORDINARY = (  # of each kind of reader one; the others are drawn in the run of the system
+    "tum_freiburg3", "scannet", "arkitscenes", "nerfstudio", "colmap_text", "record3d", "bop", "middlebury",
+    "kitti_2015", "midas", "moge", "realsense_json", "ours",
+)  # fmt: skip
+
+
 @pytest.mark.usefixtures("renderer")
-@pytest.mark.parametrize("name", README)
+@pytest.mark.parametrize(
+    "name", [name if name in ORDINARY else pytest.param(name, marks=pytest.mark.system) for name in README]
+)
 def test_what_the_readme_names_is_drawn_as_photographed_by_the_command_line(typed, name, written):
     expected = written(next(maker for maker in MAKERS if maker.__name__ == name))
     options = " ".join(f"--{key.replace('_', '-')} {value}" for key, value in expected.options.items())

@@ -66,7 +66,7 @@ def bytes_of(page):
 
 
 @browser_test
-@pytest.mark.parametrize("count", [0, 1])
+@pytest.mark.parametrize("count", [0, pytest.param(1, marks=pytest.mark.system)])
 def test_a_cloud_of_next_to_nothing_is_shown(browser, renderer, count):
     with browser.shown(draw_page(renderer, ps.PointCloud(np.eye(3)[:count]))) as opened:
         drawn(opened, {})
@@ -182,7 +182,7 @@ SMALL_POINTS = """
 
 @pytest.mark.usefixtures("small_shadows")
 @browser_test
-@pytest.mark.parametrize("splat", ["disc", "ball"])
+@pytest.mark.parametrize("splat", ["disc", pytest.param("ball", marks=pytest.mark.system)])
 def test_where_the_largest_points_are_small_splats_are_quads(browser, points, splat):
     scene = scene_of(cloud(splat=splat), board())
     with browser.shown(altered(draw_page(points, scene), SHADOW_SIDE=SHADOW_SIDE), before=SMALL_POINTS) as opened:

@@ -70,6 +70,7 @@ def test_outlines_of_clean_depth_are_those_of_the_colours(renderer, seed):
     assert wrong <= 1 and front >= 36 and side >= 27.5
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("seed", SEEDS)
 def test_outlines_of_low_contrast_are_mostly_found(renderer, seed):
     wrong, front, side = scores(renderer, clean(seed, 0.2), seed, 0.2)
@@ -95,7 +96,7 @@ def test_points_of_the_depth_alone_are_far_worse(renderer):
         assert alone < voted - 2
 
 
-@pytest.mark.parametrize("make", [clean, lidar])
+@pytest.mark.parametrize("make", [clean, pytest.param(lidar, marks=pytest.mark.system)])
 def test_the_surface_is_that_of_the_mirror(renderer, make):
     frame = cropped(make(2).frame)
     intrinsics, picture = np.array(frame.camera.intrinsics, F), frame.color.astype(F) / F(255)

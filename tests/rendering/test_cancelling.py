@@ -60,7 +60,7 @@ WORKS = {  # each: what it calls, and whether files that are whole stay when it 
     "cell": (lambda _, given, __, progress: ps.show(given, progress=progress), False),
     "batch": (lambda _, __, ___, progress: list(ps.batch.map([FRAME] * 3, workers=1, progress=progress)), False),
 }
-SLOW = "search", "batch"
+SLOW = "search", "batch", "cell", "page that plays", "merge and align"
 HOW = False, ValueError("of the caller's own")
 
 

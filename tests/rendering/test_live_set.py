@@ -177,6 +177,7 @@ class TestDrawing:
             fresh.render([b, a, c], **options)
             assert (fresh.render([a, b], **options) == before).all()
 
+    @pytest.mark.system
     def test_a_long_live_set_leaves_nothing_behind(self, renderer, monkeypatch):
         """Of five frames, more than each is compared with, one after the other is replaced, and moved a little."""
         monkeypatch.setattr(consensus, "COMPARED", 2)

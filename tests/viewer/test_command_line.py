@@ -106,6 +106,7 @@ class TestVase:
         words = again(viewer)
         assert {"--yaw", "--pitch", "--dolly"} <= set(words) and words[words.index("--picture-size") + 1] == "320x240"
 
+    @pytest.mark.system
     def test_panned_and_refined_it_is_named_by_its_pose(self, open_viewer, again):
         viewer = open_vase(open_viewer)
         viewer.samples = 5
@@ -146,6 +147,7 @@ class TestVase:
         words = again(viewer)
         assert words[words.index("--shading") + 1] == "none" and not {"--light", "--unlight"} & set(words)
 
+    @pytest.mark.system
     def test_with_eye_dome_lighting(self, open_viewer, again):
         viewer = open_vase(open_viewer)
         drag(viewer, (160, 120), (190, 100))
@@ -183,6 +185,7 @@ class TestVase:
         press(viewer, "P")
         assert "it leaves out: its environment; how its environment is turned" in viewer.messages.text
 
+    @pytest.mark.system
     def test_with_several_lights_of_all_kinds(self, open_viewer, again):
         lights = [
             ps.Light(position=(-0.5, -0.4, 0.2), attenuation=(1, 0.1, 0.2), radius=0.02, shadow=True),
@@ -215,6 +218,7 @@ class TestMoreLights:
 
 
 class TestScene:
+    @pytest.mark.system
     def test_as_it_is_opened_with_its_own_lights(self, open_viewer, again, tmp_path):
         lamp = ps.Node(ps.Light(position=(-0.5, -0.4, 0.2), shadow=True), "lamp")
         ball = ps.Mesh([(-1, 0.5, 1), (1, 0.5, 1), (0, -1, 2)], [(0, 1, 2)])
@@ -224,6 +228,7 @@ class TestScene:
         drag(viewer, (160, 120), (190, 110))
         assert "--light" in again(viewer)  # in light mode it goes with the viewer
 
+    @pytest.mark.system
     def test_as_the_demo_is_opened(self, open_viewer, again):
         assert again(open_viewer(load_any("demo"), command_line=line_of("demo")))[0] == "demo"
 
@@ -288,12 +293,14 @@ class TestFrames:
         viewer.frame = viewer.frame.switched(1, False)
         assert "--align" not in again(viewer, but=0.001)
 
+    @pytest.mark.system
     def test_with_poses_from_a_file(self, open_viewer, again, walk, tmp_path):
         ps.save_poses(tmp_path / "poses.txt", [seen_from(pose_at(yaw)) for yaw in (-7, -3, 1, 5, 9)])
         source, options = open_source(walk, poses=tmp_path / "poses.txt"), ("--poses", str(tmp_path / "poses.txt"))
         viewer = open_viewer(source, command_line=line_of(str(walk), options=options), fps=0.01)
         assert again(viewer)[:3] == [str(walk), *options]
 
+    @pytest.mark.system
     def test_of_several_inputs(self, open_viewer, again, walk, tmp_path):
         other = write_views(tmp_path / "other", [seen_from(pose_at(yaw)) for yaw in (-3, 3)])
         sources = [open_source(folder, depth_scale=1000) for folder in (walk, other)]

@@ -113,6 +113,7 @@ class TestKeys:
         press(viewer, "S")
         assert viewer.state.shadows
 
+    @pytest.mark.system
     def test_impossible_numbers_become_the_nearest_possible(self, open_viewer):
         viewer = open_viewer(window_size=(640, 480), panel=True)
         for text, number in (("-3", 0.0), ("1e30", 1.0)):
@@ -161,6 +162,7 @@ class TestKeys:
             key(viewer, name)
         assert viewer.state.look.shading == "flat" and not viewer.screen.panel.takes_keys
 
+    @pytest.mark.system
     def test_numbers_are_copied_and_pasted(self, open_viewer):
         viewer = open_viewer(window_size=(640, 480), panel=True)
         click_row(viewer, "diffuse", ctrl=True)
@@ -201,6 +203,7 @@ class TestDoubleClick:
         press_undo(viewer)
         assert viewer.messages.text == "nothing to undo"
 
+    @pytest.mark.system
     def test_two_slow_clicks_and_esc_type_nothing(self, open_viewer):
         viewer = open_viewer(window_size=(640, 480), panel=True)
         click_row(viewer, "diffuse")
@@ -238,7 +241,7 @@ def test_what_a_colour_opens_is_seen_also_while_nothing_is_greyed_out(open_viewe
 
 
 class TestPlace:
-    @pytest.mark.parametrize("size", [(640, 480), (1280, 960), (320, 240)])
+    @pytest.mark.parametrize("size", [(640, 480), pytest.param((1280, 960), marks=pytest.mark.system), (320, 240)])
     @pytest.mark.parametrize("records", [False, True])
     def test_help_and_messages_are_beside_it(self, open_viewer, tmp_path, size, records):
         film = {"record": tmp_path / "film.gif"} if records else {}
@@ -252,6 +255,7 @@ class TestPlace:
             after = shown(viewer)
             assert (after != before).any() and (after[:, -viewer.panel_covers :] == panel).all()
 
+    @pytest.mark.system
     def test_nothing_of_it_is_cut_off_and_it_scrolls_to_its_end(self, open_viewer):
         lamp = ps.Node(LAMP_OF_A_LONG_NAME, "the lamp with the very long name at the end of the corridor")
         scene = ps.Scene((ps.Node(ps.PointObject(frames.sphere()), "ball"), lamp, lamp), camera=frames.CAMERA)
@@ -386,6 +390,7 @@ class TestLights:
         click_row(viewer, "casts a shadow")
         assert viewer.held.shadow and viewer.held.angle == 2 and viewer.lights[0].radius == 0.2
 
+    @pytest.mark.system
     def test_an_area_has_a_width_and_a_height(self, open_viewer):
         lamp = ps.Light((-1, -1, 0), (1, 1, 1), size=(0.4, 0.3), watts=20)
         viewer = open_viewer(lights=[lamp], window_size=(640, 480), panel=True)
@@ -433,6 +438,7 @@ def test_it_tells_rate_and_samples(open_viewer):
     assert any(line.endswith("pictures/s") for line in told) and told[-1] == "7 of 7 samples"
 
 
+@pytest.mark.system
 def test_merged_views_are_aligned_if_it_is_asked_to(open_viewer):
     given = disturbed(views(corner(), 2), 0.02, 0.5)
     viewer = open_viewer(given, views=2, window_size=(640, 800), panel=True)

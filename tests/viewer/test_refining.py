@@ -4,6 +4,7 @@ import time
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.viewer import redrawing
@@ -44,6 +45,7 @@ def test_at_rest_it_is_refined_in_short_turns_and_then_sleeps(open_viewer, monke
     assert np.abs(last - first).max() > 1
 
 
+@pytest.mark.system
 def test_whatever_moves_starts_again_and_texts_do_not(open_viewer, monkeypatch):
     viewer = refined(open_viewer, monkeypatch)
     rested(viewer)

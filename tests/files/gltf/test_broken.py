@@ -215,6 +215,7 @@ def test_what_is_no_file_is_told(tmp_path):
     assert "is a folder" in complaint_of(tmp_path)
 
 
+@pytest.mark.system
 def test_files_changed_at_random_raise_nothing_but_sentences(tmp_path):
     """Entries replaced by others of all types, anywhere in a file that uses everything."""
     chance = random.Random(20)

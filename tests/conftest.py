@@ -55,6 +55,8 @@ def pytest_collection_modifyitems(config, items):
         rng = random.Random(seed)
         files = defaultdict(rng.random)
         items.sort(key=lambda item: (files[item.path], rng.random()))
+    else:
+        items.sort(key=lambda item: item.path.name != "test_docs_build.py")  # its site takes long: not at the very end
     if config.getoption("timeout", None) is None:
         for item in items:
             if item.get_closest_marker("system"):

@@ -128,7 +128,7 @@ class TestPictures:
     def test_a_scene_with_meshes(self, browser, points):
         scene = ps.load_scene("demo")
         with browser.shown(draw_page(points, scene)) as opened:
-            check(opened, points, scene, {"yaw": 15, "pitch": 5}, (320, 240))
+            check(opened, points, scene, {"yaw": 15, "pitch": 5}, (320, 240), 5)
 
 
 @pytest.fixture(scope="module")

@@ -28,7 +28,7 @@ class Entry(NamedTuple):
 
 
 def read_transforms(path: Path, max_pixels: float = MAX_PIXELS) -> list[Entry]:
-    """The frames of a transforms.json, by the numbers in their names. Raises ValueError for a file with another content."""
+    """The frames of a transforms.json, by the numbers in their names. Raises ValueError for another content."""
     data = parse_object(read_text(path, max_pixels), path, max_pixels)
     frames, scale = data.get("frames", []), data.get("applied_scale")
     if not isinstance(frames, list):

@@ -89,6 +89,7 @@ def test_coarse_clouds_with_much_noise_have_planes_too(normals_of):
     assert mean_error(normals_of, cloud("torus", 3000, 45, noise=1))[0] < 25
 
 
+@pytest.mark.system
 def test_a_blob_has_neither_planes_nor_noise(normals_of):
     points = np.random.default_rng(36).random((20_000, 3)).astype(F)
     grid = CellGrid(points, 0.1)

@@ -148,6 +148,7 @@ class TestLiveSets:
     def draw(self, renderer, frames, **options):
         return renderer.render(frames, align=True, **VIEW, **options)
 
+    @pytest.mark.system
     def test_still_cameras_are_aligned_once_and_refined_ever_more_seldom(self, renderer, given, runs):
         for k in range(20):
             self.draw(renderer, streamed(given, k))

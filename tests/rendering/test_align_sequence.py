@@ -59,6 +59,7 @@ def test_right_poses_stay(renderer, true):
     assert worst(found, true) < 0.0015 and not notes
 
 
+@pytest.mark.system
 def test_keyframes_are_few(renderer, true, monkeypatch):
     monkeypatch.setattr(pose_track, "MOST_KEYFRAMES", 2)
     found, _ = followed(renderer, true * 2)

@@ -3,31 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .messages.errors import Cancelled, ContextError, ShaderError
 from .messages.version import __version__ as __version__
-from .rendering.renderer import Renderer
-from .rendering.thread_renderer import (
-    align_frames,
-    estimate_albedo,
-    estimate_normals,
-    release,
-    render,
-    render_depth,
-    render_points,
-    use_device,
-)
-from .scene.appearance import Look, Material
-from .scene.camera import Camera, orbit_pose
-from .scene.environment import Environment
-from .scene.frame import Frame
-from .scene.graph import Scene
-from .scene.light import Light
-from .scene.mesh import Mesh
-from .scene.node import Node
-from .scene.point_cloud import PointCloud
-from .scene.point_object import PointObject
-from .scene.render_settings import Finish
-from .scene.view import View
 
 if TYPE_CHECKING:
     from . import batch as batch
@@ -47,8 +23,32 @@ if TYPE_CHECKING:
     from .files.writing.film import Film
     from .files.writing.point_clouds import save_points
     from .files.writing.poses import save_poses
+    from .messages.errors import Cancelled, ContextError, ShaderError
     from .page import save_page, show
+    from .rendering.renderer import Renderer
     from .rendering.renderer_pool import RendererPool
+    from .rendering.thread_renderer import (
+        align_frames,
+        estimate_albedo,
+        estimate_normals,
+        release,
+        render,
+        render_depth,
+        render_points,
+        use_device,
+    )
+    from .scene.appearance import Look, Material
+    from .scene.camera import Camera, orbit_pose
+    from .scene.environment import Environment
+    from .scene.frame import Frame
+    from .scene.graph import Scene
+    from .scene.light import Light
+    from .scene.mesh import Mesh
+    from .scene.node import Node
+    from .scene.point_cloud import PointCloud
+    from .scene.point_object import PointObject
+    from .scene.render_settings import Finish
+    from .scene.view import View
 
     live = _live
 
@@ -99,19 +99,44 @@ __all__ = [
     "use_device",
 ]
 
-# Files are half of the package, and not every program reads or writes each kind: what few need is imported when first
-# used.
+# Each name is imported when it is first used: no program needs all of them, and the command line can answer Ctrl+C
+# before the rest is imported.
 _LATER = {
+    "Camera": ".scene.camera",
+    "Cancelled": ".messages.errors",
+    "ContextError": ".messages.errors",
+    "Environment": ".scene.environment",
     "Film": ".files.writing.film",
+    "Finish": ".scene.render_settings",
+    "Frame": ".scene.frame",
+    "Light": ".scene.light",
+    "Look": ".scene.appearance",
+    "Material": ".scene.appearance",
+    "Mesh": ".scene.mesh",
+    "Node": ".scene.node",
+    "PointCloud": ".scene.point_cloud",
+    "PointObject": ".scene.point_object",
     "RealSenseSource": ".files.realsense",
+    "Renderer": ".rendering.renderer",
     "RendererPool": ".rendering.renderer_pool",
+    "Scene": ".scene.graph",
+    "ShaderError": ".messages.errors",
+    "View": ".scene.view",
+    "align_frames": ".rendering.thread_renderer",
+    "estimate_albedo": ".rendering.thread_renderer",
+    "estimate_normals": ".rendering.thread_renderer",
     "live_set": ".files.live_set",
     "load_cloud": ".files.clouds.load",
     "load_environment": ".files.pictures.environment_files",
     "load_frame": ".files.frames.frame_files",
     "load_scene": ".files.gltf",
     "open_source": ".files.sources",
+    "orbit_pose": ".scene.camera",
     "prefetched": ".files.sources",
+    "release": ".rendering.thread_renderer",
+    "render": ".rendering.thread_renderer",
+    "render_depth": ".rendering.thread_renderer",
+    "render_points": ".rendering.thread_renderer",
     "save_depth": ".files.writing.depth_and_normal_maps",
     "save_image": ".files.pictures.picture_files",
     "save_normals": ".files.writing.depth_and_normal_maps",
@@ -120,6 +145,7 @@ _LATER = {
     "save_poses": ".files.writing.poses",
     "save_scene": ".files.gltf",
     "show": ".page",
+    "use_device": ".rendering.thread_renderer",
 }
 # of these too: help(pointshade_gl.gltf)
 _MODULES = {

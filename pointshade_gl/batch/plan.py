@@ -8,6 +8,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import NamedTuple
 
+from ..files.access.atomic_write import name_key, tells_case_apart
 from ..files.access.folder_listing import Listing
 from ..messages.bugs import error_text
 from ..messages.version import __version__
@@ -43,6 +44,7 @@ def plan(
     single frame, a scene or a film by the name of the source. Raises ValueError where two outputs have the same name.
     """
     planned: dict[Path, Planned] = {}
+    twins: dict[str, Path] = {}  # one file where case does not count
     failures: list[Failure] = []
     last, options = None, {}
     for source in sources:
@@ -60,8 +62,9 @@ def plan(
         for part in [whole_of(source, parts)] if is_film else parts[: job.frames]:
             number = "" if is_film or len(parts) == 1 else f"/{part.number:0{digits}d}"
             path = output / f"{source.name}{number}.{job.kind}"
-            if path in planned:
-                other = planned[path].job.source
+            twin = twins.setdefault(name_key(str(path)), path)
+            if path in planned or (twin != path and not tells_case_apart(output)):
+                other = planned[twin].job.source
                 raise ValueError(f"{other} and {source.path} would both become {path}: pass them with two -o DIR")
             one = {"input": part.input, "frame": part.number, "state": part.state}
             planned[path] = Planned(replace(job, path=path, number=part.number), one | made_from)

@@ -8,17 +8,21 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterable
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..files.access.builtin import builtin_folder, builtin_scene
+from ..files.access.content import note_read
 from ..files.access.file_name_patterns import CAMERA_SUFFIXES, POSE_SUFFIXES
 from ..files.access.folder_listing import LEVELS, Listing
+from ..files.access.limits import MAX_PIXELS
 from ..files.access.safe_paths import Folder
 from ..files.clouds.recognise import is_cloud
 from ..files.frames.frame_parts import ReadOptions
 from ..files.frames.sequences import open_frames
+from ..files.gltf.container import read_container
 from ..files.index.folders import find_frames, is_container
 from ..files.sources import SCENE_FILES, is_scene
 from .inputs import Source, is_about_frames
@@ -50,12 +54,18 @@ def parts_of(source: Source, reading: dict[str, Any], output: Path, listing: Lis
     given = [Path(one) for one in named if isinstance(one, str) and Path(one).is_file()]
     if is_scene(source.path):
         path = builtin_scene(source.path)
+        note_read([path, *given])
+        if output.is_relative_to(path.parent.resolve()):  # its pictures may be in the way
+            with suppress(ValueError, OSError):  # told when it is read
+                read_container(path, MAX_PIXELS)
         return [Part(None, str(path), _state([path, *given, *_beside_scene(path.parent, output, listing)]))]
     path = builtin_folder(source.path)
     if is_cloud(path):
+        note_read([path])
         return [Part(None, str(path), _state([Path(path)]))]
     frames = _frames_of(path, dict(reading), listing)
     taken = {file for _, files in frames for file in files}
+    note_read((*taken, *given))
     beside = _state([file for file in (*given, *_beside_frames(path, output, listing)) if file not in taken])
     return [Part(number, str(files[0]), _state(files, beside)) for number, files in frames]
 

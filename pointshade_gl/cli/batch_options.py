@@ -71,7 +71,12 @@ class BatchOptions:
         default=False,
         panel=BATCH,
     )
-    overwrite: bool = said("Do everything again.", "--overwrite", default=False, panel=BATCH)
+    overwrite: bool = said(
+        "Do everything again, and write over files that are read as inputs, too.",
+        "--overwrite",
+        default=False,
+        panel=BATCH,
+    )
 
     def part(self) -> tuple[int, int] | None:
         """Which part of how many, from 1. Raises ValueError for anything else."""

@@ -14,6 +14,7 @@ from ..batch.jobs import FILMS, NORMALS, PAGE, Job
 from ..batch.manifest import told
 from ..batch.plan import Failure, Planned, plan, shard_of
 from ..files.access.atomic_write import check_place
+from ..files.access.content import check_not_read
 from ..files.access.folder_listing import Listing
 from ..files.access.written_suffixes import BATCH
 from ..files.pictures.picture_files import check_writable
@@ -69,6 +70,8 @@ def plan_batch(asked: Asked) -> tuple[Sequence[Planned], list[Failure]]:
     failures += [Failure(*one) for one in not_whole(asked.inputs, listing) if one[1] not in said]
     if failures and not planned:
         raise ValueError(failures[0].sentence)
+    if not asked.how.overwrite:
+        check_not_read(*(one.job.path for one in planned))
     return shard_of(planned, part), failures
 
 

@@ -23,7 +23,7 @@ def show_input(frame: FrameOptions, output: Path | None, as_json: bool, device: 
     if output:
         check_writable(output)
     examined = examine(frame.input, **frame.load_options)
-    with open_renderer(device) as renderer, spinner("measuring the noise"):
+    with open_renderer(device, output) as renderer, spinner("measuring the noise"):
         renderer.estimate_normals(examined.frame)
         found = {**facts(examined), "noise": _noise(renderer.choice), "assumed": examined.notes}
         print_line(json.dumps(found, indent=1) if as_json else "\n".join(_lines(found)))

@@ -12,6 +12,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.main import get_command
 
+from ..files.access.content import noting_reads
 from ..messages.bugs import error_text, is_expected
 from ..messages.errors import ContextError
 from ..messages.formatting import as_command_line
@@ -24,6 +25,7 @@ from .usage_errors import Command, Commands, UsageError, sentence_of
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 SOFTWARE = 70  # exit code of a bug: EX_SOFTWARE, which Windows has not
+CLOSED = 141  # whoever read the output has gone: as shells say of a program that ended by SIGPIPE
 
 COMMANDS = "render", "normals", "depth", "albedo", "align", "view", "info", "batch", "bench"  # as the help lists them
 
@@ -68,9 +70,17 @@ def main() -> None:
         if signal.getsignal(ending) != signal.SIG_IGN:  # as nohup wants it
             signal.signal(ending, _interrupt)
     try:
-        with as_command_line(), few_notes():
+        with as_command_line(), few_notes(), noting_reads():
             ended = command_line(_asked(sys.argv[1:]))(prog_name="pointshade", standalone_mode=False)
+            print(end="", flush=True)  # while a closed or full output is still an error
         raise SystemExit(ended or 0)
+    except SystemExit as end:
+        if isinstance(end.__context__, BrokenPipeError):  # typer has ended it
+            raise SystemExit(CLOSED) from None
+        raise
+    except BrokenPipeError:
+        sys.stdout = None  # or Python would try again
+        raise SystemExit(CLOSED) from None
     except UsageError as error:
         fail(sentence_of(error, _every_one), error.exit_code)
     except Exception as error:

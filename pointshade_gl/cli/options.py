@@ -15,6 +15,7 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
+from ..files.access.content import allow_overwriting
 from ..files.access.limits import MAX_PIXELS
 from ..files.access.written_suffixes import DEPTH, FILMS, FOUND_POSES, IMAGES, NORMALS, POINTS, RENDERED
 from ..files.clouds.found_points import COLOR_BY
@@ -81,6 +82,14 @@ Quiet = Annotated[
     bool,
     typer.Option(
         "--quiet", callback=lambda wanted: silence() if wanted else None, is_eager=True, help="Print no notes."
+    ),
+]
+Overwrite = Annotated[
+    bool,
+    typer.Option(
+        "--overwrite",
+        callback=lambda wanted: allow_overwriting() if wanted else None,
+        help="Write over a file that is read as an input, too.",
     ),
 ]
 Axes = Annotated[

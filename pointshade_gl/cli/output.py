@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import NoReturn
 
 from ..files.access.builtin import FRAMES
-from ..files.access.numbered_names import is_numbered
+from ..files.access.content import check_not_read
+from ..files.access.numbered_names import existing_files, is_numbered
 from ..messages.formatting import printable
 from ..messages.notes import print_note, print_warning
 from ..messages.progress import Progress
@@ -84,8 +85,9 @@ def fail(error: str, code: int) -> NoReturn:
 
 
 @contextmanager
-def open_renderer(device: int) -> Iterator[Renderer]:
-    """A renderer; a note says when it runs on the CPU."""
+def open_renderer(device: int, *outputs: Path | None) -> Iterator[Renderer]:
+    """A renderer; a note says when it runs on the CPU. Raises ValueError if an output is a file that was read."""
+    check_not_read(*(file for output in outputs if output for file in existing_files(output)))
     with Renderer(device=device) as renderer:
         announce(renderer)
         yield renderer

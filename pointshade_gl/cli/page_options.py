@@ -77,7 +77,7 @@ class PageOptions:
         frames = frames_of(frames, film.frames)
         title = self._title(frame)
         start = time.perf_counter()
-        with open_renderer(device) as renderer, progress(len(frames) + 1) as advance:
+        with open_renderer(device, output) as renderer, progress(len(frames) + 1) as advance:
             largest = largest_of(RenderRequest.seen(frames[0], view))
 
             def tell_all(done: int, all: int) -> None:
@@ -109,7 +109,7 @@ class PageOptions:
         request = RenderRequest.seen(source, view)
         title = self._title(frame)
         start = time.perf_counter()
-        with open_renderer(device) as renderer, spinner("writing"):
+        with open_renderer(device, output) as renderer, spinner("writing"):
             largest = largest_of(request)
             write_page(renderer, output, request, quality=self.exactness, largest=largest, title=title, command=line)
             tell(renderer)

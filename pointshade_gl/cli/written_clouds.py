@@ -49,7 +49,7 @@ def write_cloud(cloud: PointCloud, look: Look, output: Path, axes: Any, device: 
         raise ValueError(f"{option('noise')} of a point cloud is one number of world units, got {noise}")
     if others := [name for name in given_by(look, NormalOptions().look()) if name != "noise"]:
         raise ValueError(f"{', '.join(map(option, others))} is for frames: of a point cloud leave it out")
-    with open_renderer(device) as renderer:
+    with open_renderer(device, output) as renderer:
         start = time.perf_counter()
         with spinner("estimating normals"):
             made = renderer.with_normals(cloud, noise=noise)

@@ -105,7 +105,7 @@ def _write_files(
         raise ValueError(f"{output} is a name for many files, but INPUT is a single frame: leave out the number")
     if turntable is not None and not many:
         raise ValueError(f"many files need a number in the name, such as %04d{output.suffix}, got {output}")
-    with open_renderer(device) as renderer:
+    with open_renderer(device, output) as renderer:
         start = time.perf_counter()
         if many:
             jobs, count = jobs_of(source, view, turntable, film.frames, warn_skipped, renderer)

@@ -11,9 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from pointshade_gl.batch import workers
+from pointshade_gl.batch import plan, workers
 from pointshade_gl.batch.jobs import Done, Job
 from pointshade_gl.batch.manifest import Manifest
+from pointshade_gl.files.access.atomic_write import tells_case_apart
 
 from ..support.batches import SMALL, but_for_its_command, check_whole, lines_of, running, write_sequence
 
@@ -126,3 +127,17 @@ def test_names_may_have_spaces_lines_and_letters_of_any_script(batch, tmp_path):
     code, out, err = batch(f"set -o out {SMALL}")
     assert code == 3 and f"{2 * len(names) - 1} written, 1 failed" in out and "failed: set/-dash/0001.png: " in err
     assert all((tmp_path / "out/set" / name / "0000.png").exists() for name in names)
+
+
+def test_names_that_differ_by_case_are_refused_only_where_they_are_one_file(batch, tmp_path, monkeypatch):
+    for name in ("Kitchen", "kitchen"):
+        write_sequence(tmp_path / name, 1)
+    line = f"kitchen Kitchen -o out {SMALL}"
+    assert tells_case_apart(tmp_path)
+    monkeypatch.setattr(plan, "tells_case_apart", lambda _: False)  # as on Windows and macOS
+    code, _, err = batch(line)
+    assert code == 2 and "would both become" in err and not list((tmp_path / "out").iterdir())
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    code, out, err = batch(line)
+    assert code == 0 and "2 written" in out, err

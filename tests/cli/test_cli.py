@@ -351,4 +351,35 @@ def test_under_nohup_a_closed_terminal_ends_nothing():
 
 def test_the_command_is_installed_under_its_name():
     (command,) = entry_points(group="console_scripts", name="pointshade")
-    assert command.value == "pointshade_gl.cli.main:main"
+    assert command.value == "pointshade_gl.__main__:main"
+
+
+@pytest.mark.parametrize("module", ["typer", "numpy", "pointshade_gl.cli.output", "pointshade_gl.cli.commands.info"])
+def test_ctrl_c_while_something_is_imported_ends_without_a_traceback(module):
+    code = f"""
+import sys
+class Interrupted:
+    def find_spec(self, name, *_):
+        if name == {module!r}:
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupted())
+sys.argv = ["pointshade", "info"]
+from pointshade_gl.__main__ import main
+main()"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 130 and not done.stderr.strip(), done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no broken pipes")
+@pytest.mark.parametrize("line", ["--version", "--help", "render --help-all", "info --device 77"])
+def test_a_reader_that_has_gone_ends_the_command_as_shells_know_it(line, folder):
+    reader, writer = os.pipe()
+    os.close(reader)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "pointshade_gl", *line.split()], stdout=writer, stderr=subprocess.PIPE, timeout=60
+        )
+    finally:
+        os.close(writer)
+    expected = 1 if "device" in line else 141  # what goes wrong before anything is printed, is said
+    assert done.returncode == expected and b"Traceback" not in done.stderr and b"ignored" not in done.stderr

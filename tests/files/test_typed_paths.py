@@ -184,3 +184,19 @@ def test_a_loop_of_links_is_one_sentence(tmp_path, monkeypatch):
     Path("b").symlink_to("a")
     with pytest.raises(OSError, match="a"):
         ps.load_frame("a/../depth.png", fov=60)
+
+
+@pytest.mark.skipif(not Path("/proc/kmsg").exists(), reason="files of Linux")
+@pytest.mark.parametrize("path", ["/proc/kmsg", "/proc/self/mounts", "/proc", "/sys/kernel", "/proc/self/fd"])
+def test_what_linux_shows_as_files_is_refused_without_being_read(path):
+    """Some never end: /proc/kmsg waits for the kernel's next message."""
+    for read in (ps.load_frame, ps.open_source, ps.load_cloud):
+        with pytest.raises((OSError, ValueError), match=r"is empty|shows its own state|is a folder"):
+            read(path)
+
+
+def test_the_working_folder_may_be_named_through_proc(tmp_path, monkeypatch):
+    Image.fromarray(np.full((6, 8), 1500, np.uint16)).save(tmp_path / "depth.png")
+    monkeypatch.chdir(tmp_path)
+    if Path("/proc/self/cwd").exists():
+        assert ps.load_frame("/proc/self/cwd", fov=50).depth[0, 0] == 1.5

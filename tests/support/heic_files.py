@@ -15,7 +15,7 @@ APPLE = (
 )
 
 
-def heic(color, depth=None, exif=b"", apple=None, is_turned=True):
+def heic(color, depth=None, exif=b"", apple=None, is_turned=True, icc_profile=None):
     """The bytes of a file with (h, w, 3) colour and (h', w') depth codes, both uint8, and the values of Apple's XMP.
 
     is_turned  the file says of the depth, too, how the phone was held
@@ -28,6 +28,7 @@ def heic(color, depth=None, exif=b"", apple=None, is_turned=True):
             mode = "RGB" if array.ndim == 3 else "L"
             file.add_frombytes(mode, array.shape[1::-1], np.ascontiguousarray(array).tobytes())
     out = BytesIO()
+    file[0].info["icc_profile"] = icc_profile
     file.save(out, quality=-1, chroma=444, exif=exif or None)
     data = out.getvalue()
     if depth is not None:

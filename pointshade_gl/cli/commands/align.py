@@ -18,7 +18,7 @@ from ...messages.notes import print_note
 from ...scene.frame import Frame
 from ..completion import complete_input
 from ..inputs import load
-from ..options import Device, FrameOptions, PosesOutput, Quiet, spread
+from ..options import Device, FrameOptions, Overwrite, PosesOutput, Quiet, spread
 from ..output import open_renderer, print_line, report, spinner
 from ..parse import frames_from
 from ..usage_errors import check_folders
@@ -34,6 +34,7 @@ def align(
         list[str] | None,
         typer.Argument(metavar="MORE", help="One to three more views of the same.", autocompletion=complete_input),
     ] = None,
+    overwrite: Overwrite = False,
     device: Device = 0,
     quiet: Quiet = False,
 ) -> None:
@@ -44,7 +45,7 @@ def align(
     """
     check_found_path(output)
     names, frames = _views(frame, more or [])
-    with open_renderer(device) as renderer:
+    with open_renderer(device, output) as renderer:
         start = time.perf_counter()
         with spinner("finding the poses"):
             found = renderer.search_poses(frames)

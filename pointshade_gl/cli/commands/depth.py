@@ -6,7 +6,7 @@ from ...files.access.numbered_names import first_of, is_numbered
 from ...scene.graph import Scene
 from ..inputs import as_scene, check_look, load
 from ..look_options import NormalOptions
-from ..options import DepthOutput, Device, FrameOptions, Quiet, ViewOptions, spread
+from ..options import DepthOutput, Device, FrameOptions, Overwrite, Quiet, ViewOptions, spread
 
 
 @spread
@@ -15,6 +15,7 @@ def depth(
     frame: FrameOptions,
     options: NormalOptions,
     place: ViewOptions,
+    overwrite: Overwrite = False,
     device: Device = 0,
     quiet: Quiet = False,
 ) -> None:

@@ -9,7 +9,7 @@ import typer
 
 from ...messages.version import __version__
 from ..inputs import check_frame
-from ..options import Device, FrameOptions, Quiet, SheetOutput, spread
+from ..options import Device, FrameOptions, Overwrite, Quiet, SheetOutput, spread
 from ..output import open_renderer
 
 
@@ -18,6 +18,7 @@ def info(
     frame: FrameOptions,
     output: SheetOutput = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
+    overwrite: Overwrite = False,
     device: Device = 0,
     quiet: Quiet = False,
 ) -> None:

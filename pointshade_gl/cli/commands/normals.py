@@ -7,7 +7,7 @@ from ...messages.formatting import option
 from ...scene.view import View
 from ..inputs import load
 from ..look_options import NormalOptions
-from ..options import Axes, Bits, Device, Explain, FrameOptions, NormalsOutput, Quiet, spread
+from ..options import Axes, Bits, Device, Explain, FrameOptions, NormalsOutput, Overwrite, Quiet, spread
 
 
 @spread
@@ -18,6 +18,7 @@ def normals(
     axes: Axes = None,
     bits: Bits = 8,
     explain: Explain = False,
+    overwrite: Overwrite = False,
     device: Device = 0,
     quiet: Quiet = False,
 ) -> None:

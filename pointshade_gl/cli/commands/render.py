@@ -39,6 +39,7 @@ from ..options import (
     FilmOptions,
     FrameOptions,
     MoreInputs,
+    Overwrite,
     PointAxes,
     Quiet,
     RenderOutput,
@@ -75,6 +76,7 @@ class Asked:
     explain: Explain = False
     axes: PointAxes = None
     small: Small = False
+    overwrite: Overwrite = False
     device: Device = 0
     quiet: Quiet = False
 
@@ -153,8 +155,9 @@ class Asked:
         if self.more and self.are_clouds:
             return load_clouds(self.frame, view.look, LookOptions().look(), self.more)
         if self.unlight_all:
-            with open_renderer(self.device) as renderer:
-                return as_one_frame(renderer, load_photographs(self.frame), self.explain)
+            photos = load_photographs(self.frame)
+            with open_renderer(self.device, self.output) as renderer:
+                return as_one_frame(renderer, photos, self.explain)
         if self.more:
             return load_together(self.frame, view.look, self.more)
         if self.views is not None:
@@ -196,7 +199,7 @@ def _write_picture(asked: Asked, view: View) -> None:
     _check_picture(asked.output, asked.film)
     asked.page.check_none(asked.output)
     source, tell = asked.read(view)
-    with open_renderer(asked.device) as renderer, spinner("rendering"):
+    with open_renderer(asked.device, asked.output, asked.save_poses) as renderer, spinner("rendering"):
         start = time.perf_counter()
         image = renderer.render(RenderRequest.seen(source, view))
         spent = time.perf_counter() - start
@@ -229,7 +232,7 @@ def _write_series(asked: Asked, view: View) -> None:
     check_series(asked.output)
     asked.page.check_none(asked.output)
     source, tell = asked.read(view, is_many=True)
-    with open_renderer(asked.device) as renderer:
+    with open_renderer(asked.device, asked.output, asked.save_poses) as renderer:
         start = time.perf_counter()
         jobs, count = jobs_of(source, view, asked.film.turntable, asked.film.frames, warn_skipped, renderer)
         saved = asked.save_poses if asked.film.turntable is None else None

@@ -9,6 +9,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from ...files.access.builtin import FRAMES
+from ...files.access.content import check_not_read
 from ...messages.formatting import option
 from ...messages.notes import print_note
 from ...scene.appearance import Look
@@ -29,7 +30,7 @@ from ..inputs import (
     load_together,
 )
 from ..look_options import LookOptions
-from ..options import FrameOptions, MoreInputs, NoOutput, PlaceOptions, Quiet, Views, WindowOptions, spread
+from ..options import FrameOptions, MoreInputs, NoOutput, Overwrite, PlaceOptions, Quiet, Views, WindowOptions, spread
 from ..output import announce
 from ..parse import rates_from, size_from, views_from
 from ..picture_options import EnvironmentOptions
@@ -49,6 +50,7 @@ def view(
     output: NoOutput = None,
     more: MoreInputs = None,
     views: Views = None,
+    overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
     """Open a window where the light follows the mouse; H lists the keys. It shows frames, scenes and point clouds.
@@ -70,6 +72,8 @@ def view(
     count = None if views is None else views_from(views) or "all"
     check_folders(inputs)
     source, others = _read(frame, state.look, inputs, views)
+    if window.record is not None:
+        check_not_read(window.record)
     if output is not None:
         print_note(f"a window writes no file: -o {output} is left out, the key P saves a picture")
     asked = any(light.shadow for light in look.lights())

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import errno
 import os
+import unicodedata
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from uuid import uuid4
 
 from ...messages.formatting import cut
-from .content import FilePath, followed
+from .content import FilePath, check_not_read, followed
 
 OURS = f".{uuid4().hex[:12]}-"  # with this the hidden names of this process begin
 _BLOCK = 1 << 20  # bytes that are read at once
@@ -76,6 +77,7 @@ def error_of(said: str) -> OSError:
 def written_whole(path: FilePath) -> Iterator[Path]:
     """A path to write to, which at the end replaces the target, or a link's target; after an error it is removed."""
     target = followed(Path(path))
+    check_not_read(target)
     temporary = hidden_beside(target)
     with naming_written(path):
         try:
@@ -88,6 +90,21 @@ def written_whole(path: FilePath) -> Iterator[Path]:
 def hidden_beside(target: Path) -> Path:
     """A new hidden name in the target's folder."""
     return target.with_name(f"{OURS}{uuid4().hex[:12]}.part")
+
+
+def name_key(name: str) -> str:
+    """What two names have in common that are one file on Windows and macOS: case, and how accents are written."""
+    return unicodedata.normalize("NFC", name).casefold()
+
+
+def tells_case_apart(folder: Path) -> bool:
+    """Whether A.png and a.png are two files in a folder that can be written to."""
+    path = hidden_beside(folder / "any")
+    try:
+        path.touch()
+        return not path.with_name(path.name.upper()).exists()
+    finally:
+        path.unlink(missing_ok=True)
 
 
 def remove_hidden(folder: Path, ours: str) -> None:

@@ -1,19 +1,22 @@
-"""Reads the content of a file as bytes, text or JSON. Only regular files are opened, up to a size limit."""
+"""Reads the content of a file as bytes, text or JSON. Only regular files are opened, up to a size limit.
+
+A command of the command line also keeps track of what it reads, and does not write over it.
+"""
 
 from __future__ import annotations
 
 import os
 import re
 import stat
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from io import BufferedReader
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from ...messages.formatting import cut, shown
+from ...messages.formatting import cut, option, shown
 from ...messages.suggestions import near_path
 from ...messages.validation import check_path
 from .limits import FILE_BYTES, JSON_VALUES, MAX_PIXELS, TEXT_BYTES, check_limit
@@ -22,8 +25,56 @@ FilePath = str | PathLike[str]
 MATLAB = b"MATLAB "  # the first bytes of a .mat file
 
 
-def open_regular(path: FilePath) -> BufferedReader:
-    """The file, opened for reading. Raises OSError for folders, pipes and devices, which may never end."""
+_files_read: dict[tuple[int, int], Path] | None = None  # by device and inode; None: nobody wants to know
+
+
+@contextmanager
+def noting_reads() -> Iterator[None]:
+    """Inside, `check_not_read` knows all files that were read: also by other threads, not by other processes."""
+    global _files_read
+    _files_read = {}
+    try:
+        yield
+    finally:
+        _files_read = None
+
+
+def note_read(paths: Iterable[object]) -> None:
+    """Notes files that are read, or will be. What is no path is passed over, as is a file that does not exist."""
+    if _files_read is None:
+        return
+    for path in paths:
+        if isinstance(path, Path):
+            with suppress(OSError, ValueError):  # a name with a null
+                status = path.stat()
+                _files_read.setdefault((status.st_dev, status.st_ino), path)
+
+
+def allow_overwriting() -> None:
+    """From now on `check_not_read` passes every file."""
+    global _files_read
+    _files_read = None
+
+
+def check_not_read(*outputs: Path) -> None:
+    """Raises ValueError if an output is a file that was read, under whatever name: a link, another spelling."""
+    for path in outputs if _files_read else ():
+        with suppress(OSError):  # most outputs are new files
+            status = path.stat()
+            source = _files_read.get((status.st_dev, status.st_ino)) if _files_read else None
+            if source is not None:
+                same = "it" if source == path else f"it is {source}, which"
+                raise ValueError(
+                    f"cannot write {path}: {same} is read as an input. Pass another output, or "
+                    f"{option('overwrite', True)} to replace it"
+                )
+
+
+def open_regular(path: FilePath, is_probed: bool = False) -> BufferedReader:
+    """The file, opened for reading. Raises OSError for folders, pipes and devices, which may never end.
+
+    is_probed  only to see what it is: it may be passed over, and does not count as read
+    """
     path = Path(path)
     try:
         mode = path.stat().st_mode
@@ -33,14 +84,18 @@ def open_regular(path: FilePath) -> BufferedReader:
         raise IsADirectoryError(f"{path} is a folder, expected a file")
     if not stat.S_ISREG(mode):
         raise OSError(f"{path} is a pipe or a device, expected a file")
-    return path.open("rb")
+    file = path.open("rb")
+    if not is_probed:
+        note_read([path])
+    return file
 
 
 def read_head(path: FilePath, size: int = 64) -> bytes:
     """The first bytes of a file. Raises OSError if it is not one, ValueError if empty or a git-LFS pointer."""
     check_path(path)
-    with open_regular(path) as file:
-        head = file.read(size)
+    with open_regular(path, is_probed=True) as file:
+        # a file of the system says 0, and reading it may never end
+        head = file.read(size) if os.fstat(file.fileno()).st_size else b""
     if not head:
         raise ValueError(f"{path} is empty, expected a file of more than 0 bytes")
     if head.startswith(b"version https://git-lfs"):

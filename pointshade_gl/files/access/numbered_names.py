@@ -28,3 +28,14 @@ def numbered(path: Path, number: int) -> Path:
 def first_of(path: Path) -> Path:
     """The first file of a series, number 0; a path without a place for a number is itself."""
     return numbered(path, 0) if is_numbered(path) else path
+
+
+def existing_files(path: Path) -> list[Path]:
+    """The file, if it exists; of a series those of its files that do."""
+    place = _NUMBER.search(path.name)
+    if place is None:
+        return [path] if path.exists() else []
+    before, after = map(re.escape, (path.name[: place.start()], path.name[place.end() :]))
+    names = (re.fullmatch(rf"{before}(\d+){after}", item.name, re.IGNORECASE) for item in path.parent.glob("*"))
+    found = {numbered(path, int(name[1])) for name in names if name}  # on some systems A.png is a.png
+    return sorted(one for one in found if one.exists())

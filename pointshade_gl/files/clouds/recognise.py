@@ -18,7 +18,7 @@ from typing import TypeGuard
 import numpy as np
 
 from ..access.builtin import builtin_name
-from ..access.content import FilePath, naming
+from ..access.content import FilePath, naming, read_head
 from ..access.file_name_patterns import NOT_PICTURES
 from ..arrays.array_files import BROKEN, NUMPY, read_header
 from ..arrays.array_roles import SURFACES, find_roles, is_named
@@ -50,9 +50,7 @@ def is_cloud(source: FilePath | None) -> TypeGuard[FilePath]:
             return False
         if path.suffix.lower() in CLOUD_SUFFIXES:
             return True
-        with path.open("rb") as file:
-            head = file.read(_HEAD)
-        return _is_cloud(path, head)
+        return _is_cloud(path, read_head(path, _HEAD))
     except (OSError, ValueError):  # whoever reads it says so
         return path.suffix.lower() == ".pcd"
 

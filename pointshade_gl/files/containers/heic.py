@@ -18,6 +18,7 @@ from ..access.content import FilePath, import_extra, naming, read_bytes
 from ..access.limits import MAX_PIXELS, check_pixels
 from ..cameras.exif import EXIF, camera_of_lens
 from ..cameras.intrinsics import Intrinsics
+from ..pictures.color_profiles import in_srgb
 from ..pictures.picture_files import TURNED
 from .contents import Contents, Frames
 
@@ -59,7 +60,11 @@ def _read(path: FilePath, data: bytes, photo: Any, note: Note) -> Contents:
         exif.get_ifd(EXIF)
     quarters = _QUARTERS.get(exif.get(TURNED, 1), 0)
     with naming(path, _BROKEN, (ValueError, RuntimeError, EOFError, OSError)):
-        color, raw = np.array(photo)[..., :3], np.array(photo.info["depth_images"][0])
+        photo_colors = Image.fromarray(np.ascontiguousarray(np.array(photo)[..., :3]))
+        color, raw = (
+            np.asarray(in_srgb(photo_colors, photo.info, str(path), note)),
+            np.array(photo.info["depth_images"][0]),
+        )
     if raw.ndim == 3:
         raw = raw[..., 0]
     if quarters % 2 and (raw.shape[0] > raw.shape[1]) != (color.shape[0] > color.shape[1]):

@@ -96,7 +96,7 @@ class _Recording:
         found = [name for pattern in _COLORS if (name := self.root + pattern.format(number)) in self.files.names]
         if found:
             name = f"{self.files.path}/{found[0]}"
-            color = as_color(decode_image(BytesIO(self.files.read(found[0])), name, self.max_pixels))
+            color = as_color(decode_image(BytesIO(self.files.read(found[0])), name, self.max_pixels, self.note))
         row = number if self.numbers[-1] < len(self._poses) else k  # frames may have been thinned out
         return Contents(depth, color, self._camera(row, color), self._pose(row), valid)
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...messages.formatting import cut, option
-from ..access.content import import_extra, read_head
+from ..access.content import import_extra, note_read, read_head
 from .families import NORMALIZATIONS, Family, Output, Three, family_of
 from .model_facts import Facts, facts_of
 from .model_options import ModelOptions
@@ -125,6 +125,7 @@ class Network:
 def open_network(path: Path) -> Network:
     """Open a network once. Raises ValueError for a damaged one, one that wants more than a picture, and no runtime."""
     read_head(path)
+    note_read([path])
     status = path.stat()
     return _opened(path, status.st_mtime_ns, status.st_size)
 

@@ -53,7 +53,7 @@ def assemble(
     reading, parts = reading or Reading(), _unpacked(parts, options.poses is None)
     source = choose_camera(parts, options, note)
     raw = _read_raw(parts.depth, source, note, options.max_pixels)
-    colors = read_colors_of(parts, options.max_pixels)
+    colors = read_colors_of(parts, options.max_pixels, *([note] if like is None else []))
     said = _said(source, parts, options, raw)
     decoded = decode(raw, parts.name or "depth", said, note, like)
     stored, is_float = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}", raw.dtype.kind == "f"

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...messages.foreign_arrays import way_to
+from ...messages.notes import Note
 from ...messages.validation import as_given
 from ..access.content import FilePath
 from ..access.file_name_patterns import VIDEO_SUFFIXES
@@ -17,8 +18,8 @@ from ..pictures.picture_files import read_image
 from .frame_parts import Parts, is_path
 
 
-def read_colors_of(parts: Parts, max_pixels: float) -> NDArray[Any] | None:
-    """The colours of a frame, (h, w, 3|4) uint8; None without any."""
+def read_colors_of(parts: Parts, max_pixels: float, note: Note = lambda _: None) -> NDArray[Any] | None:
+    """The colours of a frame in sRGB, (h, w, 3|4) uint8; None without any."""
     if parts.color is None:
         return None
     if not is_path(parts.color):
@@ -27,12 +28,15 @@ def read_colors_of(parts: Parts, max_pixels: float) -> NDArray[Any] | None:
         from ..pictures.video import read_video_frame  # only here
 
         return read_video_frame(parts.color, parts.number, max_pixels)
-    return read_color(parts.color, max_pixels)
+    return read_color(parts.color, max_pixels, note)
 
 
-def read_color(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.uint8]:
-    """(h, w, 3|4) uint8 of any picture: palettes are looked up, grey is repeated, 16 bits become 8."""
-    return to_color(read_image(path, max_pixels), str(path))
+def read_color(path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None) -> NDArray[np.uint8]:
+    """(h, w, 3|4) uint8 of any picture: palettes are looked up, grey is repeated, 16 bits become 8.
+
+    to_srgb  convert colours of other colour spaces, and say so
+    """
+    return to_color(read_image(path, max_pixels, to_srgb), str(path))
 
 
 def to_color(image: NDArray[Any], name: str) -> NDArray[np.uint8]:

@@ -14,6 +14,7 @@ from ...messages.formatting import option
 from ...messages.notes import Note
 from ...scene.camera import Camera
 from ...scene.frame import Frame
+from ..access.content import note_read
 from ..access.file_name_patterns import VIDEO_SUFFIXES
 from ..access.folder_listing import Listing
 from ..access.safe_paths import Folder
@@ -52,6 +53,7 @@ class FrameSequence(Sequence[Frame]):
         if parts and isinstance(parts[0].color, Path) and parts[0].color.suffix.lower() in VIDEO_SUFFIXES:
             weakref.finalize(self, _end_video)
         self._coding = coding  # of the depth of the first frame that was read: the others are read like it
+        note_read(file for one in parts for file in (one.path, one.color, one.valid))
         self._film = film if film or len(parts) < 2 or options.scale_frames == "keep" else self._as_film()
 
     @property

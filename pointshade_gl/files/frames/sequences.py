@@ -98,6 +98,8 @@ def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions
     parts = []
     for one, pose in zip(files, poses.poses, strict=True):
         contents = None if held is None else partial(_only, one.depth, limit)
+        if held and one is files[0]:  # whose notes are told
+            contents = partial(held.__getitem__, 0)
         where = cameras.of(one.number), pose, one.valid, cameras.missing, one.number
         parts.append(Parts(one.depth, one.color, *where, contents, one.depth))
     parts = _without_lost(parts, place.path, note)

@@ -6,9 +6,10 @@ import struct
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from urllib.parse import unquote
 
 from ...messages.formatting import cut, shown
-from ..access.content import parse_json, read_bytes, read_head
+from ..access.content import note_read, parse_json, read_bytes, read_head
 from ..access.limits import SCENE_BYTES, SCENE_TEXT
 from .decode import decode
 
@@ -21,7 +22,10 @@ _MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
 
 
 def read_container(path: Path, max_pixels: float) -> tuple[SimpleNamespace, memoryview | None]:
-    """Return the parts of a file, see `decode`, and a GLB's binary chunk. Raises ValueError for other than glTF 2.0."""
+    """Return the parts of a file, see `decode`, and a GLB's binary chunk. Raises ValueError for other than glTF 2.0.
+
+    All files that it names count as read.
+    """
     is_binary = read_head(path).startswith(_MAGIC)
     data = memoryview(read_bytes(path, max_pixels, SCENE_BYTES if is_binary else SCENE_TEXT))
     text, blob = _split(data) if is_binary else (data, None)
@@ -38,6 +42,8 @@ def read_container(path: Path, max_pixels: float) -> tuple[SimpleNamespace, memo
     unknown = [name for name in gltf.extensionsRequired or () if name not in KNOWN]
     if unknown:
         raise ValueError(f"requires the extension {cut(', '.join(unknown))}: known are {', '.join(KNOWN)}")
+    named = [one.uri for one in (*(gltf.images or ()), *(gltf.buffers or ())) if one and one.uri]
+    note_read(path.parent / unquote(uri) for uri in named if not uri.startswith("data:"))
     return gltf, blob
 
 

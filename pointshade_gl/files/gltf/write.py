@@ -17,7 +17,7 @@ from ...scene.mesh import Mesh
 from ...scene.node import Node
 from ...scene.point_cloud import PointCloud
 from ...scene.point_object import PointObject
-from ..access.atomic_write import FileSet, check_place, naming_written
+from ..access.atomic_write import FileSet, check_place, name_key, naming_written
 from ..access.content import FilePath
 from ..access.written_suffixes import SCENES, check_suffix
 from .cameras_and_lights import FLIP, Matrix, Units, light_place, looking_along, write_camera, write_light
@@ -157,10 +157,10 @@ class _Writer:
         file = path.name.replace(".", "_") if self.document.is_binary else path.stem
         plain = f"{file}_{re.sub(NO_NAME, '_', name) or 'points'}"
         folder, k = plain, 1
-        while folder in self.folders:
+        while name_key(folder) in self.folders:
             k += 1
             folder = f"{plain}_{k}"
-        self.folders.add(folder)
+        self.folders.add(name_key(folder))
         return folder
 
     def below(self, light: Light, world: Matrix) -> int:

@@ -37,6 +37,8 @@ from .own_files import matches
 from .pairing import find_partners
 from .picture_lists import listed_pictures
 
+_OF_THE_SYSTEM = (("/", "proc"), ("/", "sys"))  # links in them lead to the whole machine
+
 
 class FrameFiles(NamedTuple):
     """The files of one frame.
@@ -70,6 +72,8 @@ def check_folder(folder: FilePath) -> Path:
     if not place.is_dir():
         what = "file" if place.suffix else "folder"
         raise FileNotFoundError(f"there is no {what} {place}{near_path(place, (*FRAMES, *SCENES))}")
+    if followed(place).parts[:2] in _OF_THE_SYSTEM:
+        raise OSError(f"{place} is a folder in which Linux shows its own state, and no pictures: pass another one")
     return place
 
 

@@ -50,7 +50,7 @@ def load_environment(path: FilePath, *, max_pixels: float = MAX_PIXELS) -> Envir
     elif head.startswith(EXR):
         picture = read_exr_colors(path, max_pixels)
     else:
-        picture = _linear(read_image(path, max_pixels), path)
+        picture = _linear(read_image(path, max_pixels, print_note), path)
     height, width = picture.shape[:2]
     if abs(width - 2 * height) > _SLACK * width:
         raise ValueError(

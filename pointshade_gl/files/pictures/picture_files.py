@@ -19,11 +19,13 @@ from numpy.typing import NDArray
 
 from ...messages.foreign_arrays import AnyArray, way_to
 from ...messages.formatting import cut
+from ...messages.notes import Note
 from ...messages.validation import as_given, check_path
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import FilePath, check_size, open_regular, read_head
 from ..access.limits import MAX_PIXELS, check_pixels
 from ..access.written_suffixes import IMAGES, PICTURES, check_suffix
+from .color_profiles import in_srgb, read_cicp
 
 if TYPE_CHECKING:
     from PIL import Image  # imported where it is used: a PNG is written without it
@@ -155,21 +157,27 @@ def is_ours(path: FilePath) -> bool:
     return _OURS in read_head(path)
 
 
-def read_image(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
+def read_image(path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None) -> NDArray[Any]:
     """A picture's own values: (h, w), (h, w, 3) or (h, w, 4), uint8; deep grey pictures uint16, int32 or float32.
 
     Palettes and other colour models become RGB or RGBA, turned as EXIF says; it may be read-only. Raises OSError if the
     path is not a file, ValueError if it is not a complete picture of up to max_pixels pixels.
+
+    to_srgb  convert colours of other colour spaces, and say so: for photographs, not for depth or for textures
     """
     read_head(path)
     with open_regular(path) as file:
         check_size(file, path, max_pixels)
-        return decode_image(file, str(path), max_pixels)
+        return decode_image(file, str(path), max_pixels, to_srgb)
 
 
-def decode_image(file: BinaryIO, name: str, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
+def decode_image(
+    file: BinaryIO, name: str, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None
+) -> NDArray[Any]:
     """What `read_image` gives, from an open file. Raises ValueError, with the name, as it does."""
     image = _open_image(file, name, max_pixels)
+    if to_srgb is not None:
+        image = in_srgb(image, image.info, name, to_srgb, read_cicp(file))
     if image.mode in ("I", "F") or image.mode.startswith("I;16"):
         array = np.asarray(image)
         return array.astype(array.dtype.newbyteorder("="), copy=False)  # I;16B is big-endian

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..access.content import FilePath, import_extra, read_head
+from ..access.content import FilePath, import_extra, note_read, read_head
 from ..access.limits import MAX_PIXELS, check_pixels
 
 
@@ -21,6 +21,7 @@ class _Open:
     def __init__(self, path: Path, max_pixels: float):
         ffmpeg = import_extra("imageio_ffmpeg", "video", f"{path} is a video")
         read_head(path)
+        note_read([path])
         self._pictures: Generator[Any, None, None] = ffmpeg.read_frames(str(path))
         self.path, self.next = path, 0
         self._width, self._height = next(self._pictures)["source_size"]

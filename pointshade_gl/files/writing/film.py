@@ -14,7 +14,7 @@ from ...messages.foreign_arrays import AnyArray
 from ...messages.formatting import option
 from ...messages.validation import check_fps, check_path
 from ..access.atomic_write import check_place, error_of, hidden_beside, naming_written
-from ..access.content import FilePath, followed
+from ..access.content import FilePath, check_not_read, followed
 from ..access.numbered_names import first_of, is_numbered
 from ..access.written_suffixes import FILMS, check_suffix
 from ..pictures.picture_files import check_picture, check_writable
@@ -115,6 +115,7 @@ class Film:
         try:
             with naming_written(self.path):
                 self._writer.finish()
+                check_not_read(self.path)
                 self._temporary.replace(self.path)
         finally:
             self.discard()

@@ -74,6 +74,19 @@ def test_each_frame_has_a_folder_of_its_own_and_is_written_once(tmp_path):
     assert not list(tmp_path.glob("copy_*"))
 
 
+def test_names_that_differ_by_case_have_folders_that_do_not(tmp_path):
+    """On Windows and macOS room_Vase and room_vase are one folder."""
+    named = zip(three_views(), ("Vase", "vase", "VASE"), strict=True)
+    nodes = [ps.Node(ps.PointObject(view), name=name) for view, name in named]
+    again = written_and_read(ps.Scene(tuple(nodes)), tmp_path / "room.gltf")
+    assert sorted(path.name for path in tmp_path.iterdir() if path.is_dir()) == [
+        "room_VASE_3",
+        "room_Vase",
+        "room_vase_2",
+    ]
+    assert len({node.content.frame.depth.tobytes() for node in again.nodes}) == 3
+
+
 def test_a_list_of_one_frame_is_the_frame(folder):  # noqa: F811
     several, alone = ps.load_scene(write_gltf(folder, points_of({"frames": ["my_frame"]}, "my_frame"))).nodes
     assert several.content.is_single and several.content.frame is alone.content.frame

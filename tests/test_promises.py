@@ -53,7 +53,7 @@ def test_the_modules_that_are_public_are_those_of_the_page():
 
 def test_the_exit_codes_are_those_of_the_page():
     codes = [int(code) for code in re.findall(r"^\| (\d+) \|", STABILITY, re.MULTILINE)]
-    assert codes == [0, 1, 2, batch_run.FAILED, main.SOFTWARE, batch.INTERRUPTED]
+    assert codes == [0, 1, 2, batch_run.FAILED, main.SOFTWARE, batch.INTERRUPTED, main.CLOSED]
 
 
 def test_the_oldest_versions_are_those_that_are_installed():

@@ -12,7 +12,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from ..files.access.builtin import FRAMES, SCENES
 from ..files.access.content import split_numbers
-from ..messages.formatting import option, shown
+from ..messages.formatting import option
 from ..messages.suggestions import did_you_mean, listed_beside, meant_option, near_path
 from ..messages.validation import check_path
 from .light_words import FIELDS
@@ -20,6 +20,7 @@ from .light_words import FIELDS
 # click's UsageError. Newer versions of Typer have click inside, older ones beside them; all of them export this child.
 UsageError: Any = typer.BadParameter.__base__
 _LIGHT_WORD = re.compile(rf"\b(?:{'|'.join(FIELDS)})\b(?:=|$)")
+_NO_NUMBER = re.compile(r"('.*') is not a valid (float|int\w*)(?: range)?", re.DOTALL)
 _EXTRA = re.compile(r"extra argument\S* \((.*)\)", re.DOTALL)
 _QUOTES = 'put the words of a light in quotes, as in --light "position=-.5,-.7,.2 shadow"'
 
@@ -112,12 +113,11 @@ def sentence_of(error: Any, every: Callable[[], Mapping[str, Any]]) -> str:
 
 
 def _fact(error: Any) -> str:
-    """What is wrong with the value of an option. Newer versions of Typer say it in words of Pydantic."""
-    message = error.message.rstrip(".").partition(", unable to parse")[0]
-    for theirs, ours in (("a valid integer", "a whole number"), ("a valid", "a"), ("Input should be", "must be")):
-        message = message.replace(theirs, ours)
-    details = getattr(error.__cause__, "errors", list)()
-    return message + (f", got {shown(details[0]['input'])}" if details else "")
+    """What is wrong with the value of an option."""
+    message = error.message.rstrip(".")
+    if found := _NO_NUMBER.fullmatch(message):
+        return f"must be a {'whole ' if found[2].startswith('int') else ''}number, got {found[1]}"
+    return message
 
 
 def _no_option(name: str, command: Any, every: Mapping[str, Any]) -> str:

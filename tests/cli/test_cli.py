@@ -383,3 +383,18 @@ def test_a_reader_that_has_gone_ends_the_command_as_shells_know_it(line, folder)
         os.close(writer)
     expected = 1 if "device" in line else 141  # what goes wrong before anything is printed, is said
     assert done.returncode == expected and b"Traceback" not in done.stderr and b"ignored" not in done.stderr
+
+
+@pytest.mark.gl
+def test_a_picture_needs_nothing_of_pydantic(tmp_path):
+    """typer imports it from version 0.29 on, which takes .2 s: docs/stability.md."""
+    code = f"""
+import sys
+sys.argv = ["pointshade", "render", "-o", {str(tmp_path / "out.png")!r}, "--samples", "1", "--picture-size", "32x24"]
+from pointshade_gl.__main__ import main
+try:
+    main()
+except SystemExit as end:
+    sys.exit(end.code or [name for name in sys.modules if name.startswith("pydantic")] or 0)"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..scene.camera import Camera, check_pose
-from . import vase
 from .shapes import box, pose_at, relief, rod, sheet, torus
 from .solids import grey
 from .tracing import NEIGHBOURS, Array, Surface, moved, plane, sphere, trace
+from .vase import VASE_POSE, vase_scene
 
 MIDDLE = 1.5  # metres to the middle of the scenes
 GAP = 0.01  # a surface ends where a pixel's tangent plane misses the neighbour by more than this share of depth
@@ -53,8 +53,8 @@ def tilted(degrees: float, roll: float, low: float, high: float) -> list[Surface
 
 def turned_vase(_: Camera) -> list[Surface]:
     """The built-in scene, close up and in front of a wall."""
-    to_camera = pose_at((0, 0.02, -0.22)) @ np.linalg.inv(vase.POSE)
-    return [moved(part, to_camera) for part in vase.scene()] + [plane((0.1, 0, -1), (0, 0, 1.1), grey)]
+    to_camera = pose_at((0, 0.02, -0.22)) @ np.linalg.inv(VASE_POSE)
+    return [moved(part, to_camera) for part in vase_scene()] + [plane((0.1, 0, -1), (0, 0, 1.1), grey)]
 
 
 def stairs(_: Camera) -> list[Surface]:

@@ -15,7 +15,7 @@ from .solids import Paint, Sample, Vector, around, axes, ellipsoid, grey, neares
 from .tracing import Array, Surface
 
 UPRIGHT = np.array([(1, 0, 0, 0), (0, -1, 0, 0.272), (0, 0, -1, 1), (0, 0, 0, 1.0)])  # y down, as in a camera
-POSE = orbit_pose(UPRIGHT, (0, 0.272, 0), pitch=13)  # of the camera that takes it
+VASE_POSE = orbit_pose(UPRIGHT, (0, 0.272, 0), pitch=13)  # of the camera that takes it
 
 HEIGHT, WALL = 0.33, 0.0028  # of the vase; half the thickness of its wall
 HEIGHTS = (0, 0.012, 0.035, 0.08, 0.13, 0.175, 0.215, 0.25, 0.285, 0.315, HEIGHT)
@@ -86,7 +86,7 @@ def daisy(head: Array, up: Array, size: float, turn: float, paint: Paint) -> Sur
     return solid(shape, head[None], 1.12 * size, paint=paint)
 
 
-def scene(**paints: Paint) -> list[Surface]:
+def vase_scene(**paints: Paint) -> list[Surface]:
     """All parts: the vase, the table, then the flowers. paints: by the names of what they are for; others are grey."""
     paint = defaultdict(lambda: grey, paints)
     parts = [

@@ -16,7 +16,7 @@ from ..batch.plan import Failure, Planned, plan, shard_of
 from ..files.access.atomic_write import check_place
 from ..files.access.content import check_not_read
 from ..files.access.folder_listing import Listing
-from ..files.access.written_suffixes import BATCH
+from ..files.access.written_suffixes import BATCH as KINDS
 from ..files.pictures.picture_files import check_writable
 from ..files.sources import is_cloud, is_scene
 from ..files.writing.depth_and_normal_maps import check_normals_path
@@ -107,7 +107,7 @@ def _job(asked: Asked, source: Source, folder: Path, reading: tuple[tuple[str, A
 def _check(asked: Asked) -> None:
     """Raises ValueError for options that do not go together."""
     how, picture, kind = asked.how, asked.picture, asked.how.to
-    check_choice(option("to"), kind, BATCH)
+    check_choice(option("to"), kind, KINDS)
     if how.num_gpus is not None and how.ray is None:
         raise ValueError(f"{option('num_gpus')} is of a Ray cluster: add {option('ray', 'local', 'ADDRESS')}")
     if how.resume and how.overwrite:

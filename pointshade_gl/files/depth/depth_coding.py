@@ -15,12 +15,23 @@ from numpy.typing import NDArray
 from ...messages.formatting import option
 from ...messages.notes import Note
 from ...messages.validation import check_positive
-from . import depth_bits as bits
-from . import depth_units as units
+from .depth_bits import (
+    KINECT_MISSING,
+    Codes,
+    Counts,
+    as_codes,
+    count_codes,
+    has_confidence,
+    is_half,
+    is_kinect,
+    is_rotated,
+    is_swapped,
+)
 from .depth_channels import CARLA, find_channels
 from .depth_kinds import METRIC, Coding, Decoded, Said
 from .depth_relative import disparity_scale, read_8_bits, read_colors, read_relative
 from .depth_repairs import CHANNELS, CONFIDENCE, HALF, HIGH_BYTE, ROTATED, SWAPPED, repaired
+from .depth_units import FARTHEST, NEAREST, is_plausible, is_whole, middle, scale_of_file, scale_of_values
 from .missing_depth import FAR
 from .not_depth import LABELS, is_of_labels
 
@@ -48,7 +59,7 @@ def _decode(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded:
     if raw.ndim == 3:
         channels = find_channels(raw)
         return _read_channels(raw, channels, name, said, note) if channels else read_colors(raw, name, said, note)
-    codes = bits.as_codes(raw)
+    codes = as_codes(raw)
     if codes is not None:
         return _read_codes(codes, name, said, note)
     if raw.dtype.itemsize == 1:
@@ -74,14 +85,14 @@ def _read_channels(raw: NDArray[np.uint8], channels: tuple[int, ...], name: str,
     return decoded._replace(coding=replace(decoded.coding, repairs=(repair, *decoded.coding.repairs)))
 
 
-def _read_codes(codes: bits.Codes, name: str, said: Said, note: Note) -> Decoded:
+def _read_codes(codes: Codes, name: str, said: Said, note: Note) -> Decoded:
     """Read 16-bit values: first find out whether they are plain numbers at all."""
     repairs = []
-    if bits.is_swapped(codes):
+    if is_swapped(codes):
         note(f"{name}: 16-bit values in the wrong byte order, read byte-swapped")
         repairs, codes = [SWAPPED], codes.byteswap()
-    counts = bits.count_codes(codes)
-    if said.scale is None and bits.is_half(codes, counts):
+    counts = count_codes(codes)
+    if said.scale is None and is_half(codes, counts):
         note(
             f"{name} is taken as 16-bit floats: planes in it bend as depth only so; pass {option('depth_scale')} if not"
         )
@@ -96,15 +107,15 @@ def _read_codes(codes: bits.Codes, name: str, said: Said, note: Note) -> Decoded
     elif packed:
         decoded = Decoded(codes, Coding(said.any_kind or "z", said.scale or 1000.0, f"millimetres, {packed}"))
     elif said.any_kind == "kinect":
-        if int(codes.max()) > bits.KINECT_MISSING:
+        if int(codes.max()) > KINECT_MISSING:
             note(
                 f"{name} is no raw disparity of a Kinect: its values go up to {codes.max()}, beyond "
-                f"{bits.KINECT_MISSING}; leave out {option('depth_kind', 'kinect')}"
+                f"{KINECT_MISSING}; leave out {option('depth_kind', 'kinect')}"
             )
         decoded = Decoded(codes, Coding("kinect", 1.0, "as said"))
-    elif said.is_silent and bits.is_kinect(counts):
+    elif said.is_silent and is_kinect(counts):
         note(
-            f"{name} is taken as the raw disparity of a first Kinect ({bits.KINECT_MISSING} is missing); "
+            f"{name} is taken as the raw disparity of a first Kinect ({KINECT_MISSING} is missing); "
             f"pass {option('depth_kind', 'z')} if it is not"
         )
         decoded = Decoded(codes, Coding("kinect", 1.0, "raw disparity of a Kinect"))
@@ -113,14 +124,14 @@ def _read_codes(codes: bits.Codes, name: str, said: Said, note: Note) -> Decoded
     return decoded._replace(coding=replace(decoded.coding, repairs=(*repairs, *decoded.coding.repairs)))
 
 
-def _find_packing(codes: bits.Codes, counts: bits.Counts, name: str, said: Said, note: Note) -> str | None:
+def _find_packing(codes: Codes, counts: Counts, name: str, said: Said, note: Note) -> str | None:
     """Return the repair that makes plain numbers of these bits, None if they are plain."""
     if said.any_kind not in (None, *METRIC):
         return None
-    if bits.has_confidence(codes):
+    if has_confidence(codes):
         note(f"{name} is taken as Android's DEPTH16: millimetres in the low 13 bits, the confidence above is dropped")
         return CONFIDENCE
-    if said.scale is None and bits.is_rotated(codes, counts):
+    if said.scale is None and is_rotated(codes, counts):
         note(
             f"{name} is taken as SUN RGB-D's millimetres, rotated by 3 bits: all values are multiples of 8; "
             f"pass {option('depth_scale')} to use them as they are"
@@ -131,7 +142,7 @@ def _find_packing(codes: bits.Codes, counts: bits.Counts, name: str, said: Said,
     return HIGH_BYTE if said.is_silent and values.size >= _FEWEST and in_high_byte else None
 
 
-def _read_values(raw: NDArray[Any], counts: bits.Counts | None, name: str, said: Said, note: Note) -> Decoded:
+def _read_values(raw: NDArray[Any], counts: Counts | None, name: str, said: Said, note: Note) -> Decoded:
     """Read plain numbers of more than 8 bits."""
     relative = read_relative(raw, counts, name, said, note) if said.is_silent else None
     if relative:
@@ -173,9 +184,9 @@ def _tell_negative(raw: NDArray[Any], name: str, note: Note) -> None:
 
 def _check_passed(raw: NDArray[Any], name: str, kind: str, scale: float, note: Note) -> None:
     """Print a note, with the likely scale, if the scale that the caller passed gives impossible distances."""
-    median = units.middle(raw)
-    if kind in METRIC and median > 0 and not units.is_plausible(median / scale):
-        meant = units.scale_of_file(scale, median)
+    median = middle(raw)
+    if kind in METRIC and median > 0 and not is_plausible(median / scale):
+        meant = scale_of_file(scale, median)
         way_out = f"pass {option('depth_scale', round(meant))}" if meant else "is that right?"
         note(
             f"{option('depth_scale', scale)} (values per metre) puts the middle of {name} at "
@@ -185,12 +196,12 @@ def _check_passed(raw: NDArray[Any], name: str, kind: str, scale: float, note: N
 
 def _check_filed(raw: NDArray[Any], filed: float, note: Note) -> float:
     """Return the scale in the camera's file, or what it must mean if its distances are impossible."""
-    median = units.middle(raw)
+    median = middle(raw)
     is_float = raw.dtype.kind == "f"
-    if not units.is_plausible(median / filed) and median > 0:
-        scale = (1.0 if units.is_plausible(median) else 1000.0) if is_float else units.scale_of_file(filed, median)
+    if not is_plausible(median / filed) and median > 0:
+        scale = (1.0 if is_plausible(median) else 1000.0) if is_float else scale_of_file(filed, median)
         impossible = f"the camera's file has depth_scale {filed:g}, which puts the middle at {median / filed:.3g} m"
-        if scale and units.is_plausible(median / scale):
+        if scale and is_plausible(median / scale):
             note(f"{impossible}: taken as {scale:g} a metre; pass {option('depth_scale')} if that is wrong")
             return scale
         note(f"{impossible}: pass {option('depth_scale')} (raw values per metre) if that is wrong")
@@ -203,15 +214,15 @@ def _check_filed(raw: NDArray[Any], filed: float, note: Note) -> float:
 
 
 def _scale_of_floats(raw: NDArray[Any], note: Note) -> tuple[float, str]:
-    median = units.middle(raw)
+    median = middle(raw)
     network = f"{option('depth_kind', 'inverse')} for a network's output"
-    if median > units.FARTHEST or (median > 1000 * units.NEAREST and units.is_whole(raw)):
+    if median > FARTHEST or (median > 1000 * NEAREST and is_whole(raw)):
         note(
             f"floating point depth has its middle at {median:.4g}: taken as millimetres; "
             f"pass {option('depth_scale', 1)} if it is in metres, {network}"
         )
         return 1000.0, "millimetres, by their size"
-    if median < units.NEAREST:
+    if median < NEAREST:
         note(
             f"floating point depth has its middle at {median:.3g} m; "
             f"pass {option('depth_scale')} if it is not in metres, {network}"
@@ -219,7 +230,7 @@ def _scale_of_floats(raw: NDArray[Any], note: Note) -> tuple[float, str]:
     return 1.0, "floating point metres"
 
 
-def _scale_of_integers(raw: NDArray[Any], counts: bits.Counts | None, note: Note) -> tuple[float, str]:
+def _scale_of_integers(raw: NDArray[Any], counts: Counts | None, note: Note) -> tuple[float, str]:
     scale = _find_scale(raw, counts)
     if scale:
         note(
@@ -227,9 +238,9 @@ def _scale_of_integers(raw: NDArray[Any], counts: bits.Counts | None, note: Note
             f"pass {option('depth_scale', 1000)} if it is in millimetres"
         )
         return scale, "TUM's, by the spacing of its values"
-    median = units.middle(raw)
+    median = middle(raw)
     told = f"depth is of integers, without {option('depth_scale')}: taken as millimetres (1000 per metre)"
-    if not units.is_plausible(median / 1000) or median / 1000 > _WORTH_A_HINT:
+    if not is_plausible(median / 1000) or median / 1000 > _WORTH_A_HINT:
         told += (
             f", its middle is at {median / 1000:.3g} m; if that is wrong, pass {option('depth_scale')} (TUM has 5000), "
             f"or {option('depth_kind', 'inverse')} for a network's output"
@@ -238,9 +249,9 @@ def _scale_of_integers(raw: NDArray[Any], counts: bits.Counts | None, note: Note
     return 1000.0, "integer millimetres"
 
 
-def _find_scale(raw: NDArray[Any], counts: bits.Counts | None) -> float | None:
+def _find_scale(raw: NDArray[Any], counts: Counts | None) -> float | None:
     """Return the scale that the spacing of 16-bit values shows."""
     if counts is None:
         return None
     values = np.flatnonzero(counts[1:FAR]) + 1
-    return units.scale_of_values(values, counts[values], units.middle(raw), raw.size)
+    return scale_of_values(values, counts[values], middle(raw), raw.size)

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from ...messages.formatting import option
 from ...messages.notes import Note
 from ..depth_models.model_options import how_to_make_depth
-from . import depth_units as units
 from .colormaps import MAPS, read_levels
 from .depth_bits import Counts
 from .depth_kinds import METRIC, Coding, Decoded, Said
 from .depth_repairs import LEVELS, REVERSED
+from .depth_units import middle, some_values
 from .not_depth import what_instead
 from .plane_curvature import measure_bending
 
@@ -131,7 +131,7 @@ def disparity_scale(raw: NDArray[Any], said: Said, note: Note) -> float:
         return said.filed_scale
     if raw.dtype.kind == "f":
         return 1.0
-    if units.middle(raw) > raw.shape[1]:
+    if middle(raw) > raw.shape[1]:
         note(f"disparity is larger than the picture is wide: divided by {_KITTI:g}, as in KITTI")
         return _KITTI
     note(f"disparity is of integers, without {option('depth_scale')}: taken as pixels")
@@ -148,7 +148,7 @@ def _read_disparity(raw: NDArray[Any], name: str, said: Said, note: Note) -> Dec
         f"{name} is taken as disparity, by its name: without {option('baseline')} (metres between the cameras) its "
         f"size is unknown, its middle is put at {_MIDDLE:g} m"
     )
-    return Decoded(raw, Coding("inverse", _MIDDLE * units.middle(raw), "its name"))
+    return Decoded(raw, Coding("inverse", _MIDDLE * middle(raw), "its name"))
 
 
 def _read_levels(values: NDArray[Any], said: Said, repairs: tuple[str, ...] = ()) -> Decoded:
@@ -166,10 +166,10 @@ def _read_levels(values: NDArray[Any], said: Said, repairs: tuple[str, ...] = ()
 
 def _without_scale(values: NDArray[Any], why: str, repairs: tuple[str, ...] = ()) -> Decoded:
     """Return depth z of unknown unit. If 0 is far from all other values it means missing, and is no distance at all."""
-    known = units.some_values(values)
+    known = some_values(values)
     rest = known[known > 0]
     has_zero = known.min(initial=1) == 0 and rest.size > 0 and rest.min() > _GAP * np.ptp(rest)
-    return Decoded(values, Coding("z", units.middle(values) / _MIDDLE if has_zero else None, why, repairs))
+    return Decoded(values, Coding("z", middle(values) / _MIDDLE if has_zero else None, why, repairs))
 
 
 def _direction(values: NDArray[Any], known: NDArray[np.bool_]) -> int:
@@ -198,5 +198,5 @@ def _is_filled(raw: NDArray[Any], counts: Counts | None) -> bool:
     if counts is not None:
         next_to_end = np.count_nonzero(counts[-_END:-1])
         return bool(next_to_end >= 3 and 0 < counts[-1] < 0.002 * counts.sum() and counts[:_END].any())
-    values = units.some_values(raw)
+    values = some_values(raw)
     return raw.dtype.kind == "f" and bool(values.size and 0 <= values.min() < 0.02 and 0.98 < values.max() <= 1)

@@ -13,6 +13,7 @@ from ...messages.formatting import option
 from ...scene.appearance import SWITCHES, Look
 from ...scene.frame import Frame
 from ...scene.noise import Noise
+from ..core.images import Box
 
 LARGEST_WHOLE = 1 << 25  # points of a frame that is still put on the GPU as a whole: about 0.8 GB
 TILE_POINTS = 1 << 24  # of a tile
@@ -23,7 +24,6 @@ GROUP = 128  # and are as wide as a multiple of it, because it draws so many col
 SAMPLE = 192  # pixels on each side of the pieces by which the noise of a frame is measured; with a gap round each
 GAP = BLOCK_PATCHES * PATCH_PITCH
 PIECES = 6  # of them along each side, at most
-Box = tuple[int, int, int, int]  # left, top, width, height
 
 
 class Tile(NamedTuple):

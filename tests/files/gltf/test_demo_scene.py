@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from assets import make_demo
-from pointshade_gl.bench.vase import POSE
+from pointshade_gl.bench.vase import VASE_POSE
 
 from ...support.compare import compare_images
 
@@ -23,10 +23,10 @@ def test_the_demo_has_the_vase_two_lights_and_shadows_and_fits_on_a_screen():
 def test_the_vase_stands_on_the_floor_where_it_was_photographed():
     placed = {p.node.name: p for p in ps.load_scene("demo").placed()}
     frame, world = placed["vase"].content.frame, placed["vase"].world
-    np.testing.assert_allclose(world @ frame.pose, POSE, atol=1e-12)
+    np.testing.assert_allclose(world @ frame.pose, VASE_POSE, atol=1e-12)
     v, u = np.nonzero(frame.depth)
     z, c = frame.depth[v, u].astype(float), frame.camera
-    points = POSE @ np.stack([(u - c.cx) / c.fx * z, (v - c.cy) / c.fy * z, z, np.ones_like(z)])
+    points = VASE_POSE @ np.stack([(u - c.cx) / c.fx * z, (v - c.cy) / c.fy * z, z, np.ones_like(z)])
     floor = placed["floor"].world[1, 3]
     assert floor < points[1].min() < floor + 0.003  # metres
 

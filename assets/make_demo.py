@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pointshade_gl.bench.vase import POSE, UPRIGHT
+from pointshade_gl.bench.vase import UPRIGHT, VASE_POSE
 from pointshade_gl.files.access.safe_paths import Folder
 from pointshade_gl.files.gltf import save_scene
 from pointshade_gl.files.gltf.cameras_and_lights import FLIP, light_place
@@ -114,7 +114,7 @@ def scene() -> Scene:
     sky = Light(direction=(0, 0, -1), color=(0.5, 0.68, 1), intensity=0.42, shadow=True, angle=15)
     return Scene(
         (
-            Node(vase, "vase", POSE @ FLIP),
+            Node(vase, "vase", VASE_POSE @ FLIP),
             Node(floor(), "floor", at(0.1, FLOOR, 0)),
             Node(wall(), "wall", at(0.1, FLOOR, -0.5)),
             Node(column(), "column", at(-0.34, FLOOR, 0.24) @ np.diag([0.8, 0.8, 0.8, 1])),

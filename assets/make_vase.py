@@ -16,7 +16,7 @@ from PIL import Image
 
 from pointshade_gl.bench.solids import ramp
 from pointshade_gl.bench.tracing import Array, decode, encode, trace
-from pointshade_gl.bench.vase import HEIGHT, POSE, PROFILE, scene
+from pointshade_gl.bench.vase import HEIGHT, PROFILE, VASE_POSE, vase_scene
 from pointshade_gl.scene.camera import Camera
 
 FOLDER = Path(__file__).parent / "vase"
@@ -135,8 +135,8 @@ def picture() -> tuple[Array, Array]:
         white=partial(daisy, white, gold),
         apricot=partial(daisy, rgb("e8964a"), gold),
     )
-    hits = trace(parts, CAMERA, POSE)
-    eye, right, down = POSE[:3, 3], POSE[:3, 0] / CAMERA.fx, POSE[:3, 1] / CAMERA.fy
+    hits = trace(parts, CAMERA, VASE_POSE)
+    eye, right, down = VASE_POSE[:3, 3], VASE_POSE[:3, 0] / CAMERA.fx, VASE_POSE[:3, 1] / CAMERA.fy
     albedo = np.zeros(hits.points.shape)
     for k, part in enumerate(parts):
         mine = hits.surface == k

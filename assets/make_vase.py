@@ -126,7 +126,7 @@ def picture() -> tuple[Array, Array]:
     of the pixel's own surface, so that the paint is smooth and the outlines stay hard.
     """
     white, gold = rgb("e8e2d6"), rgb("e2b034")
-    parts = scene(
+    parts = vase_scene(
         vase=painted,
         table=wood,
         leaf=green,

@@ -16,11 +16,11 @@ from ..files.access.builtin import builtin_folder, builtin_name
 from ..files.frames.frame_sequence import FrameSequence
 from ..files.sources import is_cloud, is_scene, open_source
 from ..messages.bugs import Bug, error_text, is_expected
-from ..messages.errors import ShaderError
+from ..messages.errors import ShaderError, check_function
 from ..messages.formatting import shown
 from ..messages.notes import Note, once, print_note, taken
 from ..messages.progress import Count, Progress
-from ..messages.validation import check_count, check_flag, check_function, check_number, check_type, is_a
+from ..messages.validation import check_count, check_flag, check_number, check_type, is_a
 from ..rendering.notebook import Picture
 from ..rendering.request import FilePath, RenderRequest, Source, loaded
 from ..rendering.thread_renderer import renderer_here

@@ -1,6 +1,11 @@
 """The package's own exceptions: for OpenGL contexts, shaders and cancelled work. All others are built-in ones."""
 
+from __future__ import annotations
+
 import os
+from typing import Any
+
+from .formatting import shown
 
 SPAWN = "start processes by spawn, multiprocessing.get_context('spawn')"
 
@@ -24,3 +29,10 @@ def check_process(process: int, what: str) -> None:
     """
     if os.getpid() != process:
         raise ContextError(f"this {what} was made before a fork: {SPAWN}, and make a new one in each")
+
+
+def check_function(value: Any, name: str) -> Any:
+    """The value. Raises TypeError unless it can be called."""
+    if not callable(value):
+        raise TypeError(f"{name} must be a function, got {shown(value)}")
+    return value

@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 
+from .errors import check_function
 from .formatting import printable
-from .validation import check_function
 
 Note = Callable[[str], None]
 MOST = 5  # notes that a command prints

@@ -8,8 +8,7 @@ from contextvars import ContextVar
 
 import numpy as np
 
-from .errors import Cancelled
-from .validation import check_function
+from .errors import Cancelled, check_function
 
 Progress = Callable[[int, int], object]
 _is_ended: ContextVar[Callable[[], bool] | None] = ContextVar("is_ended", default=None)  # asked between two steps

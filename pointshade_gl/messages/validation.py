@@ -56,13 +56,6 @@ def check_type(value: Any, kind: type[_T], name: str) -> _T:
     return value
 
 
-def check_function(value: Any, name: str) -> Any:
-    """The value. Raises TypeError unless it can be called."""
-    if not callable(value):
-        raise TypeError(f"{name} must be a function, got {shown(value)}")
-    return value
-
-
 def check_flag(value: Any, name: str) -> bool:
     """The value as a bool. Raises TypeError for anything but True and False: the text "no" is true in Python."""
     if not isinstance(value, bool | np.bool_):

@@ -22,8 +22,8 @@ from ..gpu.points.rasterizers import Rasterizers
 from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.view_visibility import ViewVisibilityPass
+from ..messages.errors import check_function
 from ..messages.progress import Count, Progress
-from ..messages.validation import check_function
 from ..scene.appearance import Look
 from ..scene.camera import Camera
 from ..scene.color_scale import CERTAINTY, ColorScale, scale_of_depths

@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .messages.version import __version__ as __version__
+from .notes.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from . import batch as batch
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .files.writing.film import Film
     from .files.writing.point_clouds import save_points
     from .files.writing.poses import save_poses
-    from .messages.errors import Cancelled, ContextError, ShaderError
+    from .notes.errors import Cancelled, ContextError, ShaderError
     from .page import save_page, show
     from .rendering.renderer import Renderer
     from .rendering.renderer_pool import RendererPool
@@ -103,8 +103,8 @@ __all__ = [
 # before the rest is imported.
 _LATER = {
     "Camera": ".scene.camera",
-    "Cancelled": ".messages.errors",
-    "ContextError": ".messages.errors",
+    "Cancelled": ".notes.errors",
+    "ContextError": ".notes.errors",
     "Environment": ".scene.environment",
     "Film": ".files.writing.film",
     "Finish": ".scene.render_settings",
@@ -120,7 +120,7 @@ _LATER = {
     "Renderer": ".rendering.renderer",
     "RendererPool": ".rendering.renderer_pool",
     "Scene": ".scene.graph",
-    "ShaderError": ".messages.errors",
+    "ShaderError": ".notes.errors",
     "View": ".scene.view",
     "align_frames": ".rendering.thread_renderer",
     "estimate_albedo": ".rendering.thread_renderer",

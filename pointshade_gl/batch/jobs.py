@@ -19,8 +19,8 @@ from ..files.frames.sequences import first_readable, open_frames
 from ..files.pictures.picture_files import AxesName, save_image
 from ..files.sources import is_cloud, is_scene, load_any
 from ..files.writing.depth_and_normal_maps import save_normals
-from ..messages.formatting import option
-from ..messages.notes import once, print_note, taken
+from ..notes.notes import once, print_note, taken
+from ..notes.words import option
 from ..rendering.image_sequence import jobs_of, write_series
 from ..rendering.renderer import Renderer
 from ..rendering.request import RenderRequest

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from ..files.access.atomic_write import check_place, sha256_of
-from ..messages.formatting import option
+from ..notes.words import option
 from ..scene.environment import NAMES, Environment
 from .jobs import Done
 

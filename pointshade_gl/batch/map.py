@@ -12,15 +12,13 @@ from typing import Any, Literal, NamedTuple, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from ..checks.arguments import Count, Progress, check_count, check_flag, check_number, check_type, is_a
 from ..files.access.builtin import builtin_folder, builtin_name
 from ..files.frames.frame_sequence import FrameSequence
 from ..files.sources import is_cloud, is_scene, open_source
-from ..messages.bugs import Bug, error_text, is_expected
-from ..messages.errors import ShaderError, check_function
-from ..messages.formatting import shown
-from ..messages.notes import Note, once, print_note, taken
-from ..messages.progress import Count, Progress
-from ..messages.validation import check_count, check_flag, check_number, check_type, is_a
+from ..notes.errors import Bug, ShaderError, check_function, error_text, is_expected
+from ..notes.notes import Note, once, print_note, taken
+from ..notes.words import shown
 from ..rendering.notebook import Picture
 from ..rendering.request import FilePath, RenderRequest, Source, loaded
 from ..rendering.thread_renderer import renderer_here

@@ -11,9 +11,9 @@ from typing import Any
 
 from ..files.access.atomic_write import OURS
 from ..gpu.context.cuda_devices import egl_device
-from ..messages.formatting import option
-from ..messages.notes import print_note
-from ..messages.version import __version__
+from ..notes.notes import print_note
+from ..notes.version import __version__
+from ..notes.words import option
 from .cluster import LOCAL, connected
 from .processes import TRIES, Function, Lost, Task, Tasks, no_rest
 

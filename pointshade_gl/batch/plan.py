@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from ..files.access.atomic_write import name_key, tells_case_apart
 from ..files.access.folder_listing import Listing
-from ..messages.bugs import error_text
-from ..messages.version import __version__
+from ..notes.errors import error_text
+from ..notes.version import __version__
 from .inputs import Source
 from .jobs import FILMS, Job
 from .manifest import Entry, Manifest, differs, is_whole, told

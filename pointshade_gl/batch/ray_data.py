@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import way_to
-from ..messages.notes import print_note
-from ..messages.validation import as_given, check_numbers, check_type
+from ..checks.arguments import as_given, check_numbers, check_type
+from ..checks.foreign_arrays import way_to
+from ..notes.notes import print_note
 from ..scene.appearance import Look
 from ..scene.camera import Camera
 from ..scene.frame import Frame

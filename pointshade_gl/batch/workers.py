@@ -8,9 +8,8 @@ from contextlib import closing
 from typing import NamedTuple
 
 from ..files.access.atomic_write import remove_hidden
-from ..messages.bugs import error_text
-from ..messages.errors import ContextError
-from ..messages.formatting import as_command_line
+from ..notes.errors import ContextError, error_text
+from ..notes.words import as_command_line
 from .jobs import Done, Job, LeftOut, run
 from .manifest import no_room
 from .processes import on_processes

@@ -16,7 +16,7 @@ from pathlib import Path
 from statistics import median, quantiles
 from typing import Any
 
-from ..messages.formatting import option
+from ..notes.words import option
 
 JOBS = (
     "new frame", "new view", "new light", "flat shading", "shadow", "noisy frame", "large frame", "first picture"

@@ -13,9 +13,8 @@ from rich.console import Console
 from rich.progress import Progress
 
 from ..files.access.atomic_write import check_place, naming_written, written_whole
-from ..messages.formatting import option
-from ..messages.notes import print_note, silence
-from ..messages.suggestions import did_you_mean
+from ..notes.notes import print_note, silence
+from ..notes.words import did_you_mean, option
 from ..rendering.renderer import Renderer
 from ..scene.normal_methods import METHODS, Method
 from .charts import check_matplotlib, error_chart, stability_chart

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import moderngl
 import numpy as np
 
-from ..messages.version import __version__
+from ..notes.version import __version__
 from ..rendering.renderer import Renderer
 from ..scene.frame import Frame
 from ..scene.normal_methods import Method

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from ..files.access.written_suffixes import BATCH as KINDS
-from ..messages.formatting import option
+from ..notes.words import option
 from ..scene.option_fields import BATCH
 from .completion import complete_input
 from .look_options import LookOptions

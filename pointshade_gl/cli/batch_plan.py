@@ -13,6 +13,7 @@ from ..batch.inputs import Source, find_sources, not_whole
 from ..batch.jobs import FILMS, NORMALS, PAGE, Job
 from ..batch.manifest import told
 from ..batch.plan import Failure, Planned, plan, shard_of
+from ..checks.arguments import check_choice, check_fps
 from ..files.access.atomic_write import check_place
 from ..files.access.content import check_not_read
 from ..files.access.folder_listing import Listing
@@ -21,8 +22,7 @@ from ..files.pictures.picture_files import check_writable
 from ..files.sources import is_cloud, is_scene
 from ..files.writing.depth_and_normal_maps import check_normals_path
 from ..files.writing.film import check_film
-from ..messages.formatting import option
-from ..messages.validation import check_choice, check_fps
+from ..notes.words import option
 from ..scene.cloud_scene import check_of_clouds, given_by
 from ..scene.turntable import check_turntable, moves_camera
 from ..scene.view import View

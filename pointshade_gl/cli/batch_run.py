@@ -17,8 +17,8 @@ from ..batch.plan import Failure, Planned, split_done
 from ..batch.workers import Failed, run_all
 from ..files.access.atomic_write import check_place
 from ..gpu.context.software_driver import is_software
-from ..messages.formatting import counted, option
-from ..messages.notes import once, print_note
+from ..notes.notes import once, print_note
+from ..notes.words import counted, option
 from .batch_options import Asked
 from .output import SOFTWARE, complain, print_line, progress
 

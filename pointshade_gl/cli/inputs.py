@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..files.access.builtin import FRAMES
-from ..messages.formatting import option
+from ..notes.words import option
 from ..scene.appearance import Look
 from ..scene.cloud_scene import given_by, scene_of, styled
 from ..scene.frame import Frame

@@ -5,8 +5,7 @@ from __future__ import annotations
 import inspect
 from typing import Any
 
-from ..messages.formatting import option, shown
-from ..messages.suggestions import did_you_mean
+from ..notes.words import did_you_mean, option, shown
 from ..scene.css_colors import linear_color
 from ..scene.light import Light
 

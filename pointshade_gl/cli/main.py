@@ -13,11 +13,10 @@ import typer
 from typer.main import get_command
 
 from ..files.access.content import noting_reads
-from ..messages.bugs import error_text, is_expected
-from ..messages.errors import ContextError
-from ..messages.formatting import as_command_line
-from ..messages.notes import few_notes
-from ..messages.version import __version__
+from ..notes.errors import ContextError, error_text, is_expected
+from ..notes.notes import few_notes
+from ..notes.version import __version__
+from ..notes.words import as_command_line
 from .output import fail
 from .usage_errors import Command, Commands, UsageError, sentence_of
 

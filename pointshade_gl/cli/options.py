@@ -22,8 +22,8 @@ from ..files.clouds.found_points import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
 from ..files.depth_models.families import PIXELS
 from ..files.frames.film_scale import SCALES
-from ..messages.formatting import option
-from ..messages.notes import note_new_name, silence
+from ..notes.notes import note_new_name, silence
+from ..notes.words import option
 from ..scene.appearance import Look
 from ..scene.light import Light
 from ..scene.option_fields import CAMERA, CLOUD, FILM, LIGHT, NETWORK, PAGE, PICTURE, READING, SETS, VIEW, WINDOW

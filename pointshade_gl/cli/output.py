@@ -9,12 +9,12 @@ from itertools import count
 from pathlib import Path
 from typing import NoReturn
 
+from ..checks.arguments import Progress
 from ..files.access.builtin import FRAMES
 from ..files.access.content import check_not_read
 from ..files.access.numbered_names import existing_files, is_numbered
-from ..messages.formatting import printable
-from ..messages.notes import print_note, print_warning
-from ..messages.progress import Progress
+from ..notes.notes import print_note, print_warning
+from ..notes.words import printable
 from ..rendering.renderer import Renderer
 from .options import FrameOptions
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..files.access.builtin import FRAMES
-from ..messages.formatting import option
+from ..notes.words import option
 from .command_words import words_of
 from .look_options import LookOptions
 from .options import FrameOptions

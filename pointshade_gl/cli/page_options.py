@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from ..checks.arguments import Count
 from ..files.access.written_suffixes import PAGES
-from ..messages.formatting import option
-from ..messages.progress import Count
+from ..notes.words import option
 from ..rendering.renderer import Renderer
 from ..rendering.request import RenderRequest
 from ..scene.frame import Frame

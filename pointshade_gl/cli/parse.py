@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..files.access.content import split_numbers
-from ..messages.formatting import option
+from ..notes.words import option
 from .usage_errors import check_exist
 
 

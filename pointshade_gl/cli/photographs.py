@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.formatting import option
+from ..notes.words import option
 from ..rendering.renderer import Renderer
 from ..scene.frame import Frame
 from .inputs import check_frame, load

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..files.access.written_suffixes import FILMS
 from ..files.writing.film import BACKGROUND
-from ..messages.formatting import option
+from ..notes.words import option
 from ..scene.environment import Environment
 from ..scene.option_fields import LIGHT, PICTURE
 from ..scene.render_settings import FILM, STILL, Finish

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..files.access.written_suffixes import POSES
 from ..files.frames.frame_sequence import FrameSequence
-from ..messages.formatting import counted, option
+from ..notes.words import counted, option
 from ..rendering.image_sequence import Job
 from ..rendering.renderer import Renderer
 from ..scene.frame import Frame

@@ -10,11 +10,10 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from ..checks.arguments import check_path
 from ..files.access.builtin import FRAMES, SCENES
 from ..files.access.content import split_numbers
-from ..messages.formatting import option
-from ..messages.suggestions import did_you_mean, listed_beside, meant_option, near_path
-from ..messages.validation import check_path
+from ..notes.words import did_you_mean, listed_beside, meant_option, near_path, option
 from .light_words import FIELDS
 
 # click's UsageError. Newer versions of Typer have click inside, older ones beside them; all of them export this child.

@@ -11,7 +11,7 @@ import numpy as np
 from ..files.access.written_suffixes import CLOUD_NORMALS, POINTS, check_suffix
 from ..files.pictures.picture_files import check_writable, save_image
 from ..files.writing.point_clouds import check_points_path, save_points
-from ..messages.formatting import counted, option
+from ..notes.words import counted, option
 from ..scene.appearance import Look
 from ..scene.cloud_scene import given_by
 from ..scene.point_cloud import PointCloud

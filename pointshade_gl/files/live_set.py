@@ -9,10 +9,10 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing
 from typing import Any
 
-from ..messages.errors import check_process
-from ..messages.formatting import shown
-from ..messages.notes import print_note
-from ..messages.validation import check_type, is_a
+from ..checks.arguments import check_type, is_a
+from ..notes.errors import check_process
+from ..notes.notes import print_note
+from ..notes.words import shown
 from ..scene.frame import Frame
 from ..scene.point_object import MOST_FRAMES
 from .sources import prefetched

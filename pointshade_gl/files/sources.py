@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
-from ..messages.errors import check_process
-from ..messages.formatting import option, shown
-from ..messages.notes import Note, once, print_note
-from ..messages.validation import is_a
+from ..checks.arguments import is_a
+from ..notes.errors import check_process
+from ..notes.notes import Note, once, print_note
+from ..notes.words import option, shown
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.option_fields import takes

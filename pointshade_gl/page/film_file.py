@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from ..checks.arguments import Count, check_fps, is_a
 from ..files.sources import open_source
 from ..gpu.points.point_objects import ShownPoints
-from ..messages.formatting import option, shown
-from ..messages.notes import print_note
-from ..messages.progress import Count
-from ..messages.validation import check_fps, is_a
+from ..notes.notes import print_note
+from ..notes.words import option, shown
 from ..rendering.image_sequence import sequence_jobs
 from ..rendering.renderer import Renderer
 from ..rendering.request import RenderRequest

@@ -6,9 +6,8 @@ import html
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ..messages.notes import Note
-from ..messages.progress import Progress
-from ..messages.validation import check_count
+from ..checks.arguments import Progress, check_count
+from ..notes.notes import Note
 from ..rendering.renderer import Renderer
 from ..rendering.request import GROUPS, RequestOptions, Source
 from ..scene.option_fields import takes

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..checks.arguments import Count, Progress, check_choice, check_count, check_path, is_a
 from ..files.access.atomic_write import check_place, written_whole
 from ..files.access.written_suffixes import PAGES, check_suffix
 from ..files.sources import prefetched
@@ -18,10 +19,8 @@ from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.drawables import Drawable
 from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..gpu.points.point_objects import ShownSet
-from ..messages.formatting import option, shown
-from ..messages.notes import Note, print_note, taken_by
-from ..messages.progress import Count, Progress
-from ..messages.validation import check_choice, check_count, check_path, is_a
+from ..notes.notes import Note, print_note, taken_by
+from ..notes.words import option, shown
 from ..rendering.renderer import Renderer
 from ..rendering.request import GROUPS, FilePath, RenderRequest, RequestOptions, Source
 from ..scene.graph import Scene

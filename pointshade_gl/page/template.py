@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.formatting import printable
+from ..notes.words import printable
 from .parts import encoded
 from .picture_coding import pack
 from .shaders import shader_texts

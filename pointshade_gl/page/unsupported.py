@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..messages.formatting import counted
+from ..notes.words import counted
 from ..scene.graph import Scene
 from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject

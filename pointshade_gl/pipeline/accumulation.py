@@ -9,6 +9,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ..checks.arguments import Count
 from ..gpu.core.images import read_texture
 from ..gpu.core.passes import FullscreenPasses
 from ..gpu.core.steps import Steps
@@ -17,7 +18,6 @@ from ..gpu.drawables import Drawables
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import HIGHLIGHTS, LightSet, around_inputs
 from ..gpu.shading.view_visibility import plane_shift, plane_turn
-from ..messages.progress import Count
 from ..scene.render_settings import SIMPLE, Finish, Vector
 from ..scene.sample_pattern import at_sample
 from ..scene.visible_scene import VisibleScene, looking_distance

@@ -10,10 +10,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from ..checks.arguments import Count
 from ..gpu.drawables import Drawables
 from ..gpu.points.point_objects import ShownSet
-from ..messages.notes import print_note
-from ..messages.progress import Count
+from ..notes.notes import print_note
 from ..scene.appearance import Look
 from ..scene.frame import Frame
 from ..scene.graph import Scene

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..estimation.alignment import Fit
-from ..messages.formatting import counted
+from ..notes.words import counted
 from ..scene.frame import Frame
 
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from ..estimation.cloud_orientation import facing, outward
 from ..gpu.clouds.slabs import CloudNormals, planes_of_slabs
-from ..messages.formatting import option
-from ..messages.notes import print_note
+from ..notes.notes import print_note
+from ..notes.words import option
 from ..scene.point_cloud import PointCloud
 
 

@@ -8,6 +8,7 @@ from functools import partial
 import moderngl
 import numpy as np
 
+from ..checks.arguments import check_type
 from ..estimation.exposure import stops_to_match
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.core.images import Fitted, Image, empty
@@ -21,9 +22,8 @@ from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import Lighting
-from ..messages.formatting import option
-from ..messages.notes import print_note
-from ..messages.validation import check_type
+from ..notes.notes import print_note
+from ..notes.words import option
 from ..scene.appearance import NOT_LIT, Material
 from ..scene.camera import Camera, view_matrix
 from ..scene.graph import Scene

@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ..checks.arguments import Count
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.core.frame_textures import FrameTextures, PointSurface
 from ..gpu.core.memory import Owner
@@ -23,7 +24,6 @@ from ..gpu.points.target_normals import target_estimator
 from ..gpu.points.tiles import TiledPoints, TileStore
 from ..gpu.points.tiling import needs_tiles
 from ..gpu.surface.frame_store import DrawnPoints, FrameStore
-from ..messages.progress import Count
 from ..scene.appearance import LIT_EARLY, NOT_LIT, Look, SurfaceOptions
 from ..scene.cloud_levels import level_of
 from ..scene.frame import Frame

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..checks.arguments import Count, Progress
 from ..gpu.context.context import Context
 from ..gpu.core.canvas import Canvas
 from ..gpu.core.frame_textures import frame_of
@@ -22,8 +23,7 @@ from ..gpu.points.rasterizers import Rasterizers
 from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.view_visibility import ViewVisibilityPass
-from ..messages.errors import check_function
-from ..messages.progress import Count, Progress
+from ..notes.errors import check_function
 from ..scene.appearance import Look
 from ..scene.camera import Camera
 from ..scene.color_scale import CERTAINTY, ColorScale, scale_of_depths

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import comb
 
+from ..checks.arguments import Count
 from ..estimation.alignment import STEPS
 from ..estimation.pose_search import Found, search_poses
-from ..messages.progress import Count
 from ..scene.appearance import Look
 from ..scene.frame import Frame
 from .gpu_scene import GpuScene

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..estimation.alignment import align
 from ..estimation.reduced_frame import ReducedFrame
-from ..messages.notes import print_note
+from ..notes.notes import print_note
 from ..scene.appearance import Look
 from ..scene.frame import Frame
 from ..scene.placed import Matrix

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..estimation.alignment import Fit
 from ..estimation.light_fit import FoundLight, describe_light
 from ..estimation.multi_view import SetReport, is_primary
-from ..messages.formatting import counted
+from ..notes.words import counted
 from ..scene.frame import Frame
 from ..scene.noise import Choice, describe
 from .findings import CloudFinding, Finding

@@ -14,14 +14,13 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..checks.arguments import Count, Progress, check_type
 from ..files.access.numbered_names import is_numbered, numbered
 from ..files.pictures.picture_files import save_image
 from ..files.sources import prefetched
 from ..files.writing.film import Film
-from ..messages.formatting import counted, option
-from ..messages.notes import print_note
-from ..messages.progress import Count, Progress
-from ..messages.validation import check_type
+from ..notes.notes import print_note
+from ..notes.words import counted, option
 from ..scene.appearance import SurfaceOptions
 from ..scene.frame import Frame
 from ..scene.graph import Scene

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.formatting import shown
-from ..messages.validation import as_given, is_a
+from ..checks.arguments import as_given, is_a
+from ..notes.words import shown
 from ..scene.camera import Camera
 
 

@@ -15,16 +15,14 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ..checks.arguments import Progress, check_choice, check_count, check_number, check_type, is_a
+from ..checks.foreign_arrays import Exporter, Numbers
 from ..gpu.context.context import Context
 from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawable
-from ..messages.bugs import is_expected
-from ..messages.errors import Cancelled, ContextError
-from ..messages.foreign_arrays import Exporter, Numbers
-from ..messages.formatting import option, shown
-from ..messages.notes import Note, print_note, taken_by
-from ..messages.progress import Progress
-from ..messages.validation import check_choice, check_count, check_number, check_type, is_a
+from ..notes.errors import Cancelled, ContextError, is_expected
+from ..notes.notes import Note, print_note, taken_by
+from ..notes.words import option, shown
 from ..pipeline.pipeline import Pipeline
 from ..scene.appearance import Look, Material, Shading, SurfaceOptions
 from ..scene.camera import Camera, check_pose
@@ -42,17 +40,7 @@ from ..scene.point_object import check_frames, uniform
 from ..scene.surroundings import Surroundings
 from .notebook import Picture
 from .output_array import output_array
-from .request import (
-    GROUPS,
-    DepthOptions,
-    FilePath,
-    PointsOptions,
-    RenderOptions,
-    RenderRequest,
-    Scenes,
-    Source,
-    loaded,
-)
+from .request import GROUPS, DepthOptions, FilePath, PointsOptions, RenderOptions, RenderRequest, Scenes, Source, loaded
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

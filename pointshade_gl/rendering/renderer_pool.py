@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.errors import ContextError, check_process
-from ..messages.validation import check_choice, check_count
+from ..checks.arguments import check_choice, check_count
+from ..notes.errors import ContextError, check_process
 from ..scene.option_fields import takes_as
 from .renderer import RASTERIZERS, Rasterizer, Renderer
 from .thread_renderer import renderer_here

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import Numbers
-from ..messages.formatting import shown
-from ..messages.validation import check_type, is_a
+from ..checks.arguments import check_type, is_a
+from ..checks.foreign_arrays import Numbers
+from ..notes.words import shown
 from ..scene.appearance import ColorOptions, FormOptions, Look, LookOptions, Material, NamedOptions, SurfaceOptions
 from ..scene.camera import Camera
 from ..scene.cloud_scene import given_by, scene_of, styled

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import wraps
 from typing import Concatenate, ParamSpec, TypeVar
 
-from ..messages.validation import check_count, check_type
+from ..checks.arguments import check_count, check_type
 from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.graph import Scene

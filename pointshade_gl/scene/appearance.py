@@ -8,15 +8,9 @@ from typing import Any, Literal, TypedDict, get_args, get_origin, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import Numbers
-from ..messages.formatting import option, shown
-from ..messages.validation import (
-    as_array,
-    check_choice,
-    check_flag,
-    check_number,
-    check_type,
-)
+from ..checks.arguments import as_array, check_choice, check_flag, check_number, check_type
+from ..checks.foreign_arrays import Numbers
+from ..notes.words import option, shown
 from .noise import SENSORS, check_noise, check_noise_text, parse_noise
 from .normal_methods import METHODS, Method, Step, check_method, check_normals, parse_max_depth_step
 from .option_fields import CAMERA, LIGHT, SETS, SHADING, SURFACE, keys_of, number_or_text, opt, option_class

@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import AnyArray
-from ..messages.formatting import option
-from ..messages.validation import ABOVE_0, as_array, check_count, check_float, check_point, depth_as_given
+from ..checks.arguments import ABOVE_0, as_array, check_count, check_float, check_point, depth_as_given
+from ..checks.foreign_arrays import AnyArray
+from ..notes.words import option
 from .rotation import check_matrix, is_orthogonal, moved
 from .values import frozen
 

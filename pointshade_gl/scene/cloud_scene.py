@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.formatting import option
+from ..notes.words import option
 from .appearance import Look
 from .camera import Camera, orbit_pose
 from .cloud_axes import USUAL_FRONT

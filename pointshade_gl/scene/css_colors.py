@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from ..messages.formatting import shown
-from ..messages.suggestions import did_you_mean
+from ..notes.words import did_you_mean, shown
 from .srgb import srgb_to_linear
 
 

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import Numbers
-from ..messages.formatting import option, shown
-from ..messages.suggestions import did_you_mean
-from ..messages.validation import LARGEST, as_array, check_choice, is_a
+from ..checks.arguments import LARGEST, as_array, check_choice, is_a
+from ..checks.foreign_arrays import Numbers
+from ..notes.words import did_you_mean, option, shown
 from .environment_presets import sky, studio
 from .values import Value, frozen
 

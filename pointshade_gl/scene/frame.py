@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import AnyArray
-from ..messages.formatting import counted
-from ..messages.notes import print_note
-from ..messages.validation import check_type
+from ..checks.arguments import check_type
+from ..checks.foreign_arrays import AnyArray
+from ..notes.notes import print_note
+from ..notes.words import counted
 from .bounds import box_corners, median, quantile
 from .camera import NEAR, Camera, check_pose
 from .far_plane import far_plane

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import way_to
-from ..messages.formatting import shown
-from ..messages.notes import print_note
-from ..messages.validation import LARGEST, as_given, depth_as_given
+from ..checks.arguments import LARGEST, as_given, depth_as_given
+from ..checks.foreign_arrays import way_to
+from ..notes.notes import print_note
+from ..notes.words import shown
 from .camera import Camera
 from .far_plane import far_plane
 from .values import frozen

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import Numbers
-from ..messages.formatting import counted
-from ..messages.validation import check_color, check_type
+from ..checks.arguments import check_color, check_type
+from ..checks.foreign_arrays import Numbers
+from ..notes.words import counted
 from .bounds import sphere_round
 from .camera import Camera, check_pose
 from .environment import Environment, EnvironmentName, check_environment

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..messages.validation import check_float
+from ..checks.arguments import check_float
 from .appearance import Look
 from .camera import Camera, Eye
 from .frame import Frame

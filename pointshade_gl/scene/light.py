@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import Numbers
-from ..messages.formatting import shown
-from ..messages.validation import (
+from ..checks.arguments import (
     ABOVE_0,
     check_color,
     check_direction,
@@ -21,6 +19,8 @@ from ..messages.validation import (
     check_point,
     items_of,
 )
+from ..checks.foreign_arrays import Numbers
+from ..notes.words import shown
 from .light_units import Falloff, attenuation_of, intensity_of
 
 UPPER_LEFT = (1.0, 1.0, 2.0)  # the default light's direction of travel, target axes

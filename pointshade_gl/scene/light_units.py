@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Literal, get_args
 
-from ..messages.foreign_arrays import Numbers
-from ..messages.formatting import shown
-from ..messages.validation import check_choice, check_number, check_numbers
+from ..checks.arguments import check_choice, check_number, check_numbers
+from ..checks.foreign_arrays import Numbers
+from ..notes.words import shown
 
 Falloff = Literal["none", "inverse-square"]
 FALLOFFS = dict(zip(get_args(Falloff), ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), strict=True))  # as attenuation

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import Numbers, way_to
-from ..messages.formatting import counted
-from ..messages.validation import LARGEST, as_array, as_given, check_choice, check_color, check_type
+from ..checks.arguments import LARGEST, as_array, as_given, check_choice, check_color, check_type
+from ..checks.foreign_arrays import Numbers, way_to
+from ..notes.words import counted
 from .appearance import SHADINGS, Material, Shading
 from .bounds import box_corners
 from .values import Value, frozen

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import Numbers
-from ..messages.formatting import shown
-from ..messages.validation import check_flag, is_a, items_of
+from ..checks.arguments import check_flag, is_a, items_of
+from ..checks.foreign_arrays import Numbers
+from ..notes.words import shown
 from .light import Light
 from .mesh import Mesh
 from .point_cloud import PointCloud

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import AnyArray
-from ..messages.formatting import option, shown
-from ..messages.suggestions import did_you_mean
-from ..messages.validation import ABOVE_0, as_array, check_float
+from ..checks.arguments import ABOVE_0, as_array, check_float
+from ..checks.foreign_arrays import AnyArray
+from ..notes.words import did_you_mean, option, shown
 from .noise_text import GRAMMAR, NoiseWords, noise_words
 
 # Standard deviation of depth by distance, metres. Kinect: Nguyen, Izadi, Lovell 2012.

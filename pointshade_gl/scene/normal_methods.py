@@ -8,9 +8,9 @@ from typing import Literal, cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import AnyArray, way_to
-from ..messages.formatting import option, shown
-from ..messages.validation import LARGEST, as_array, check_choice
+from ..checks.arguments import LARGEST, as_array, check_choice
+from ..checks.foreign_arrays import AnyArray, way_to
+from ..notes.words import option, shown
 
 TRIANGLES = {"triangles-1": 1, "triangles-2": 2, "triangles-4": 4, "triangles-8": 8}
 PLANE_FITS = {f"plane-fit-{window}": window for window in range(3, 14, 2)}

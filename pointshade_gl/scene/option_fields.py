@@ -9,8 +9,8 @@ from dataclasses import Field, dataclass, field, fields, is_dataclass
 from functools import wraps
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
-from ..messages.notes import note_new_name, taken_by
-from ..messages.suggestions import did_you_mean
+from ..notes.notes import note_new_name, taken_by
+from ..notes.words import did_you_mean
 
 # panels of the help, in its order
 OPTIONS, BATCH, WINDOW = "Options", "Batch", "Window"

@@ -15,15 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.validation import (
-    LARGEST,
-    check_color,
-    check_flag,
-    check_number,
-    check_numbers,
-    check_point,
-    check_type,
-)
+from ..checks.arguments import LARGEST, check_color, check_flag, check_number, check_numbers, check_point, check_type
 from .appearance import NOT_LIT, Look
 from .camera import Camera, orbit_pose
 from .light import Light, at_upper_left

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import Numbers
-from ..messages.formatting import counted, option
-from ..messages.validation import LARGEST, as_array, as_given, check_choice, check_type
+from ..checks.arguments import LARGEST, as_array, as_given, check_choice, check_type
+from ..checks.foreign_arrays import Numbers
+from ..notes.words import counted, option
 from .appearance import CLOUD_SPLATS, Material
 from .bounds import box_corners
 from .frame import Frame

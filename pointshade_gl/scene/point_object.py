@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from ..messages.formatting import counted, option, shown
-from ..messages.validation import check_type, is_a, items_of
+from ..checks.arguments import check_type, is_a, items_of
+from ..notes.words import counted, option, shown
 from .appearance import FRAME_SPLATS, Look, LookOptions, Material
 from .bounds import median
 from .frame import Frame

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import Numbers, UnreadableError, as_numpy
-from ..messages.formatting import option, shown
-from ..messages.validation import LARGEST, as_array, check_float, check_number
+from ..checks.arguments import LARGEST, as_array, check_float, check_number
+from ..checks.foreign_arrays import Numbers, UnreadableError, as_numpy
+from ..notes.words import option, shown
 from .values import frozen
 
 UNITS = "px", "x", "m"  # of a cloud's sizes that are texts; metres are world units

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ..messages.errors import ContextError
+from ..notes.errors import ContextError
 
 _draw: Callable[[Any], bytes] | None = None
 

@@ -10,9 +10,7 @@ from typing import Any, Literal, TypedDict, cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import Numbers
-from ..messages.formatting import option, shown
-from ..messages.validation import (
+from ..checks.arguments import (
     LARGEST,
     as_array,
     check_choice,
@@ -23,6 +21,8 @@ from ..messages.validation import (
     check_point,
     is_a,
 )
+from ..checks.foreign_arrays import Numbers
+from ..notes.words import option, shown
 from .color_scale import SHOWS, Show
 from .css_colors import linear_color
 from .environment import NAMES, Environment, check_environment

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.validation import LARGEST, as_array
+from ..checks.arguments import LARGEST, as_array
 
 Matrix = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.formatting import option
-from ..messages.validation import LARGEST, check_count
+from ..checks.arguments import LARGEST, check_count
+from ..notes.words import option
 from .light import Light, unit
 from .visible_scene import VisibleScene
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..messages.formatting import option
-from ..messages.validation import check_choice
+from ..checks.arguments import check_choice
+from ..notes.words import option
 from .camera import orbit_pose
 from .frame import Frame
 from .graph import Scene

@@ -9,9 +9,9 @@ from typing import Any, Literal, TypedDict, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.foreign_arrays import Numbers
-from ..messages.formatting import option
-from ..messages.validation import check_choice, check_size, check_type
+from ..checks.arguments import check_choice, check_size, check_type
+from ..checks.foreign_arrays import Numbers
+from ..notes.words import option
 from .appearance import Look
 from .camera import Camera, check_pose, check_turns, orbit_pose
 from .frame import Frame

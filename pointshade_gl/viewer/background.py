@@ -8,8 +8,8 @@ from contextvars import copy_context
 from dataclasses import dataclass
 from typing import Any
 
-from ..messages.errors import Cancelled
-from ..messages.progress import Progress, endable
+from ..checks.arguments import Progress, endable
+from ..notes.errors import Cancelled
 
 GRACE = 0.05  # seconds that a turn waits for work: what ends so soon shows no bar
 

@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..checks.arguments import check_fps, items_of
 from ..files.access.file_name_patterns import COLOR_SUFFIXES, DEPTH_SUFFIXES, ONLY_DEPTH, VIDEO_SUFFIXES
 from ..files.access.folder_listing import Item
 from ..files.frames.frame_files import load_frame
 from ..files.pictures.picture_heads import is_deep_grey
 from ..files.sources import check_posed, is_cloud, is_scene, load_any, open_source
-from ..messages.formatting import option, shown
-from ..messages.validation import check_fps, items_of
+from ..notes.words import option, shown
 from ..scene.cloud_scene import scene_of
 from ..scene.frame import Frame
 from ..scene.graph import Scene

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from ..messages.notes import print_warning
+from ..notes.notes import print_warning
 
 SECONDS = 4.0
 CLOSES = "(a key or a click closes this)"

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from typing import Any
 
-from ..messages.formatting import option, shown
-from ..messages.validation import check_fps
+from ..checks.arguments import check_fps
+from ..notes.words import option, shown
 from ..scene.frame import Frame
 
 SLOWEST, USUAL, FASTEST = 0.5, 30.0, 240.0  # frames per second that keys choose; beyond, they play as fast as they come

@@ -12,12 +12,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from ..messages.bugs import error_text
-from ..messages.errors import Cancelled, check_function
-from ..messages.formatting import shown
-from ..messages.notes import Note, print_note, taken_by
-from ..messages.progress import Progress
-from ..messages.validation import check_flag, check_path, check_size, check_type, is_a
+from ..checks.arguments import Progress, check_flag, check_path, check_size, check_type, is_a
+from ..notes.errors import Cancelled, check_function, error_text
+from ..notes.notes import Note, print_note, taken_by
+from ..notes.words import shown
 from ..rendering.renderer import Renderer
 from ..scene.camera import Camera
 from ..scene.cloud_scene import scene_of

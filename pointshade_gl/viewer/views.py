@@ -10,9 +10,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ..checks.arguments import check_count
 from ..files.sources import choose_views
-from ..messages.formatting import option
-from ..messages.validation import check_count
+from ..notes.words import option
 from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.graph import Scene

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 from ..gpu.context.current_context import kept
-from ..messages.errors import ContextError
+from ..notes.errors import ContextError
 from ..scene.camera import Camera
 from .events import Event, EventKind
 

@@ -8,7 +8,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.batch.map import Drawn, _pictures
 from pointshade_gl.batch.processes import Tasks
-from pointshade_gl.messages.progress import Count
+from pointshade_gl.checks.arguments import Count
 
 from ..support import frames
 from ..support.posed_views import corner, disturbed, views

@@ -12,7 +12,7 @@ import pointshade_gl as ps
 from pointshade_gl.cli import main as cli
 from pointshade_gl.cli.look_options import LookOptions
 from pointshade_gl.cli.options import FrameOptions, ViewOptions, spread
-from pointshade_gl.scene.option_fields import (
+from pointshade_gl.scene.option_fields import (  # fmt: skip
     CAMERA,
     CLOUD,
     FILM,
@@ -26,7 +26,7 @@ from pointshade_gl.scene.option_fields import (
     SURFACE,
     VIEW,
     WINDOW,
-)  # fmt: skip
+)
 from pointshade_gl.scene.view import View
 
 READ = {READING, CAMERA, NETWORK, CLOUD}

@@ -17,7 +17,7 @@ from pointshade_gl.gpu.core.programs import (
     splice,
     translate_log,
 )
-from pointshade_gl.messages.errors import ShaderError
+from pointshade_gl.notes.errors import ShaderError
 
 
 def test_includes_are_recursive_and_taken_once(tmp_path):

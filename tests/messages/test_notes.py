@@ -13,8 +13,8 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.cli.commands import render as cli_render
-from pointshade_gl.messages import notes as module
-from pointshade_gl.messages.notes import few_notes, print_note, print_warning, silence
+from pointshade_gl.notes import notes as module
+from pointshade_gl.notes.notes import few_notes, print_note, print_warning, silence
 
 from ..support import frames
 from ..support.command import run

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.messages.suggestions import did_you_mean, listed_beside, near_path
+from pointshade_gl.notes.words import did_you_mean, listed_beside, near_path
 
 
 def test_the_nearest_name_or_nothing():

@@ -9,7 +9,7 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.estimation.exposure import brightness, stops_to_match
-from pointshade_gl.messages.notes import taken
+from pointshade_gl.notes.notes import taken
 from pointshade_gl.page import draw_page
 from pointshade_gl.page.page_scene import Showing
 from pointshade_gl.rendering.image_sequence import jobs_of, write_series

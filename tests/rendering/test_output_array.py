@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.messages.validation import as_given
+from pointshade_gl.checks.arguments import as_given
 
 from ..support import frames
 from ..support.foreign import WAYS, Copies

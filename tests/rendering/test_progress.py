@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.messages.progress import Count
+from pointshade_gl.checks.arguments import Count
 from pointshade_gl.rendering.image_sequence import jobs_of, write_series
 
 from ..support import frames, view_sets

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from pointshade_gl.cli import main as cli
-from pointshade_gl.messages.formatting import option
+from pointshade_gl.notes.words import option
 
 
 class Done(NamedTuple):

@@ -25,7 +25,7 @@ import pointshade_gl as ps
 from pointshade_gl.files.frames.examine import examine, facts
 from pointshade_gl.files.sources import is_cloud
 from pointshade_gl.files.writing.film import Film
-from pointshade_gl.messages.bugs import is_expected
+from pointshade_gl.notes.errors import is_expected
 
 from .children import environment_with
 from .damage import damaged

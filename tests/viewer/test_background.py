@@ -6,8 +6,8 @@ import time
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.messages.errors import Cancelled
-from pointshade_gl.messages.progress import Count, checkpoint
+from pointshade_gl.checks.arguments import Count, checkpoint
+from pointshade_gl.notes.errors import Cancelled
 from pointshade_gl.viewer import document as documents
 from pointshade_gl.viewer.background import Background, Work
 from pointshade_gl.viewer.events import Event, Remember, ShowFrame

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ...estimation.pose_search import Found
 from ...files.writing.poses import check_found_path, save_found_poses
-from ...messages.formatting import counted, option
-from ...messages.notes import print_note
+from ...notes.notes import print_note
+from ...notes.words import counted, option
 from ...scene.frame import Frame
 from ..completion import complete_input
 from ..inputs import load

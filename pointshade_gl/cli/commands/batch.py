@@ -6,7 +6,7 @@ import time
 
 import typer
 
-from ...messages.formatting import option
+from ...notes.words import option
 from ..batch_options import Asked
 from ..options import spread
 from ..output import complain

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...messages.formatting import option
+from ...notes.words import option
 from ..options import BenchOptions, Device, Quiet, spread
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ...messages.version import __version__
+from ...notes.version import __version__
 from ..inputs import check_frame
 from ..options import Device, FrameOptions, Overwrite, Quiet, SheetOutput, spread
 from ..output import open_renderer

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...files.access.numbered_names import first_of, is_numbered
-from ...messages.formatting import option
+from ...notes.words import option
 from ...scene.view import View
 from ..inputs import load
 from ..look_options import NormalOptions

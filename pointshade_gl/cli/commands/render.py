@@ -13,8 +13,8 @@ from ...files.access.numbered_names import first_of, is_numbered
 from ...files.access.written_suffixes import FILMS, NUMBERED, POINTS, RENDERED, check_suffix
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing.film import check_series, is_series
-from ...messages.formatting import option
-from ...messages.notes import print_note
+from ...notes.notes import print_note
+from ...notes.words import option
 from ...rendering.renderer import Renderer
 from ...rendering.request import RenderRequest
 from ...scene.appearance import LIT_EARLY

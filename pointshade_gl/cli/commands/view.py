@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from ...files.access.builtin import FRAMES
 from ...files.access.content import check_not_read
-from ...messages.formatting import option
-from ...messages.notes import print_note
+from ...notes.notes import print_note
+from ...notes.words import option
 from ...scene.appearance import Look
 from ...scene.frame import Frame
 from ...scene.graph import Scene

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from uuid import uuid4
 
-from ...messages.formatting import cut
+from ...notes.words import cut
 from .content import FilePath, check_not_read, followed
 
 OURS = f".{uuid4().hex[:12]}-"  # with this the hidden names of this process begin

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from ...messages.validation import check_path
+from ...checks.arguments import check_path
 from .content import FilePath
 
 FRAMES = ("vase",)

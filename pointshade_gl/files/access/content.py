@@ -16,9 +16,8 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from ...messages.formatting import cut, option, shown
-from ...messages.suggestions import near_path
-from ...messages.validation import check_path
+from ...checks.arguments import check_path
+from ...notes.words import cut, near_path, option, shown
 from .limits import FILE_BYTES, JSON_VALUES, MAX_PIXELS, TEXT_BYTES, check_limit
 
 FilePath = str | PathLike[str]

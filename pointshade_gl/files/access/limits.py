@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ...messages.formatting import option
+from ...notes.words import option
 
 MAX_PIXELS = 2**27  # 134 million; a frame of 12 288 x 8 192 pixels has 101 million
 LONGEST_SIDE = 2**16  # pixels; graphics cards take up to 2**14 or 2**15

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ...messages.formatting import option, shown
+from ...notes.words import option, shown
 from .content import followed
 from .folder_listing import Listing
 

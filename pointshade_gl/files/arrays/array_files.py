@@ -12,8 +12,8 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from ...messages.formatting import shown
-from ...messages.notes import Note
+from ...notes.notes import Note
+from ...notes.words import shown
 from ..access.content import FilePath, naming, open_regular, read_head, read_text
 from ..access.limits import MAX_PIXELS, TEXT_BYTES, check_limit
 from .zip_archive import METHODS

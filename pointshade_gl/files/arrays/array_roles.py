@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from ...messages.formatting import shown
+from ...notes.words import shown
 
 # Role: names, the best first. Letters' case and everything but letters and digits do not count.
 ROLES: dict[str, tuple[str, ...]] = {

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import shown
+from ...notes.words import shown
 from ..access.content import FilePath, naming, read_bytes, split_numbers
 from ..access.limits import CLOUD_TEXT, FILE_BYTES, MAX_PIXELS, check_limit
 from .array_files import parse_numbers

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import cast
 from zipfile import ZipFile, ZipInfo
 
-from ...messages.formatting import shown
+from ...notes.words import shown
 from ..access.content import FilePath, naming, open_regular
 from ..access.limits import FILE_BYTES, MAX_PIXELS, PARTS, check_limit
 

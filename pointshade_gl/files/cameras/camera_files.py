@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import cut, option, shown
-from ...messages.notes import Note
-from ...messages.validation import as_array
+from ...checks.arguments import as_array
+from ...notes.notes import Note
+from ...notes.words import cut, option, shown
 from ...scene.camera import Camera
 from ..access.content import MATLAB, parse_object, read_head, read_text, split_numbers
 from ..access.limits import MAX_PIXELS

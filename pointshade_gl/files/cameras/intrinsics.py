@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ...messages.formatting import option
-from ...messages.notes import Note
+from ...notes.notes import Note
+from ...notes.words import option
 from ...scene.camera import Camera
 
 Size = tuple[int, int]  # width, height

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import shown
+from ...notes.words import shown
 from ...scene.axis_conventions import OPENGL
 from ..access.content import parse_object, read_text
 from ..access.folder_listing import natural

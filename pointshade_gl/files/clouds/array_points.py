@@ -7,8 +7,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from ...messages.formatting import shown
-from ...messages.notes import Note
+from ...notes.notes import Note
+from ...notes.words import shown
 from ..access.content import FilePath, naming, open_regular
 from ..access.limits import FILE_BYTES, check_limit
 from ..arrays.array_files import BROKEN, read_exactly, read_header

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import option
+from ...notes.words import option
 from ...scene.point_cloud import Up
 from ...scene.srgb import linear_to_bytes
 from ..depth.colormaps import ramp

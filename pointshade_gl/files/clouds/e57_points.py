@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import counted
-from ...messages.notes import Note
+from ...notes.notes import Note
+from ...notes.words import counted
 from ..access.content import FilePath, check_size, import_extra, naming, open_regular
 from .found_points import FoundPoints, check_points
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...messages.validation import check_path
+from ...checks.arguments import check_path
 from ...scene.point_cloud import PointCloud
 from ..access.content import FilePath
 from .cloud_colors import choices

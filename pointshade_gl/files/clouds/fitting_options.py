@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ...messages.formatting import option
+from ...notes.words import option
 from ...scene.point_cloud import Up
 from ..access.content import FilePath
 from ..frames.frame_parts import LoadOptions

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from .found_points import FoundPoints, side_by_side
 
 _OPACITY = ("opacity",)

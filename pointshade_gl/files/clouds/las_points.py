@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from ..access.content import FilePath, check_size, import_extra, naming, open_regular
 from .found_points import FoundPoints, check_points
 from .las_header import check_las_header

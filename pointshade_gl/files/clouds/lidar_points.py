@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from ..access.content import FilePath, read_bytes
 from .found_points import FoundPoints, check_points
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ...messages.formatting import option
-from ...messages.notes import Note, print_note
-from ...messages.validation import check_choice, check_count, check_path, check_positive
+from ...checks.arguments import check_choice, check_count, check_path, check_positive
+from ...notes.notes import Note, print_note
+from ...notes.words import option
 from ...scene.point_cloud import UPS, PointCloud, Up
 from ..access.content import FilePath, read_head
 from ..access.limits import MAX_PIXELS

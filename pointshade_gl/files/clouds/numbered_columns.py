@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from .found_points import FoundPoints
 
 COUNTS = (3, 4, 6, 7, 9)  # x y z, then an intensity, a colour, a normal, or two of them

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from ..access.content import FilePath, naming
 from ..arrays.pcd import read_pcd
 from .field_names import found_in

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import counted
-from ...messages.notes import Note
-from ...messages.validation import LARGEST
+from ...checks.arguments import LARGEST
+from ...notes.notes import Note
+from ...notes.words import counted
 from ...scene.point_cloud import STRAY
 from .found_points import FoundPoints
 

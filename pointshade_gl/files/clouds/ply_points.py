@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from ...scene.cloud_axes import axes_in_words, front_in_words
 from ...scene.point_cloud import UPS, PointCloud
 from ..access.content import FilePath, naming, split_numbers

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import shown
-from ...messages.notes import Note
+from ...notes.notes import Note
+from ...notes.words import shown
 from ..access.content import FilePath, naming, read_bytes
 from ..access.limits import CLOUD_TEXT
 from ..arrays.array_files import parse_numbers

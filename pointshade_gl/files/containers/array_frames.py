@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import shown
-from ...messages.notes import Note
+from ...notes.notes import Note
+from ...notes.words import shown
 from ..access.limits import check_pixels
 from ..cameras.intrinsics import Intrinsics, Numbers, Size
 from .color_values import as_color

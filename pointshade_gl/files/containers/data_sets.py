@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from ..access.content import FilePath
 from ..access.limits import MAX_PIXELS
 from ..arrays.hdf5 import hdf5_arrays

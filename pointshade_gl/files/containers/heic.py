@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from ..access.content import FilePath, import_extra, naming, read_bytes
 from ..access.limits import MAX_PIXELS, check_pixels
 from ..cameras.exif import EXIF, camera_of_lens

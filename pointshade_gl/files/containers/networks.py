@@ -11,8 +11,8 @@ Valid     where mask is true, where sky is not, and where the confidence is high
 
 from __future__ import annotations
 
-from ...messages.formatting import option
-from ...messages.notes import Note, once
+from ...notes.notes import Note, once
+from ...notes.words import option
 from ..access.limits import MAX_PIXELS, PARTS, check_limit, check_pixels
 from ..arrays.array_roles import MAYBE_ERROR, MAYBE_INVERSE, SURFACES, find_roles, is_named, list_arrays
 from ..arrays.stored_arrays import Stored

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from ..cameras.intrinsics import Numbers
 
 # What their makers may have meant: x right, y down, z forward; the same away from the camera; y up and z backwards

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from ..access.content import FilePath, read_head
 from ..access.limits import MAX_PIXELS
 from ..arrays.array_files import NUMPY

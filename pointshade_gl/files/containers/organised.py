@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from ..access.content import FilePath, open_regular
 from ..access.limits import MAX_PIXELS
 from ..arrays.pcd import PCD_HEADER, Pcd, read_pcd, read_pcd_header

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import shown
-from ...messages.notes import Note, once
+from ...notes.notes import Note, once
+from ...notes.words import shown
 from ...scene.axis_conventions import OPENGL, from_quaternions
 from ...scene.camera import Camera
 from ..access.content import parse_object, read_bytes

@@ -9,7 +9,7 @@ import tempfile
 from functools import lru_cache
 from pathlib import Path
 
-from ...messages.formatting import shown
+from ...notes.words import shown
 from ..access.content import FilePath, open_regular, read_head
 from ..access.limits import FILE_BYTES, MAX_PIXELS, check_limit
 from ..arrays.zip_archive import ZIP, Archive

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import option
-from ...messages.notes import Note
-from ...messages.validation import check_positive
+from ...checks.arguments import check_positive
+from ...notes.notes import Note
+from ...notes.words import option
 from .depth_bits import (
     KINECT_MISSING,
     Codes,

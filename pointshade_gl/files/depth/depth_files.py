@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import option
-from ...messages.notes import Note
+from ...notes.notes import Note
+from ...notes.words import option
 from ..access.content import FilePath, check_size, open_regular, read_bytes, read_head
 from ..access.limits import MAX_PIXELS, PICTURE_TEXT, check_pixels
 from ..arrays.array_files import NUMPY, parse_numbers, read_npy, read_npz

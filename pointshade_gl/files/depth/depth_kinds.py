@@ -8,9 +8,9 @@ from typing import Any, Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import option
-from ...messages.notes import Note
-from ...messages.validation import check_positive
+from ...checks.arguments import check_positive
+from ...notes.notes import Note
+from ...notes.words import option
 from ...scene.camera import Camera
 from .missing_depth import blocks, known_values
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import option
-from ...messages.notes import Note
+from ...notes.notes import Note
+from ...notes.words import option
 from ..depth_models.model_options import how_to_make_depth
 from .colormaps import MAPS, read_levels
 from .depth_bits import Counts

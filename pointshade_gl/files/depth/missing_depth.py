@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from ...scene.far_plane import LEAST_SHARE, MOST_SHARE
 
 FAR = 65500  # from here on a 16-bit value says "missing": 65535 in ScanNet and 7-Scenes, 65504 the largest half

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import cut
-from ...messages.notes import Note
+from ...notes.notes import Note
+from ...notes.words import cut
 from ..access.atomic_write import sha256_of, written_whole
 from ..cameras.intrinsics import Intrinsics
 from ..containers.contents import Contents

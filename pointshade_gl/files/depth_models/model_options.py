@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeGuard
 
-from ...messages.formatting import option, shown
-from ...messages.validation import check_choice
+from ...checks.arguments import check_choice
+from ...notes.words import option, shown
 from ..access.content import FilePath
 from .families import PIXELS, PixelsName
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import cut, option
+from ...notes.words import cut, option
 from ..access.content import import_extra, note_read, read_head
 from .families import NORMALIZATIONS, Family, Output, Three, family_of
 from .model_facts import Facts, facts_of

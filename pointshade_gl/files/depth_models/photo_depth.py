@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.bugs import is_expected
-from ...messages.formatting import cut, option
-from ...messages.notes import Note
+from ...notes.errors import is_expected
+from ...notes.notes import Note
+from ...notes.words import cut, option
 from ..access.limits import check_pixels
 from ..containers.contents import Contents
 from .families import PIXELS

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.foreign_arrays import as_numpy
-from ...messages.formatting import shown
-from ...messages.notes import Note
+from ...checks.foreign_arrays import as_numpy
+from ...notes.notes import Note
+from ...notes.words import shown
 from ..arrays.array_roles import find_roles, list_arrays
 from ..arrays.stored_arrays import HeldArray
 from ..cameras.intrinsics import Intrinsics, Size

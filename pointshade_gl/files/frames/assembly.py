@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import option
-from ...messages.notes import Note, taken
-from ...messages.validation import check_choice, check_positive, depth_as_given
+from ...checks.arguments import check_choice, check_positive, depth_as_given
+from ...notes.notes import Note, taken
+from ...notes.words import option
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..access.content import read_head

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ...messages.formatting import option
-from ...messages.notes import Note
+from ...notes.notes import Note
+from ...notes.words import option
 from ...scene.camera import Camera
 from ..access.file_name_patterns import CODINGS, COMMON_CAMERAS
 from ..access.safe_paths import Folder, places_of

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.foreign_arrays import way_to
-from ...messages.notes import Note
-from ...messages.validation import as_given
+from ...checks.arguments import as_given
+from ...checks.foreign_arrays import way_to
+from ...notes.notes import Note
 from ..access.content import FilePath
 from ..access.file_name_patterns import VIDEO_SUFFIXES
 from ..access.limits import MAX_PIXELS

@@ -13,8 +13,8 @@ from typing import Any, Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import option
-from ...messages.notes import Note
+from ...notes.notes import Note
+from ...notes.words import option
 from ...scene.camera import Camera
 from ..depth.depth_kinds import METRIC, Decoded
 from ..depth.frame_scale import FrameScale

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ...messages.foreign_arrays import AnyArray
-from ...messages.formatting import all_of_them, option
-from ...messages.notes import Note, print_note
-from ...messages.validation import check_path, is_masked
+from ...checks.arguments import check_path, is_masked
+from ...checks.foreign_arrays import AnyArray
+from ...notes.notes import Note, print_note
+from ...notes.words import all_of_them, option
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..access.builtin import builtin_folder

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple, TypedDict, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.foreign_arrays import AnyArray
-from ...messages.formatting import option
-from ...messages.notes import Note
-from ...messages.validation import check_choice, check_positive
+from ...checks.arguments import check_choice, check_positive
+from ...checks.foreign_arrays import AnyArray
+from ...notes.notes import Note
+from ...notes.words import option
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..access.content import FilePath

@@ -9,9 +9,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any, overload
 
-from ...messages.bugs import Bug, error_text, is_expected
-from ...messages.formatting import option
-from ...messages.notes import Note
+from ...notes.errors import Bug, error_text, is_expected
+from ...notes.notes import Note
+from ...notes.words import option
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..access.content import note_read

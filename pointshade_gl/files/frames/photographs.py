@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import option
-from ...messages.notes import Note, once
+from ...notes.notes import Note, once
+from ...notes.words import option
 from ...scene.camera import Camera
 from ..access.content import FilePath
 from ..access.file_name_patterns import COLOR_SUFFIXES, VIDEO_SUFFIXES

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...messages.formatting import counted, option
-from ...messages.notes import Note
+from ...notes.notes import Note
+from ...notes.words import counted, option
 from ..access.file_name_patterns import COLOR_SUFFIXES, DEPTH_SUFFIXES
 from ..access.safe_paths import Folder
 from ..containers.contents import Contents

@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-from ...messages.formatting import option
+from ...notes.words import option
 
 
 class _Kind(NamedTuple):

@@ -46,7 +46,7 @@ from typing import TYPE_CHECKING
 from ..access.limits import MAX_PIXELS
 
 if TYPE_CHECKING:
-    from ...messages.notes import Note
+    from ...notes.notes import Note
     from ...scene.graph import Scene
     from ..access.content import FilePath
     from .cameras_and_lights import Units

@@ -12,8 +12,8 @@ from urllib.parse import unquote, unquote_to_bytes
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import cut, shown
-from ...messages.notes import Note
+from ...notes.notes import Note
+from ...notes.words import cut, shown
 from ..access.content import followed, read_bytes
 from ..access.limits import SCENE_BYTES, SCENE_CORNERS, SCENE_PIXELS, check_limit
 from ..access.safe_paths import Folder

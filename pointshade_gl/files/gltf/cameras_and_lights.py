@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import shown
+from ...notes.words import shown
 from ...scene.camera import Camera
 from ...scene.light import Light, Vector, unit
 from ...scene.light_units import LUX

@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.bugs import is_expected
-from ...messages.formatting import shown
+from ...notes.errors import is_expected
+from ...notes.words import shown
 
 Item = TypeVar("Item")
 FAR = 1e30  # nothing in a scene is larger, and its cube still is a number

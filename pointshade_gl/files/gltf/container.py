@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 from urllib.parse import unquote
 
-from ...messages.formatting import cut, shown
+from ...notes.words import cut, shown
 from ..access.content import note_read, parse_json, read_bytes, read_head
 from ..access.limits import SCENE_BYTES, SCENE_TEXT
 from .decode import decode

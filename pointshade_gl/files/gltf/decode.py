@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from ...messages.formatting import shown
+from ...notes.words import shown
 
 _WHOLE = 2**63  # no larger number is needed
 _NAMES = {float: "a number", str: "a text", bool: "true or false", int: "a whole number", list: "a list"}

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import shown
+from ...notes.words import shown
 from ...scene.environment import WIDEST, Environment, reduced
 from ...scene.srgb import srgb_to_linear
 from .buffers import Parts

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ...messages.formatting import shown
+from ...notes.words import shown
 from ..access.content import parse_json
 
 

@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from ...scene.frame import Frame
 from ..access.builtin import FRAMES
 from ..access.content import split_numbers

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import cut
+from ...notes.words import cut
 from ...scene.mesh import Mesh
 from ...scene.point_cloud import PointCloud
 from .buffers import Parts

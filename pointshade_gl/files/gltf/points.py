@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...messages.formatting import shown
+from ...notes.words import shown
 from ...scene.appearance import SWITCHES, Look, Material
 from ...scene.frame import Frame
 from ...scene.point_object import MOST_FRAMES, PointObject

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ...messages.formatting import as_python, cut, option
-from ...messages.notes import Note, print_note
-from ...messages.validation import check_positive
+from ...checks.arguments import check_positive
+from ...notes.notes import Note, print_note
+from ...notes.words import as_python, cut, option
 from ...scene.frame import Frame
 from ...scene.graph import Scene
 from ...scene.light import Light

@@ -8,7 +8,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.validation import check_choice, check_path, check_type
+from ...checks.arguments import check_choice, check_path, check_type
 from ...scene.appearance import Material
 from ...scene.frame import Frame
 from ...scene.graph import Scene

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from ..access.file_name_patterns import COLOR_SUFFIXES, DEPTH_SUFFIXES, RAY_NAMES
 from ..access.folder_listing import Item
 from ..depth.colormaps import read_levels

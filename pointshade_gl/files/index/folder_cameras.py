@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-from ...messages.formatting import cut
-from ...messages.notes import Note
+from ...notes.notes import Note
+from ...notes.words import cut
 from ..access.content import followed, parse_object, read_text
 from ..access.file_name_patterns import (
     CAMERA_SUFFIXES,

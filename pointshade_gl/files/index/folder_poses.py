@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from ..access.file_name_patterns import FRAME_POSES, NOT_A_POSE, POSE_SUFFIXES, POSES
 from ..access.folder_listing import Item, numbers_in
 from ..access.limits import MAX_PIXELS

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from ...messages.formatting import option
-from ...messages.notes import Note
-from ...messages.suggestions import near_path
+from ...notes.notes import Note
+from ...notes.words import near_path, option
 from ..access.builtin import FRAMES, SCENES
 from ..access.content import FilePath, followed
 from ..access.file_name_patterns import (

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import counted, cut
-from ...messages.notes import Note
-from ...messages.validation import check_path
+from ...checks.arguments import check_path
+from ...notes.notes import Note
+from ...notes.words import counted, cut
 from ...scene.camera import check_pose
 from ..access.content import FilePath
 from ..access.limits import MAX_PIXELS

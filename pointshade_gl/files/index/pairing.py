@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...messages.notes import Note
+from ...notes.notes import Note
 from ..access.file_name_patterns import VIDEO_SUFFIXES
 from ..access.folder_listing import Item
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import cut
-from ...messages.notes import Note
+from ...notes.notes import Note
+from ...notes.words import cut
 from ...scene.srgb import linear_to_bytes, srgb_to_linear
 
 if TYPE_CHECKING:

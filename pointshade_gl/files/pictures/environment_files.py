@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import option, shown
-from ...messages.notes import print_note
-from ...messages.suggestions import did_you_mean, near_path
-from ...messages.validation import LARGEST, check_path, is_a
+from ...checks.arguments import LARGEST, check_path, is_a
+from ...notes.notes import print_note
+from ...notes.words import did_you_mean, near_path, option, shown
 from ...scene.environment import NAMES, Environment, check_environment
 from ...scene.srgb import srgb_to_linear
 from ..access.content import FilePath, read_head

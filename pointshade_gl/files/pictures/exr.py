@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import cut
+from ...notes.words import cut
 from ..access.atomic_write import error_of
 from ..access.content import FilePath, import_extra, naming, open_regular
 from ..access.limits import FILE_BYTES, MAX_PIXELS, check_limit, check_pixels

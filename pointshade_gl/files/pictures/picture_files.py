@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.foreign_arrays import AnyArray, way_to
-from ...messages.formatting import cut
-from ...messages.notes import Note
-from ...messages.validation import as_given, check_path
+from ...checks.arguments import as_given, check_path
+from ...checks.foreign_arrays import AnyArray, way_to
+from ...notes.notes import Note
+from ...notes.words import cut
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import FilePath, check_size, open_regular, read_head
 from ..access.limits import MAX_PIXELS, check_pixels

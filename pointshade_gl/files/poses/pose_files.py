@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import shown
+from ...notes.words import shown
 from ...scene.axis_conventions import from_matrices, from_quaternions, inverted
 from ...scene.camera import check_pose
 from ..access.content import MATLAB, FilePath, parse_json, read_head, read_text

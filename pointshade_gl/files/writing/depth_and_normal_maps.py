@@ -8,22 +8,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.foreign_arrays import AnyArray, way_to
-from ...messages.formatting import option
-from ...messages.notes import Note, print_note
-from ...messages.validation import check_choice, check_path, depth_as_given
+from ...checks.arguments import check_choice, check_path, depth_as_given
+from ...checks.foreign_arrays import AnyArray, way_to
+from ...notes.notes import Note, print_note
+from ...notes.words import option
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import FilePath
 from ..access.written_suffixes import DEPTH, NORMALS, check_suffix
 from ..pictures.exr import check_exr, write_exr
-from ..pictures.picture_files import (
-    AXES,
-    AxesName,
-    normals_to_rgb,
-    save_image,
-    turned_normals,
-    write_by_pillow,
-)
+from ..pictures.picture_files import AXES, AxesName, normals_to_rgb, save_image, turned_normals, write_by_pillow
 
 
 def check_depth_path(path: FilePath) -> Path:

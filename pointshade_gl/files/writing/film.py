@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...messages.foreign_arrays import AnyArray
-from ...messages.formatting import option
-from ...messages.validation import check_fps, check_path
+from ...checks.arguments import check_fps, check_path
+from ...checks.foreign_arrays import AnyArray
+from ...notes.words import option
 from ..access.atomic_write import check_place, error_of, hidden_beside, naming_written
 from ..access.content import FilePath, check_not_read, followed
 from ..access.numbered_names import first_of, is_numbered

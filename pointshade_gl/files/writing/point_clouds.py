@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...messages.formatting import option
-from ...messages.validation import check_choice, check_path, check_type
+from ...checks.arguments import check_choice, check_path, check_type
+from ...notes.words import option
 from ...scene.cloud_axes import CLOUD_AXES, CloudAxes, turned
 from ...scene.cloud_scene import scene_of
 from ...scene.graph import Scene

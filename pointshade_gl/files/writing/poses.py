@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import shown
-from ...messages.validation import check_count, check_path, check_type, items_of
+from ...checks.arguments import check_count, check_path, check_type, items_of
+from ...notes.words import shown
 from ...scene.frame import Frame
 from ...scene.rotation import quaternion_of
 from ..access.atomic_write import check_place, written_whole

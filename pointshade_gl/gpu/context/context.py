@@ -15,8 +15,8 @@ from typing import Any
 
 import moderngl
 
-from ...messages.errors import SPAWN, ContextError, check_process
-from ...messages.formatting import option
+from ...notes.errors import SPAWN, ContextError, check_process
+from ...notes.words import option
 from .current_context import current_context, kept, loader_of
 from .freed_memory import keep_freed_memory, return_freed_memory
 from .saved_state import CallersState

@@ -8,7 +8,7 @@ from typing import Any
 
 import moderngl
 
-from ...messages.errors import ContextError
+from ...notes.errors import ContextError
 
 BLEND, DEPTH_TEST, PROGRAM_POINT_SIZE = 0x0BE2, 0x0B71, 0x8642
 

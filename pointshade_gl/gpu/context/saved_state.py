@@ -12,7 +12,7 @@ from typing import Any
 
 import moderngl
 
-from ...messages.notes import print_warning
+from ...notes.notes import print_warning
 from .raw_gl import GL
 from .state_parts import UPLOAD_UNIT, all_parts
 

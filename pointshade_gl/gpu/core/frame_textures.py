@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import moderngl
 import numpy as np
 
-from ...messages.notes import print_note
+from ...notes.notes import print_note
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ...scene.frame_arrays import NEUTRAL

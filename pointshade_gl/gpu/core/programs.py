@@ -11,7 +11,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ...messages.errors import ShaderError
+from ...notes.errors import ShaderError
 from ...scene.camera import Camera
 from ..context.context import signals_later
 from ..context.software_driver import by_flat_inputs, by_images, reads_images, wants_software

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeVar
 import moderngl
 import numpy as np
 
-from ...messages.progress import checkpoint, is_endable
+from ...checks.arguments import checkpoint, is_endable
 from ..context.raw_gl import finisher
 
 _Result = TypeVar("_Result")

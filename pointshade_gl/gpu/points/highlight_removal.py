@@ -8,7 +8,7 @@ from typing import NamedTuple
 import moderngl
 
 from ...estimation.multi_view import excess_noise, nearest_others
-from ...messages.formatting import option
+from ...notes.words import option
 from ..core.additive_blend import AdditiveBlend
 from ..core.frame_textures import Colors, FrameTextures, PointSurface, frame_of
 from ..core.images import RGBA16, RGBA32F, Fitted, Image, empty

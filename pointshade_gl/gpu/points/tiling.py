@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...estimation.noise_model import BLOCK_PATCHES, PATCH_PITCH, noise_grid
-from ...messages.formatting import option
+from ...notes.words import option
 from ...scene.appearance import SWITCHES, Look
 from ...scene.frame import Frame
 from ...scene.noise import Noise

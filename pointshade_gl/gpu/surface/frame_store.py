@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import moderngl
 
-from ...messages.formatting import option
-from ...messages.notes import print_note
+from ...notes.notes import print_note
+from ...notes.words import option
 from ...scene.appearance import Look
 from ...scene.camera import Camera
 from ...scene.frame import Frame

@@ -20,7 +20,7 @@ from pointshade_gl.files.gltf.cube_maps import (
     sphere_directions,
     to_rgbd,
 )
-from pointshade_gl.messages.notes import taken
+from pointshade_gl.notes.notes import taken
 from pointshade_gl.scene.environment import NAMES, Environment
 from pointshade_gl.scene.srgb import srgb_to_linear
 

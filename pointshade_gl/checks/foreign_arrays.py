@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .formatting import cut
+from ..notes.words import cut
 
 _ON_CPU = 1, 3  # DLPack's numbers of devices whose memory a program reads: its own, and what CUDA has pinned of it
 _DEVICES = {2: "cuda", 4: "opencl", 7: "vulkan", 8: "metal", 10: "rocm", 13: "cuda", 14: "oneapi"}  # some others

@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 
 from .errors import check_function
-from .formatting import printable
+from .words import printable
 
 Note = Callable[[str], None]
 MOST = 5  # notes that a command prints

@@ -1,4 +1,4 @@
-"""Tells errors that are meant for users from bugs of this package, and puts either into a sentence."""
+"""The package's own exceptions, and the sentences that errors become: those meant for users, and bugs."""
 
 from __future__ import annotations
 
@@ -8,10 +8,41 @@ import sys
 import traceback
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
-from .errors import ContextError
-from .formatting import cut
 from .version import __version__
+from .words import cut, shown
+
+SPAWN = "start processes by spawn, multiprocessing.get_context('spawn')"
+
+
+class ContextError(RuntimeError):
+    """No usable OpenGL context: none on this machine, too old, released, or of another thread or process."""
+
+
+class ShaderError(RuntimeError):
+    """A shader cannot be assembled or compiled; the message names file and line."""
+
+
+class Cancelled(Exception):
+    """Work that its `progress` has ended by returning False: nothing is half-written, and renderers go on."""
+
+
+def check_process(process: int, what: str) -> None:
+    """Raise ContextError where what a process made is used in its fork, which has none of its threads.
+
+    process  what os.getpid() said as it was made
+    """
+    if os.getpid() != process:
+        raise ContextError(f"this {what} was made before a fork: {SPAWN}, and make a new one in each")
+
+
+def check_function(value: Any, name: str) -> Any:
+    """The value. Raises TypeError unless it can be called."""
+    if not callable(value):
+        raise TypeError(f"{name} must be a function, got {shown(value)}")
+    return value
+
 
 PACKAGE = str(Path(__file__).parents[1]) + os.sep  # as code objects have it
 DEBUG = "POINTSHADE_DEBUG"  # the environment variable that shows tracebacks, of all errors

@@ -20,9 +20,8 @@ from pointshade_gl.scene.appearance import Material
 from pointshade_gl.scene.camera import Camera, orbit_pose
 from pointshade_gl.scene.graph import Scene
 from pointshade_gl.scene.light import Light
-from pointshade_gl.scene.mesh import Mesh
 from pointshade_gl.scene.node import Node
-from pointshade_gl.scene.point_object import PointObject
+from pointshade_gl.scene.objects import Mesh, PointObject
 
 FOLDER = Path(__file__).parent / "scene"
 FLOOR = -0.022  # thickness of the wooden disc under the vase in its frame

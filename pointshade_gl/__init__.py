@@ -39,16 +39,15 @@ if TYPE_CHECKING:
     )
     from .scene.appearance import Look, Material
     from .scene.camera import Camera, orbit_pose
+    from .scene.cloud import PointCloud
     from .scene.environment import Environment
     from .scene.frame import Frame
     from .scene.graph import Scene
     from .scene.light import Light
-    from .scene.mesh import Mesh
     from .scene.node import Node
-    from .scene.point_cloud import PointCloud
-    from .scene.point_object import PointObject
-    from .scene.render_settings import Finish
-    from .scene.view import View
+    from .scene.objects import Mesh, PointObject
+    from .scene.settings import Finish
+    from .scene.viewpoint import View
 
     live = _live
 
@@ -107,21 +106,21 @@ _LATER = {
     "ContextError": ".notes.errors",
     "Environment": ".scene.environment",
     "Film": ".files.writing.film",
-    "Finish": ".scene.render_settings",
+    "Finish": ".scene.settings",
     "Frame": ".scene.frame",
     "Light": ".scene.light",
     "Look": ".scene.appearance",
     "Material": ".scene.appearance",
-    "Mesh": ".scene.mesh",
+    "Mesh": ".scene.objects",
     "Node": ".scene.node",
-    "PointCloud": ".scene.point_cloud",
-    "PointObject": ".scene.point_object",
+    "PointCloud": ".scene.cloud",
+    "PointObject": ".scene.objects",
     "RealSenseSource": ".files.realsense",
     "Renderer": ".rendering.renderer",
     "RendererPool": ".rendering.renderer_pool",
     "Scene": ".scene.graph",
     "ShaderError": ".notes.errors",
-    "View": ".scene.view",
+    "View": ".scene.viewpoint",
     "align_frames": ".rendering.thread_renderer",
     "estimate_albedo": ".rendering.thread_renderer",
     "estimate_normals": ".rendering.thread_renderer",

@@ -26,11 +26,9 @@ from ..rendering.renderer import Renderer
 from ..rendering.request import RenderRequest
 from ..rendering.thread_renderer import renderer_here
 from ..scene.appearance import Look
-from ..scene.cloud_scene import given_by, is_of_clouds, scene_of, styled
 from ..scene.frame import Frame
-from ..scene.graph import Scene
-from ..scene.shading_override import shaded
-from ..scene.view import View
+from ..scene.graph import Scene, given_by, is_of_clouds, scene_of, shaded, styled
+from ..scene.viewpoint import View
 
 if TYPE_CHECKING:
     from ..page.parts import QualityName

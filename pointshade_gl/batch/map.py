@@ -23,10 +23,10 @@ from ..rendering.notebook import Picture
 from ..rendering.request import FilePath, RenderRequest, Source, loaded
 from ..rendering.thread_renderer import renderer_here
 from ..scene.appearance import Look
+from ..scene.cloud import PointCloud
 from ..scene.graph import Scene
-from ..scene.point_cloud import PointCloud
-from ..scene.point_object import check_frames
-from ..scene.view import View
+from ..scene.objects import check_frames
+from ..scene.viewpoint import View
 from .jobs import Job, read
 from .on_ray import on_ray
 from .processes import on_processes, usable_cores

@@ -13,7 +13,7 @@ from ..notes.notes import print_note
 from ..scene.appearance import Look
 from ..scene.camera import Camera
 from ..scene.frame import Frame
-from ..scene.view import View
+from ..scene.viewpoint import View
 from .map import Drawing, check_view, draw
 from .on_ray import device_here
 

@@ -16,7 +16,7 @@ from ..files.access.atomic_write import check_place, naming_written, written_who
 from ..notes.notes import print_note, silence
 from ..notes.words import did_you_mean, option
 from ..rendering.renderer import Renderer
-from ..scene.normal_methods import METHODS, Method
+from ..scene.noise import METHODS, Method
 from .charts import check_matplotlib, error_chart, stability_chart
 from .form_chart import form_chart
 from .forms import count_forms, measure_forms

@@ -15,7 +15,7 @@ from ..scene.appearance import NOT_LIT, SHADINGS, Material, Shading, Splat
 from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame
 from ..scene.light import Light
-from ..scene.normal_methods import Method
+from ..scene.noise import Method
 from .measure import clocked
 from .picture_scores import co_visible, score_picture
 from .scenes import standard_camera

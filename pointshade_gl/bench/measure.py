@@ -15,7 +15,7 @@ import numpy as np
 from ..notes.version import __version__
 from ..rendering.renderer import Renderer
 from ..scene.frame import Frame
-from ..scene.normal_methods import Method
+from ..scene.noise import Method
 from .scenes import SCENES, KnownScene, make_scene, standard_camera
 from .stress import CONDITIONS, STRESSES, Spoil, Stress, generator
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..scene.camera import Camera
-from ..scene.rotation import moved
+from ..scene.camera import Camera, moved
 from .tracing import NEIGHBOURS, Hits
 
 SAME_DEPTH = 0.01  # two depths that differ by less than this share belong to one surface

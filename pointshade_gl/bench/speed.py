@@ -19,8 +19,8 @@ from ..notes.errors import ContextError
 from ..rendering.renderer import Renderer
 from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame
-from ..scene.level_of_detail import MERGE
 from ..scene.light import Light
+from ..scene.visible import MERGE
 from .against import measure_jobs
 from .lit_pictures import LIGHT, YAW, turned
 from .measure import clocked

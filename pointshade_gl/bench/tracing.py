@@ -12,7 +12,7 @@ from ..scene.appearance import Material
 from ..scene.camera import Camera, check_pose
 from ..scene.frame import Frame
 from ..scene.light import Light, unit
-from ..scene.srgb import linear_to_srgb, srgb_to_linear
+from ..scene.values import linear_to_srgb, srgb_to_linear
 
 NEIGHBOURS = (np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])  # of a picture: side by side, one below the other
 Array = NDArray[np.float64]

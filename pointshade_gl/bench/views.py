@@ -21,7 +21,7 @@ from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
 from ..scene.node import Node
-from ..scene.point_object import PointObject
+from ..scene.objects import PointObject
 from .measure import angle, clocked
 from .picture_scores import SAME_DEPTH, decibels, near_edge
 from .scenes import standard_camera

@@ -23,9 +23,8 @@ from ..files.sources import is_cloud, is_scene
 from ..files.writing.depth_and_normal_maps import check_normals_path
 from ..files.writing.film import check_film
 from ..notes.words import option
-from ..scene.cloud_scene import check_of_clouds, given_by
-from ..scene.turntable import check_turntable, moves_camera
-from ..scene.view import View
+from ..scene.graph import check_of_clouds, given_by
+from ..scene.viewpoint import View, check_turntable, moves_camera
 from .batch_options import Asked
 from .inputs import check_look
 from .look_options import LookOptions

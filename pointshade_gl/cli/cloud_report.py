@@ -9,7 +9,7 @@ from typing import Any
 from ..files.clouds.examine import cloud_facts
 from ..files.clouds.fitting_options import check_cloud_options
 from ..notes.words import counted, option
-from ..scene.cloud_axes import axes_in_words
+from ..scene.cloud import axes_in_words
 from .options import FrameOptions
 from .output import print_line
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.appearance import Look
+from ..scene.camera import quaternion_of
 from ..scene.light import Light
-from ..scene.rotation import quaternion_of
 from .look_options import LookOptions
 
 DIGITS = 12  # of a number: far more than pictures show, so that the line makes the same one

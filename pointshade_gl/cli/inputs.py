@@ -10,13 +10,11 @@ from typing import Any, NamedTuple
 from ..files.access.builtin import FRAMES
 from ..notes.words import option
 from ..scene.appearance import Look
-from ..scene.cloud_scene import given_by, scene_of, styled
+from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
-from ..scene.graph import Scene
+from ..scene.graph import Scene, given_by, scene_of, shaded, styled
 from ..scene.node import Node
-from ..scene.point_cloud import PointCloud
-from ..scene.point_object import PointObject
-from ..scene.shading_override import shaded
+from ..scene.objects import PointObject
 from .options import FrameOptions
 from .parse import frames_from, views_from
 

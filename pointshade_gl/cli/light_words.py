@@ -6,8 +6,8 @@ import inspect
 from typing import Any
 
 from ..notes.words import did_you_mean, option, shown
-from ..scene.css_colors import linear_color
 from ..scene.light import Light
+from ..scene.values import linear_color
 
 FIELDS = inspect.signature(Light).parameters  # by name
 _SWITCHED = {"yes": True, "true": True, "on": True, "1": True, "no": False, "false": False, "off": False, "0": False}

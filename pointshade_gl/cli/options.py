@@ -25,12 +25,11 @@ from ..files.frames.film_scale import SCALES
 from ..notes.notes import note_new_name, silence
 from ..notes.words import option
 from ..scene.appearance import Look
+from ..scene.cloud import UPS
 from ..scene.light import Light
 from ..scene.option_fields import CAMERA, CLOUD, FILM, LIGHT, NETWORK, PAGE, PICTURE, READING, SETS, VIEW, WINDOW
-from ..scene.point_cloud import UPS
-from ..scene.render_settings import SIMPLE, Finish
-from ..scene.turntable import TURNTABLES
-from ..scene.view import SIZES, View
+from ..scene.settings import SIMPLE, Finish
+from ..scene.viewpoint import SIZES, TURNTABLES, View
 from .completion import complete_input
 from .option_groups import group_of, said, typed
 from .parse import pose_from, size_from

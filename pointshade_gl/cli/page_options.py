@@ -15,7 +15,7 @@ from ..rendering.renderer import Renderer
 from ..rendering.request import RenderRequest
 from ..scene.frame import Frame
 from ..scene.option_fields import PAGE
-from ..scene.view import View
+from ..scene.viewpoint import View
 from .option_groups import said
 from .options import FilmOptions, FrameOptions
 from .output import open_renderer, progress, report, spinner, warn_skipped

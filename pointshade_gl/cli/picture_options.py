@@ -11,8 +11,8 @@ from ..files.writing.film import BACKGROUND
 from ..notes.words import option
 from ..scene.environment import Environment
 from ..scene.option_fields import LIGHT, PICTURE
-from ..scene.render_settings import FILM, STILL, Finish
-from ..scene.view import View
+from ..scene.settings import FILM, STILL, Finish
+from ..scene.viewpoint import View
 from .look_options import LookOptions
 from .option_groups import group_of, typed
 from .options import ViewOptions

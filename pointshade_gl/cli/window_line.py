@@ -11,11 +11,10 @@ import numpy as np
 
 from ..files.sources import is_cloud
 from ..scene.appearance import CLOUD_SPLATS
-from ..scene.cloud_scene import scene_of
-from ..scene.graph import Scene
+from ..scene.cloud import CLOUD_SHADINGS, PointCloud
+from ..scene.graph import Scene, scene_of
 from ..scene.light import Light
-from ..scene.point_cloud import CLOUD_SHADINGS, PointCloud
-from ..scene.view import viewing_pose
+from ..scene.viewpoint import viewing_pose
 from ..viewer.clouds import clouds_of
 from ..viewer.document import Dropped
 from ..viewer.picture import Picture, SavedPicture

@@ -13,8 +13,8 @@ from ..files.pictures.picture_files import check_writable, save_image
 from ..files.writing.point_clouds import check_points_path, save_points
 from ..notes.words import counted, option
 from ..scene.appearance import Look
-from ..scene.cloud_scene import given_by
-from ..scene.point_cloud import PointCloud
+from ..scene.cloud import PointCloud
+from ..scene.graph import given_by
 from .look_options import NormalOptions
 from .option_groups import FieldOptions
 from .output import open_renderer, report, spinner

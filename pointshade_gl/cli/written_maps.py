@@ -21,7 +21,7 @@ from ..rendering.request import RenderRequest
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.noise import describe
-from ..scene.view import View
+from ..scene.viewpoint import View
 from .inputs import check_stream
 from .options import FilmOptions
 from .output import open_renderer, progress, report, spinner, warn_skipped

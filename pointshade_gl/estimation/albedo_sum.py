@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.srgb import linear_to_srgb, srgb_to_linear
+from ..scene.values import linear_to_srgb, srgb_to_linear
 from .light_pairs import Array
 
 CLIPPED = 250  # of 255: a camera may have cut such a colour off

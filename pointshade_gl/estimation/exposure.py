@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.srgb import linear_to_srgb
+from ..scene.values import linear_to_srgb
 
 Array = NDArray[np.float32]
 MOST = 12.0  # stops: lamps in watts are that far from 1

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, unit
-from ..scene.placed import Placed
-from ..scene.point_cloud import PointCloud
-from ..scene.point_object import PointObject
-from ..scene.view import upright_of
+from ..scene.node import Placed
+from ..scene.objects import PointObject
+from ..scene.viewpoint import upright_of
 from .floor_detection import shown_floor
 from .undersides import lowest_main_point, lowest_point
 

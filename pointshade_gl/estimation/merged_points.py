@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene.camera import moved
 from ..scene.frame import Frame
-from ..scene.rotation import moved
 from .multi_view import nearest_others
 
 STEP = 1.25  # factor between two densities of points that count as equal, so that neighbours decide alike

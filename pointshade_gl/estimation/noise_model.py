@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.noise import Noise
-from ..scene.noise_text import NoiseWords
+from ..scene.noise import Noise, NoiseWords
 from .noise_structure import Mask, Structure, find_structure, median3, neighbours3
 
 Array = NDArray[np.float64]

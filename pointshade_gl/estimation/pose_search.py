@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.axis_conventions import inverted
+from ..scene.camera import inverted
 from .alignment import Fit, align
 from .pose_links import Link, find_link, is_same
 from .reduced_frame import ReducedFrame

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.axis_conventions import inverted
+from ..scene.camera import inverted
 from .frame_matches import LEAST_COSINE
 from .reduced_frame import BLURS, ReducedFrame
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene.cloud import SAMPLE, PointCloud
 from ..scene.frame import Frame
-from ..scene.point_cloud import SAMPLE, PointCloud
 
 Array = NDArray[np.floating[Any]]
 Index = NDArray[np.intp]

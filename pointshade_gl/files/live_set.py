@@ -14,7 +14,7 @@ from ..notes.errors import check_process
 from ..notes.notes import print_note
 from ..notes.words import shown
 from ..scene.frame import Frame
-from ..scene.point_object import MOST_FRAMES
+from ..scene.objects import MOST_FRAMES
 from .sources import prefetched
 
 Item = tuple[int, Any]  # number of the source; a frame, a sentence about one that is missing, None at the end, an error

@@ -18,11 +18,11 @@ from ..checks.arguments import is_a
 from ..notes.errors import check_process
 from ..notes.notes import Note, once, print_note
 from ..notes.words import option, shown
+from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene
+from ..scene.objects import MOST_FRAMES
 from ..scene.option_fields import takes
-from ..scene.point_cloud import PointCloud
-from ..scene.point_object import MOST_FRAMES
 from .access.builtin import SCENES, builtin_folder, builtin_name
 from .access.content import FilePath
 from .clouds.fitting_options import LIMITS, AnyOptions, check_cloud_options, check_fitting, check_frame_options

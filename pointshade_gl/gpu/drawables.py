@@ -9,8 +9,8 @@ from typing import Any
 import moderngl
 
 from ..scene.camera import Eye
-from ..scene.mesh import Mesh
-from ..scene.placed import Placed
+from ..scene.node import Placed
+from ..scene.objects import Mesh
 from .clouds.cloud_objects import CloudObjects, PlacedCloud
 from .core.memory import Owner
 from .core.steps import Steps

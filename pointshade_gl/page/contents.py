@@ -14,8 +14,8 @@ from ..gpu.core.images import read_texture
 from ..gpu.drawables import Drawable
 from ..gpu.meshes.grid_objects import ShownGrid
 from ..gpu.points.point_objects import Points, ShownPoints, ShownSet
-from ..scene.level_of_detail import bridged_stride
-from ..scene.srgb import linear_to_bytes, srgb_to_linear
+from ..scene.values import linear_to_bytes, srgb_to_linear
+from ..scene.visible import bridged_stride
 from .merged_frames import Member, merged
 
 AROUND = 2  # pixels beside the known ones that are kept: rims look so far

@@ -19,7 +19,7 @@ from ..rendering.renderer import Renderer
 from ..rendering.request import RenderRequest
 from ..scene.camera import Camera
 from ..scene.frame import Frame
-from ..scene.view import View
+from ..scene.viewpoint import View
 from .contents import Surface, surfaces_of
 from .film_coding import FILM_QUALITIES, FilmCoder
 from .page_scene import Showing, arranged, look_of

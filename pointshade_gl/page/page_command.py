@@ -8,9 +8,9 @@ import numpy as np
 
 from ..rendering.request import RenderRequest, Scenes
 from ..scene.appearance import Look
+from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene
-from ..scene.point_cloud import PointCloud
 
 CLOSE = 1e-3  # pixels: a camera that differs by less is the same
 

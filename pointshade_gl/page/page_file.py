@@ -24,9 +24,9 @@ from ..notes.words import option, shown
 from ..rendering.renderer import Renderer
 from ..rendering.request import GROUPS, FilePath, RenderRequest, RequestOptions, Source
 from ..scene.graph import Scene
+from ..scene.node import Placed
+from ..scene.objects import PointObject
 from ..scene.option_fields import takes
-from ..scene.placed import Placed
-from ..scene.point_object import PointObject
 from .cloud_parts import cloud_part
 from .contents import surfaces_of
 from .film_file import draw_film, frames_of

@@ -14,17 +14,16 @@ from ..estimation.environment_light import above_horizon, exponents_of, lobe_map
 from ..estimation.turned_bands import turned_bands
 from ..rendering.request import STRAIGHT, RenderRequest, Scenes
 from ..scene.camera import Camera
+from ..scene.cloud import PointCloud
+from ..scene.environment import FAR_AS_SEEN, NOTHING_AROUND, Surroundings
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, at_upper_left
-from ..scene.orbit_state import State
-from ..scene.orbit_target import Stage
-from ..scene.placed import Placed
-from ..scene.point_cloud import PointCloud
-from ..scene.render_settings import STILL, Finish
-from ..scene.srgb import linear_to_srgb
-from ..scene.surroundings import FAR_AS_SEEN, NOTHING_AROUND, Surroundings
-from ..scene.visible_scene import is_alone, material_of, shading_of
+from ..scene.node import Placed
+from ..scene.orbit import Stage, State
+from ..scene.settings import STILL, Finish
+from ..scene.values import linear_to_srgb
+from ..scene.visible import is_alone, material_of, shading_of
 from .unsupported import left_out
 
 Matrix = NDArray[np.float64]

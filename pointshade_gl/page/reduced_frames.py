@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.cloud_levels import points_at
+from ..scene.cloud import ARRAYS, CloudLook, PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene
-from ..scene.level_of_detail import coarser
-from ..scene.point_cloud import ARRAYS, CloudLook, PointCloud
-from ..scene.point_object import PointObject
+from ..scene.objects import PointObject
+from ..scene.visible import coarser, points_at
 
 Source = Frame | Sequence[Frame] | Scene | PointCloud
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..notes.words import counted
+from ..scene.cloud import PointCloud
 from ..scene.graph import Scene
-from ..scene.point_cloud import PointCloud
-from ..scene.point_object import PointObject
-from ..scene.render_settings import Finish
+from ..scene.objects import PointObject
+from ..scene.settings import Finish
 
 
 def left_out(scene: Scene, finish: Finish, points: int) -> Iterator[str]:

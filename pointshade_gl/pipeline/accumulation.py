@@ -18,9 +18,9 @@ from ..gpu.drawables import Drawables
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import HIGHLIGHTS, LightSet, around_inputs
 from ..gpu.shading.view_visibility import plane_shift, plane_turn
-from ..scene.render_settings import SIMPLE, Finish, Vector
 from ..scene.sample_pattern import at_sample
-from ..scene.visible_scene import VisibleScene, looking_distance
+from ..scene.settings import SIMPLE, Finish, Vector
+from ..scene.visible import VisibleScene, looking_distance
 from .frame_pass import FramePass
 from .light_setup import LightSetup
 from .shared_samples import SharedSamples

@@ -17,9 +17,8 @@ from ..notes.notes import print_note
 from ..scene.appearance import Look
 from ..scene.frame import Frame
 from ..scene.graph import Scene
-from ..scene.node import Node
-from ..scene.placed import Matrix, Placed
-from ..scene.point_object import PointObject
+from ..scene.node import Matrix, Node, Placed
+from ..scene.objects import PointObject
 from .gpu_scene import GpuScene, surface_of
 
 if TYPE_CHECKING:

@@ -9,12 +9,11 @@ from typing import cast
 import numpy as np
 
 from ..scene.appearance import Material
-from ..scene.environment import Environment
+from ..scene.environment import FAR_AS_SEEN, Environment, Row, Surroundings
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, unit
-from ..scene.render_settings import Finish
-from ..scene.surroundings import FAR_AS_SEEN, Row, Surroundings
+from ..scene.settings import Finish
 
 AS_IN_GLTF = np.diag([1.0, -1, -1, 1])  # pose of who looks along -z: a scene's own environment has the world's axes
 Upright = Callable[[Frame | Scene], tuple[np.ndarray, bool]]

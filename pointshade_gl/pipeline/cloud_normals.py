@@ -9,7 +9,7 @@ from ..estimation.cloud_orientation import facing, outward
 from ..gpu.clouds.slabs import CloudNormals, planes_of_slabs
 from ..notes.notes import print_note
 from ..notes.words import option
-from ..scene.point_cloud import PointCloud
+from ..scene.cloud import PointCloud
 
 
 def read_cloud_normals(context: moderngl.Context, cloud: PointCloud, noise: float | None = None) -> CloudNormals:

@@ -26,12 +26,11 @@ from ..notes.notes import print_note
 from ..notes.words import option
 from ..scene.appearance import NOT_LIT, Material
 from ..scene.camera import Camera, view_matrix
-from ..scene.graph import Scene
+from ..scene.environment import Surroundings
+from ..scene.graph import Scene, shaded
 from ..scene.light import Light
-from ..scene.render_settings import Metering
-from ..scene.shading_override import shaded
-from ..scene.surroundings import Surroundings
-from ..scene.visible_scene import VisibleScene, compose, is_alone
+from ..scene.settings import Metering
+from ..scene.visible import VisibleScene, compose, is_alone
 from .accumulation import Accumulator
 from .gpu_scene import GpuScene
 from .light_setup import LightSetup

@@ -22,7 +22,7 @@ from ..gpu.shading.light_set import Lighting, LightSet, around_inputs
 from ..gpu.shading.view_visibility import ViewVisibilityPass
 from ..scene.appearance import LIT_EARLY, Material
 from ..scene.camera import Eye, view_matrix
-from ..scene.visible_scene import VisibleScene, looking_distance, material_of
+from ..scene.visible import VisibleScene, looking_distance, material_of
 
 
 class FramePass:

@@ -25,15 +25,12 @@ from ..gpu.points.tiles import TiledPoints, TileStore
 from ..gpu.points.tiling import needs_tiles
 from ..gpu.surface.frame_store import DrawnPoints, FrameStore
 from ..scene.appearance import LIT_EARLY, NOT_LIT, Look, SurfaceOptions
-from ..scene.cloud_levels import level_of
+from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
-from ..scene.level_of_detail import coarser, coarser_size, coarser_step, finer_camera
-from ..scene.mesh import Mesh
+from ..scene.node import Placed
+from ..scene.objects import Mesh, PointObject
 from ..scene.option_fields import keys_of
-from ..scene.placed import Placed
-from ..scene.point_cloud import PointCloud
-from ..scene.point_object import PointObject
-from ..scene.visible_scene import VisibleScene, is_alone
+from ..scene.visible import VisibleScene, coarser, coarser_size, coarser_step, finer_camera, is_alone, level_of
 
 if TYPE_CHECKING:
     from ..estimation.light_fit import FoundLight

@@ -22,10 +22,10 @@ from ..gpu.shading.light_set import AroundLookUp, LightSet
 from ..gpu.shading.shadow_map import ShadowMap
 from ..scene.appearance import LIT_EARLY, Material
 from ..scene.camera import Eye, view_matrix
-from ..scene.mesh import Mesh
+from ..scene.objects import Mesh
 from ..scene.sample_pattern import light_part
 from ..scene.shadow_cameras import ShadowView, shadow_views
-from ..scene.visible_scene import VisibleScene, material_of
+from ..scene.visible import VisibleScene, material_of
 
 
 class LightSetup(Owner):

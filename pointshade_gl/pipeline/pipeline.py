@@ -26,14 +26,14 @@ from ..gpu.shading.view_visibility import ViewVisibilityPass
 from ..notes.errors import check_function
 from ..scene.appearance import Look
 from ..scene.camera import Camera
-from ..scene.color_scale import CERTAINTY, ColorScale, scale_of_depths
+from ..scene.environment import NOTHING_AROUND
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
-from ..scene.placed import Matrix, Placed
-from ..scene.render_settings import SIMPLE, Finish
-from ..scene.surroundings import NOTHING_AROUND
-from ..scene.visible_scene import VisibleScene, compose
+from ..scene.node import Matrix, Placed
+from ..scene.settings import SIMPLE, Finish
+from ..scene.values import CERTAINTY, ColorScale, scale_of_depths
+from ..scene.visible import VisibleScene, compose
 from .accumulation import Accumulator
 from .alignment import Aligned, Aligner, alignment_steps
 from .around import surroundings_of

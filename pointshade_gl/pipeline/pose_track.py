@@ -12,7 +12,7 @@ from ..estimation.reduced_frame import ReducedFrame
 from ..notes.notes import print_note
 from ..scene.appearance import Look
 from ..scene.frame import Frame
-from ..scene.placed import Matrix
+from ..scene.node import Matrix
 from .gpu_scene import GpuScene
 
 NEAREST = 3  # keyframes that a frame is aligned to

@@ -16,7 +16,7 @@ from ..gpu.meshes.grid_objects import ShownGrid
 from ..gpu.points.point_objects import ShownPoints
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import LightSet
-from ..scene.visible_scene import VisibleScene
+from ..scene.visible import VisibleScene
 from .frame_pass import single_object
 
 WORTH = 1 << 23  # pixels of all samples: with fewer, drawing them takes less time than the programs made for this

@@ -25,8 +25,7 @@ from ..scene.appearance import SurfaceOptions
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.option_fields import keys_of
-from ..scene.turntable import TURN, TURNTABLES, views_of_turn
-from ..scene.view import View
+from ..scene.viewpoint import TURN, TURNTABLES, View, views_of_turn
 from .renderer import Renderer
 from .request import RenderRequest
 

@@ -26,18 +26,17 @@ from ..notes.words import option, shown
 from ..pipeline.pipeline import Pipeline
 from ..scene.appearance import Look, Material, Shading, SurfaceOptions
 from ..scene.camera import Camera, check_pose
-from ..scene.color_scale import ColorScale
+from ..scene.cloud import PointCloud, cloud_of
+from ..scene.environment import Surroundings
 from ..scene.frame import Frame
 from ..scene.graph import Scene
-from ..scene.level_of_detail import MERGE, check_merge
 from ..scene.light import Light, check_lights
-from ..scene.noise import Choice
-from ..scene.normal_methods import Method, check_method
+from ..scene.node import Placed
+from ..scene.noise import Choice, Method, check_method
+from ..scene.objects import check_frames, uniform
 from ..scene.option_fields import takes
-from ..scene.placed import Placed
-from ..scene.point_cloud import PointCloud, cloud_of
-from ..scene.point_object import check_frames, uniform
-from ..scene.surroundings import Surroundings
+from ..scene.values import ColorScale
+from ..scene.visible import MERGE, check_merge
 from .notebook import Picture
 from .output_array import output_array
 from .request import GROUPS, DepthOptions, FilePath, PointsOptions, RenderOptions, RenderRequest, Scenes, Source, loaded
@@ -551,7 +550,7 @@ class Renderer:
         ValueError
             For fewer than two frames, for one without colours, and for frames of different sizes or cameras.
         """
-        from ..scene.photographs import check_photographs  # only here
+        from ..scene.objects import check_photographs  # only here
 
         photos = check_photographs(frames)
         with self._in_use():

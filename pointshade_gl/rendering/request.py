@@ -15,18 +15,16 @@ from ..checks.foreign_arrays import Numbers
 from ..notes.words import shown
 from ..scene.appearance import ColorOptions, FormOptions, Look, LookOptions, Material, NamedOptions, SurfaceOptions
 from ..scene.camera import Camera
-from ..scene.cloud_scene import given_by, scene_of, styled
+from ..scene.cloud import PointCloud
 from ..scene.environment import Environment, check_environment
 from ..scene.frame import Frame
-from ..scene.graph import Scene
+from ..scene.graph import Scene, given_by, scene_of, shaded, styled, without_environment
 from ..scene.light import Light, check_lights
 from ..scene.node import Node
+from ..scene.objects import PointObject, check_frames
 from ..scene.option_fields import takes
-from ..scene.point_cloud import PointCloud
-from ..scene.point_object import PointObject, check_frames
-from ..scene.render_settings import SIMPLE, Finish, FinishOptions
-from ..scene.shading_override import shaded, without_environment
-from ..scene.view import MoveOptions, View, viewing_pose
+from ..scene.settings import SIMPLE, Finish, FinishOptions
+from ..scene.viewpoint import MoveOptions, View, viewing_pose
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

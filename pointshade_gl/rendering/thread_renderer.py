@@ -11,9 +11,8 @@ from typing import Concatenate, ParamSpec, TypeVar
 
 from ..checks.arguments import check_count, check_type
 from ..scene.camera import Camera
-from ..scene.frame import Frame
+from ..scene.frame import Frame, draw_previews_by
 from ..scene.graph import Scene
-from ..scene.preview import draw_previews_by
 from .renderer import Rasterizer, Renderer
 
 PREVIEW = 640  # pixels of the longer side of what notebooks show

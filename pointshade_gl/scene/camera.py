@@ -1,11 +1,4 @@
-"""Pinhole cameras and their poses, and the conventions of the whole project, stated here once.
-
-Axes      OpenCV and Open3D: x right, y down, z forward. A pose is a 4x4 camera-to-world matrix.
-World     the frame's own camera, unless the frame has a pose.
-Pixels    centres at integer coordinates, row 0 on top; `u = fx*x/z + cx`, `v = fy*y/z + cy`.
-Depth     z along the optical axis, metres (any unit works as long as poses and lights use it too).
-Normals   unit, camera axes, towards the camera.
-"""
+"""Pinhole cameras and their poses, and the conventions of the whole project, stated here once; rotations."""
 
 from __future__ import annotations
 
@@ -16,11 +9,71 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks.arguments import ABOVE_0, as_array, check_count, check_float, check_point, depth_as_given
+from ..checks.arguments import ABOVE_0, LARGEST, as_array, check_count, check_float, check_point, depth_as_given
 from ..checks.foreign_arrays import AnyArray
 from ..notes.words import option
-from .rotation import check_matrix, is_orthogonal, moved
 from .values import frozen
+
+Matrix = NDArray[np.float64]
+
+
+def rotation_of(quaternions: Matrix) -> Matrix:
+    """Return the rotations, (..., 3, 3), of unit quaternions x, y, z, w, (..., 4)."""
+    x, y, z, w = np.moveaxis(quaternions, -1, 0)
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
+    return np.stack([np.stack(row, -1) for row in rows], -2)
+
+
+def quaternion_of(rotation: Matrix) -> Matrix:
+    """Return the unit quaternion x, y, z, w of a rotation (3, 3), w >= 0.
+
+    It is found from the largest of the four, which loses no digits (Shepperd 1978).
+    """
+    (a, b, c), (d, e, f), (g, h, i) = rotation
+    squares = np.array([1 + a - e - i, 1 - a + e - i, 1 - a - e + i, 1 + a + e + i])
+    rows = np.array([
+        (squares[0], b + d, c + g, h - f),
+        (b + d, squares[1], f + h, c - g),
+        (c + g, f + h, squares[2], d - b),
+        (h - f, c - g, d - b, squares[3]),
+    ])  # fmt: skip
+    row = rows[int(np.argmax(squares))]
+    return (row if row[3] >= 0 else -row) / np.linalg.norm(row)
+
+
+def is_rotation(matrix: Matrix, tolerance: float) -> bool:
+    """Return whether a (3, 3) matrix neither stretches, shears nor mirrors."""
+    return is_orthogonal(matrix, tolerance) and np.linalg.det(matrix) > 0
+
+
+def is_orthogonal(matrix: Matrix, tolerance: float) -> bool:
+    """Return whether a (3, 3) matrix is a rotation or mirrors one: its columns have length 1 and right angles."""
+    return bool(np.abs(matrix.T @ matrix - np.eye(3)).max() <= tolerance)
+
+
+def check_matrix(value: Any, name: str) -> Matrix:
+    """Return the value as a new (4, 4) float64 array.
+
+    Raises TypeError for anything but numbers, ValueError for another shape and for numbers that are not finite.
+    """
+    matrix = as_array(value, f"{name} must be numbers of shape (4, 4)")
+    if matrix.shape != (4, 4):
+        raise ValueError(f"{name} must have shape (4, 4), got {matrix.shape}")
+    if unknown := np.count_nonzero(~np.isfinite(matrix)):
+        raise ValueError(f"{name} must be finite, got {unknown} NaN or infinite entries")
+    if np.abs(matrix).max() > LARGEST:
+        raise ValueError(f"{name} must be finite, its translation below {LARGEST:g}, got {np.abs(matrix).max():g}")
+    return matrix
+
+
+def moved(points: Matrix, matrix: NDArray[Any]) -> Matrix:
+    """Return points (..., 3) after a (4, 4) matrix."""
+    return points @ matrix[:3, :3].T + matrix[:3, 3]
+
 
 NEAR = 0.001  # share of the distance to what is looked at
 SMALLEST_FOV = 1e-6  # degrees; a smaller one needs an almost infinite focal length
@@ -335,3 +388,41 @@ def _down(pose: NDArray[np.float64], upright: AnyArray | None) -> NDArray[np.flo
         raise ValueError("upright must not be (0, 0, 0): it is the axis that yaw turns round")
     axis = pose[:3, :3].T @ (vertical / np.abs(vertical).max())
     return axis / (np.linalg.norm(axis) * (1 if axis[1] >= 0 else -1))
+
+
+Matrices = NDArray[np.float64]  # (n, 4, 4)
+
+OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])  # y up and z backwards, to ours and back
+# What others call right, down and ahead: matrices from OpenCV's axes to theirs.
+AXES = {
+    "opencv": np.eye(4),
+    "opengl": OPENGL,
+    "north, east, down": np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]),  # AirSim, TartanAir
+    "forward, left, up": np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]]),  # ROS bodies
+}
+
+
+def from_matrices(rows: NDArray[np.float64]) -> Matrices:
+    """(n, 4, 4) from rows of 12 or 16 numbers."""
+    poses = np.tile(np.eye(4), (len(rows), 1, 1))
+    poses[:, : rows.shape[1] // 4] = rows.reshape(len(rows), -1, 4)
+    return poses
+
+
+@np.errstate(invalid="ignore", over="ignore", divide="ignore")  # (0, 0, 0, 0) becomes NaN, which the check refuses
+def from_quaternions(places: NDArray[np.float64], turns: NDArray[np.float64]) -> Matrices:
+    """(n, 4, 4) from (n, 3) x y z and (n, 4) qx qy qz qw of any length."""
+    poses = np.tile(np.eye(4), (len(places), 1, 1))
+    poses[:, :3, :3] = rotation_of(turns / np.linalg.norm(turns, axis=1, keepdims=True))
+    poses[:, :3, 3] = places
+    return poses
+
+
+@np.errstate(invalid="ignore", over="ignore")
+def inverted(poses: Matrices) -> Matrices:
+    """(n, 4, 4) of rigid poses the other way round; those that are not finite become NaN."""
+    turns = poses[:, :3, :3].transpose(0, 2, 1)
+    result = np.tile(np.eye(4), (len(poses), 1, 1))
+    result[:, :3, :3] = turns
+    result[:, :3, 3] = -np.einsum("nij,nj->ni", turns, poses[:, :3, 3])
+    return result

@@ -1,26 +1,177 @@
-"""A frame: one depth image with its colour image, and the camera that took them."""
+"""A frame: one depth image with its colour image, and the camera that took them; and the checks of its arrays."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks.arguments import check_type
-from ..checks.foreign_arrays import AnyArray
+from ..checks.arguments import LARGEST, as_given, check_type, depth_as_given
+from ..checks.foreign_arrays import AnyArray, way_to
+from ..notes.errors import ContextError
 from ..notes.notes import print_note
-from ..notes.words import counted
-from .bounds import box_corners, median, quantile
+from ..notes.words import counted, shown
 from .camera import NEAR, Camera, check_pose
-from .far_plane import far_plane
-from .frame_arrays import check_colors, check_depth, cut_out, probing_step, without_background
-from .preview import Preview
-from .sparsity import is_sparse
-from .values import Value, frozen
+from .values import Value, box_corners, frozen, median, quantile
+
+LEAST_POINTS = 1000  # of fewer none is told
+LEAST_SHARE = 0.02  # of the points: below it are a few outliers
+MOST_SHARE = 0.999  # beyond it the others are, and this is the surface
+
+
+class FarPlane(NamedTuple):
+    """A far plane, and the depth beyond which there is nothing but it and its edges, mixed of it and what is near."""
+
+    depth: float
+    limit: float
+
+
+def far_plane(depths: NDArray[Any], times: float) -> FarPlane | None:
+    """Return the largest depth, if many points have exactly this one and it is far beyond the others; else None.
+
+    depths  those of some points, all known
+    times   as far as the middle of the others is the limit
+    """
+    if depths.size < LEAST_POINTS:
+        return None
+    farthest = depths.max()
+    others = depths[depths < farthest]
+    if not LEAST_SHARE <= 1 - others.size / depths.size < MOST_SHARE:
+        return None
+    limit = times * median(others)
+    return FarPlane(float(farthest), limit) if farthest > limit else None
+
+
+BACKGROUND = 100  # times as far as all else: one value there is that of a sky without a depth
+LEAST = 1 / LARGEST  # of a depth: shaders square lengths, and drivers take the squares of smaller ones for 0
+NEUTRAL = 204  # light grey, sRGB: the colour of a frame without colours
+PROBE = 10_000  # pixels looked at for the pivot and the range: enough for a median, quick for any size
+
+
+def check_colors(color: Any) -> NDArray[np.uint8]:
+    """The colours, read-only. Raises TypeError or ValueError for anything but (h, w, 3|4) uint8."""
+    expected = "color must have shape (h, w, 3) or (h, w, 4)"
+    array = as_given(color, expected)
+    if array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
+        raise ValueError(f"{expected}, got {array.shape}{way_to(array.shape, 'color', color, (3, 4))}")
+    if array.dtype != np.uint8:
+        hint = "multiply by 255 and round" if array.dtype.kind == "f" else "convert it to 8 bits"
+        raise TypeError(f"color must be uint8 sRGB, got {array.dtype}: {hint}")
+    array = array if _is_frozen(array) else np.array(array, order="C")
+    return frozen(array)
+
+
+def check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
+    """The depth, 0 where it is missing. Raises TypeError or ValueError unless it is metres of the camera's size."""
+    array = depth_as_given(depth)
+    if array.dtype.kind not in "fiub":
+        got = shown(depth) if array.ndim == 0 else array.dtype
+        raise TypeError(f"depth must be floating point metres, got {got}")
+    if array.ndim != 2 or 0 in array.shape:
+        raise ValueError(f"depth must have shape (h, w), got {array.shape}{way_to(array.shape, 'depth', depth)}")
+    if array.dtype.kind in "iu":
+        raise TypeError(f"depth is {array.dtype}: divide it by its depth_scale (1000 for millimetres) to get metres")
+    if array.dtype.kind != "f":
+        raise TypeError(f"depth must be floating point metres, got {array.dtype}")
+    if array.shape != (camera.height, camera.width):
+        raise ValueError(
+            f"camera is for {camera.width}x{camera.height} pixels, depth is {array.shape[1]}x{array.shape[0]}: "
+            f"use camera.resized({array.shape[1]}, {array.shape[0]}) if it shows the same view"
+        )
+    with np.errstate(over="ignore", invalid="ignore"):
+        result = array if _is_frozen(array) and array.dtype == np.float32 else array.astype(np.float32, order="C")
+        # one test for everything that is missing: NaN compares false, and what overflows float32 is infinite by now
+        if not (result.min() >= LEAST and result.max() <= LARGEST):  # most pictures that miss nothing end here
+            result = result if result.flags.writeable else result.copy()
+            result[~((result >= LEAST) & (result <= LARGEST))] = 0
+    return result
+
+
+def without_background(depth: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return depth without its far plane, if that is a background; a note tells it."""
+    step = probing_step(depth)
+    probed = depth[::step, ::step]
+    found = far_plane(probed[probed > 0], BACKGROUND)
+    if found is None:
+        return depth
+    is_background = depth > found.limit
+    share = np.count_nonzero(is_background) / np.count_nonzero(depth)
+    apart = f"over {BACKGROUND} times as far as the others"
+    print_note(f"the depth {found.depth:g} of {share:.0%} of the points, {apart}, is taken as background: missing")
+    return np.where(is_background, np.float32(0), depth)
+
+
+def probing_step(depth: NDArray[Any]) -> int:
+    """Return the step between the rows and columns of about PROBE pixels."""
+    return max(1, round((depth.size / PROBE) ** 0.5))
+
+
+def _is_frozen(array: NDArray[Any]) -> bool:
+    """Return whether nobody is expected to write into an array: it is kept as it is, all others are copied."""
+    return array.base is None and not array.flags.writeable and array.flags.c_contiguous
+
+
+def cut_out(depth: NDArray[np.float32], color: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Return depth without the pixels whose colour is fully transparent."""
+    h, w = depth.shape
+    rows = [(2 * i + 1) * color.shape[0] // (2 * h) for i in range(h)]
+    columns = [(2 * i + 1) * color.shape[1] // (2 * w) for i in range(w)]
+    return np.where(color[rows][:, columns, 3] > 0, depth, np.float32(0))
+
+
+LINES = 16  # rows and columns that are looked at first: next to nothing to pay where depth is dense
+GOLDEN = 0.6180339887  # places them in no rhythm, as scan lines have one
+ALONE = 0.6  # share of the known pixels whose next one is missing; half of the pixels at random leave 0.5
+KNOWN = 0.45  # share that may be known between the first and the last of a line
+ENOUGH = 100  # known pixels that prove anything
+
+
+def is_sparse(depth: NDArray[np.float32]) -> bool:
+    """Return whether known pixels (h, w; 0 is missing) stand alone along rows or along columns, with others further on.
+
+    Holes of up to half of the pixels do not make a picture sparse, nor does an empty background behind objects.
+    """
+    return any(_stand_alone(z[_places(len(z))] > 0) and _are_sparse(z > 0) for z in (depth, depth.T))
+
+
+def _places(count: int) -> NDArray[np.intp]:
+    return ((np.arange(1, LINES + 1) * GOLDEN) % 1 * count).astype(np.intp)
+
+
+def _stand_alone(known: NDArray[np.bool_]) -> bool:
+    """Return whether most pixels of some lines (n, length) are not followed by another."""
+    followed = np.count_nonzero(known[:, :-1] & known[:, 1:])
+    return bool(followed < (1 - ALONE) * np.count_nonzero(known))
+
+
+def _are_sparse(known: NDArray[np.bool_]) -> bool:
+    line, place = np.nonzero(known)
+    gaps = np.diff(place)[np.diff(line) == 0]
+    return bool(gaps.size > ENOUGH and (gaps > 1).mean() > ALONE and gaps.size < KNOWN * gaps.sum())
+
+
+_draw: Callable[[Any], bytes] | None = None
+
+
+class Preview:
+    """A value that a notebook shows as a picture, as soon as there is something that draws it."""
+
+    def _repr_png_(self) -> bytes | None:
+        try:
+            return None if _draw is None else _draw(self)
+        except ContextError:  # the notebook shows the text instead
+            return None
+
+
+def draw_previews_by(draw: Callable[[Any], bytes]) -> None:
+    """Set the function that makes the PNG of a frame or scene, from now on."""
+    global _draw
+    _draw = draw
+
 
 _OF_POSE = "pose", "pivot"  # what a frame keeps that depends on its pose
 STRAY = 1.0  # see Frame.main_corners

@@ -1,14 +1,11 @@
-"""The scene graph: nodes with point objects, meshes and lights, as immutable values without GL.
-
-World axes are what the nodes' transforms make them; cameras look along z with y down, as everywhere in this project.
-"""
+"""The scene graph: nodes with point objects, clouds, meshes and lights, as immutable values without GL."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,19 +13,17 @@ from numpy.typing import NDArray
 
 from ..checks.arguments import check_color, check_type
 from ..checks.foreign_arrays import Numbers
-from ..notes.words import counted
-from .bounds import sphere_round
-from .camera import Camera, check_pose
+from ..notes.words import counted, option
+from .appearance import Look
+from .camera import Camera, check_pose, orbit_pose
+from .cloud import CLOUD_SHADINGS, SAMPLE, STRAY, USUAL_FRONT, CloudLook, PointCloud, direction_of
 from .environment import Environment, EnvironmentName, check_environment
+from .frame import Preview
 from .light import Light, transformed
-from .mesh import Mesh
-from .node import Node, NodeOptions, check_nodes
-from .placed import Matrix, Placed, Way
-from .point_cloud import PointCloud
-from .point_object import PointObject
-from .preview import Preview
+from .node import Matrix, Node, NodeOptions, Placed, Way, check_nodes
+from .objects import Mesh, PointObject
 from .shadow_cameras import Extent
-from .values import Value, frozen
+from .values import Value, frozen, sphere_round
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -272,3 +267,96 @@ class Scene(Value, Preview):
                 children = tuple(made[id(child)] for child in node.children)
                 made[id(node)] = replace(node, children=children, **changes(node))
         return replace(self, nodes=tuple(made[id(node)] for node in self.nodes))
+
+
+@lru_cache(maxsize=4)
+def shaded(scene: Scene, shading: str | None) -> Scene:
+    """Return the scene with one shading model for all objects; None leaves each object its own."""
+    if shading is None:
+        return scene
+
+    def changes(node: Node) -> dict[str, Any]:
+        parts = node.content if isinstance(node.content, tuple) else (node.content,)
+        return {"content": tuple(_part_shaded(part, shading) for part in parts if part is not None)}
+
+    return scene.with_every_node(changes)
+
+
+@lru_cache(maxsize=4)
+def without_environment(scene: Scene) -> Scene:
+    """Return the scene without light from all around but the ambient light."""
+    return replace(scene, environment=None)
+
+
+def _part_shaded(part: Any, shading: str) -> Any:
+    if isinstance(part, PointObject):
+        return replace(part, look=replace(part.look, shading=shading))
+    if isinstance(part, PointCloud):
+        return part.styled(shading=shading if shading in CLOUD_SHADINGS else "phong")
+    return replace(part, shading=shading) if isinstance(part, Mesh) else part
+
+
+MARGIN = 1.08  # share of the distance from which the cloud fills the picture
+ASIDE, ABOVE = 30.0, 25.0  # degrees from which a cloud is seen that no camera took
+
+
+def scene_of(*clouds: PointCloud, names: Sequence[str] = ()) -> Scene:
+    """Return the scene of clouds that lie in one world, upright as the first of them says.
+
+    One that has a front, or y down (as a camera's), is seen from the front, others from above. names: of their nodes.
+    """
+    camera, pose = Camera.from_fov(FOV, 640, 480), _facing(clouds[0])
+    if some := [cloud for cloud in clouds if len(cloud)]:
+        pose[:3, 3] += _stand_off(some, camera, pose[:3, :3])
+    names = names or [""] * len(clouds)
+    return Scene(tuple(Node(cloud, name=name) for cloud, name in zip(clouds, names, strict=True)), camera, pose)
+
+
+def styled(cloud: PointCloud, given: dict[str, Any]) -> PointCloud:
+    """Return a cloud with options of `render`, those that were given. Raises ValueError for those that it has not."""
+    check_of_clouds(given)
+    return cloud.styled(**given) if given else cloud
+
+
+def given_by(look: Look, plain: Look | None = None) -> dict[str, Any]:
+    """Return the options of a look that are others than those of a plain one, by name."""
+    plain = plain or Look()
+    return {name: one for name, one in look.options.items() if np.ndim(one) or one != getattr(plain, name)}
+
+
+def is_of_clouds(name: str) -> bool:
+    """Return whether clouds have this option of a look."""
+    return name in CloudLook.__annotations__
+
+
+def check_of_clouds(given: Iterable[str]) -> None:
+    """Raises ValueError for options of a look that clouds have not."""
+    if others := [option(name) for name in given if not is_of_clouds(name)]:
+        are, them = ("is", "it") if len(others) == 1 else ("are", "them")
+        raise ValueError(f"{', '.join(others)} {are} for frames, and this is a point cloud: leave {them} out")
+
+
+def _stand_off(clouds: Sequence[PointCloud], camera: Camera, turn: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where, (3,), a camera turned so stands to see all of some clouds but stray points."""
+    corners = np.concatenate([cloud.main_corners for cloud in clouds])
+    middle = (corners.min(0) + corners.max(0)) / 2
+    away = max(_away(cloud, camera, turn, middle) for cloud in clouds)
+    return middle - turn[:, 2] * max(MARGIN * away, 1e-6)
+
+
+def _away(cloud: PointCloud, camera: Camera, turn: NDArray[np.float64], middle: NDArray[np.float64]) -> float:
+    """Return how far before the middle one sees all of a cloud but stray points."""
+    some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
+    x, y, z = ((some + (cloud.origin - middle)) @ turn).T
+    reach = cloud.reach(1 - STRAY)
+    half = (camera.width - 1) / 2 / camera.fx, (camera.height - 1) / 2 / camera.fy  # of the picture, at depth 1
+    across = [(np.abs(one) + reach * math.hypot(1, side)) / side for one, side in zip((x, y), half, strict=True)]
+    return float(np.quantile(np.maximum(*across) - z, 1 - STRAY))
+
+
+def _facing(cloud: PointCloud) -> NDArray[np.float64]:
+    """Return the pose of a camera at the world's origin that sees the cloud upright."""
+    ahead, down = -direction_of(cloud.front or USUAL_FRONT[cloud.up]), -cloud.up_direction
+    pose = np.eye(4)
+    pose[:3, :3] = np.stack([np.cross(down, ahead), down, ahead], -1)
+    return pose if cloud.front or cloud.up == "-y" else orbit_pose(pose, (0, 0, 0), ASIDE, ABOVE)

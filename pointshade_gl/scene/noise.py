@@ -1,18 +1,90 @@
-"""The noise of a depth image: given by the caller or measured on the image, and its description in words."""
+"""The noise of a depth image, given or measured, as a value and as text; and the names of normal estimators."""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks.arguments import ABOVE_0, as_array, check_float
-from ..checks.foreign_arrays import AnyArray
+from ..checks.arguments import ABOVE_0, LARGEST, as_array, check_choice, check_float
+from ..checks.foreign_arrays import AnyArray, way_to
 from ..notes.words import did_you_mean, option, shown
-from .noise_text import GRAMMAR, NoiseWords, noise_words
+
+CLEAN = "clean"
+GRAMMAR = (
+    "'clean', or 1.5mm or 0.2%, and after it shared=2, steps=1mm or steps=0.0029/m, repeated=0.4, bumps=0.003/m, "
+    "by commas"
+)
+_UNITS = {"mm": 1e-3, "m": 1.0, "%": 1e-2, "/m": 1.0, "": 1.0}
+_ALLOWED = {"noise": ("mm", "m", "%"), "shared": ("",), "steps": ("mm", "m", "/m"), "repeated": ("",), "bumps": ("/m",)}
+
+
+@dataclass(frozen=True)
+class NoiseWords:
+    """Noise that is the same for all of a frame. All zero: the depth is clean.
+
+    level, is_share  standard deviation of depth: in metres, or as a share of the depth
+    shared           noise that neighbours share, divided by noise that they do not share
+    step, domain     rounding step, of depth in domain "z", of 1/depth in domain "1/z"; 0 and "" without one
+    repeated         pixels (standard deviation) by which depths are displaced, as lines are repeated
+    bumps            standard deviation of 1/depth about planes, where neighbours share noise over many pixels
+    """
+
+    level: float = 0.0
+    is_share: bool = False
+    shared: float = 0.0
+    step: float = 0.0
+    domain: str = ""
+    repeated: float = 0.0
+    bumps: float = 0.0
+
+    def __str__(self) -> str:
+        if not self.level:
+            return CLEAN
+        words = [f"{_short(100 * self.level)}%" if self.is_share else _length(self.level)]
+        words += [f"shared={_short(self.shared)}"] if self.shared else []
+        steps = _length(self.step) if self.domain == "z" else f"{_short(self.step)}/m"
+        words += [f"steps={steps}"] if self.step else []
+        words += [f"repeated={_short(self.repeated)}"] if self.repeated else []
+        words += [f"bumps={_short(self.bumps)}/m"] if self.bumps else []
+        return ",".join(words)
+
+
+def noise_words(text: str) -> NoiseWords | None:
+    """Parse a text; None if it does not describe noise. `noise_words(str(words))` is `words`, to three digits."""
+    if text.strip() == CLEAN:
+        return NoiseWords()
+    found: dict[str, tuple[float, str]] = {}
+    for k, word in enumerate(text.split(",")):
+        match = re.fullmatch(r"\s*(?:(\w+)=)?((?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?)(mm|m|%|/m|)\s*", word)
+        if match is None or (k == 0) != (match[1] is None):
+            return None
+        name, unit = match[1] or "noise", match[3]
+        if name in found or unit not in _ALLOWED.get(name, ()):
+            return None
+        number = float(match[2])
+        if not 0 < number < math.inf:
+            return None
+        found[name] = number * _UNITS[unit], unit
+    level, unit = found["noise"]
+    step, step_unit = found.get("steps", (0.0, ""))
+    domain = "" if not step else "1/z" if step_unit == "/m" else "z"
+    shared, repeated, bumps = (found.get(name, (0.0, ""))[0] for name in ("shared", "repeated", "bumps"))
+    return NoiseWords(level, unit == "%", shared, step, domain, repeated, bumps)
+
+
+def _short(number: float) -> str:
+    return f"{number:.3g}"
+
+
+def _length(length: float) -> str:
+    return f"{_short(length * 1e3)}mm" if length < 1 else f"{_short(length)}m"
+
 
 # Standard deviation of depth by distance, metres. Kinect: Nguyen, Izadi, Lovell 2012.
 SENSORS: dict[str, Callable[[NDArray[np.float32]], NDArray[np.float32]]] = {
@@ -192,3 +264,56 @@ def parse_noise(
     if wrong.any():
         raise ValueError(f"{option('noise')} must be metres above 0 wherever depth is known, got {array[wrong][0]:g}")
     return np.where(array > 0, array, 1).astype(np.float32)
+
+
+TRIANGLES = {"triangles-1": 1, "triangles-2": 2, "triangles-4": 4, "triangles-8": 8}
+PLANE_FITS = {f"plane-fit-{window}": window for window in range(3, 14, 2)}
+SPARSE_LEVELS = 6  # "sparse" looks at cells of up to 2**6 pixels
+SPARSE_TILTS = (0.02, 0.08, 0.32)  # radians of error: the first that some cells reach is good enough
+Method = Literal[
+    "auto", "adaptive", "star", "star-borrow", "sparse", "triangles-1", "triangles-2", "triangles-4", "triangles-8",
+    "central", "one-sided", "plane-fit-3", "plane-fit-5", "plane-fit-7", "plane-fit-9", "plane-fit-11", "plane-fit-13",
+]  # fmt: skip
+METHODS: tuple[Method, ...] = get_args(Method)
+Step = tuple[float, float]
+NO_LIMIT: Step = (3.0e38, 0.0)
+
+
+def check_method(method: str) -> Method:
+    """The method's name, or a ValueError that lists the known ones."""
+    check_choice(f"{option('normals')} method", method, METHODS)
+    return cast("Method", method)
+
+
+def parse_max_depth_step(value: float | str | None) -> Step:
+    """Return (metres, share of the depth) beyond which a neighbour belongs to another surface.
+
+    A number is metres, "3%" a share of the pixel's own depth, None no limit.
+    """
+    if value is None:
+        return NO_LIMIT
+    try:
+        text = str(value).strip()
+        number = float(text.removesuffix("%"))
+    except ValueError:
+        text, number = "", math.nan
+    if not 0 < number <= LARGEST:
+        name = option("max_depth_step")
+        raise ValueError(f"{name} must be metres above 0 or a share such as '3%', got {shown(value)}")
+    return (0.0, number / 100) if text.endswith("%") else (number, 0.0)
+
+
+def check_normals(normals: AnyArray, shape: tuple[int, int]) -> NDArray[np.float32]:
+    """The caller's own normals: (h, w, 3) float32, unit length, (0, 0, 0) where they are NaN or zero.
+
+    Raises ValueError for another shape and for components that are infinite or above 1e18, TypeError without numbers.
+    """
+    complaint = f"normals must be a method's name or have shape {(*shape, 3)}"
+    array = as_array(normals, complaint, np.float32)
+    if array.shape != (*shape, 3):
+        raise ValueError(f"{complaint}, got {array.shape}{way_to(array.shape, 'normals', normals, (3,))}")
+    if (np.abs(array) > 1.01 * LARGEST).any():  # NaN passes
+        longest = np.nanmax(np.abs(array))
+        raise ValueError(f"normals must be finite and below {LARGEST:g}, NaN where missing, got {longest:g}")
+    length = np.linalg.norm(array, axis=-1, keepdims=True)
+    return np.where(length > 0, array / np.where(length > 0, length, 1), 0).astype(np.float32)

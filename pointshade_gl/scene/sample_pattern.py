@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..checks.arguments import LARGEST, check_count
 from ..notes.words import option
 from .light import Light, unit
-from .visible_scene import VisibleScene
+from .visible import VisibleScene
 
 # Steps of the sequences, in turns. Powers of the plastic number (Roberts, "The unreasonable effectiveness of
 # quasirandom sequences", 2018) within the pixel; for lights square roots of primes (Richtmyer 1951), so that the two

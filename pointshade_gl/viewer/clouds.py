@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ..scene.cloud import CloudLook, PointCloud
 from ..scene.graph import Scene
 from ..scene.node import Node, NodeOptions
-from ..scene.point_cloud import CloudLook, PointCloud
 from .views import Shown
 
 LARGEST = 100.0  # pixels or spacings

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field, replace
 
 from ..scene.camera import Camera
-from ..scene.orbit_state import State, rims_from
+from ..scene.orbit import State, rims_from
 from .events import Command, Effect, Event, Open, Remember, Scrub, ShowMessage, TurnAround
 from .history import Moment
 from .keys import STAYS, press_key

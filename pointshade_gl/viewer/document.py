@@ -17,14 +17,12 @@ from ..files.frames.frame_files import load_frame
 from ..files.pictures.picture_heads import is_deep_grey
 from ..files.sources import check_posed, is_cloud, is_scene, load_any, open_source
 from ..notes.words import option, shown
-from ..scene.cloud_scene import scene_of
 from ..scene.frame import Frame
-from ..scene.graph import Scene
+from ..scene.graph import Scene, scene_of
 from ..scene.light import Light
-from ..scene.orbit_state import OWN_LIGHT, State
-from ..scene.orbit_target import Stage
-from ..scene.render_settings import Metering
-from ..scene.view import View
+from ..scene.orbit import OWN_LIGHT, Stage, State
+from ..scene.settings import Metering
+from ..scene.viewpoint import View
 from .history import History, Moment
 from .playing import Playing
 from .switches import switches_of

@@ -8,8 +8,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ..scene.light import Light
-from ..scene.orbit_state import Pair, State
-from ..scene.orbit_target import Stage
+from ..scene.orbit import Pair, Stage, State
 from .switches import Switches
 
 STEPS = 200  # that can be undone

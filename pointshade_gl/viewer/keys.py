@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from ..scene.appearance import SHADINGS
 from ..scene.environment import NAMES, Environment
-from ..scene.normal_methods import METHODS
-from ..scene.orbit_state import State
+from ..scene.noise import METHODS
+from ..scene.orbit import State
 from .events import ChangeRate, Command, Effect, PlayCommand, ResizePoints, Seek, ShowMessage, StepFrames, TakeLight
 from .history import Moment
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.light import Light, Vector
-from ..scene.orbit_state import OWN_LIGHT, State
+from ..scene.orbit import OWN_LIGHT, State
 from .history import Moment
 
 KINDS = ("point", "spot", "directional", "area")

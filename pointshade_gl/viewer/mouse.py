@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from ..scene.camera import Camera
-from ..scene.orbit_state import DEGREES, Pair, State, rims_from
-from ..scene.orbit_target import Stage
+from ..scene.orbit import DEGREES, Pair, Stage, State, rims_from
 from .events import Event
 
 CATCH_UP = 3.0  # how fast the light approaches the mouse, per rim that the mouse moves

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from ..scene.environment import NAMES
-from ..scene.orbit_state import State
-from ..scene.render_settings import OCCLUSION, SIMPLE
+from ..scene.orbit import State
+from ..scene.settings import OCCLUSION, SIMPLE
 from .panel_widgets import Widgets
 
 _NONE, _OWN = "none", "own"

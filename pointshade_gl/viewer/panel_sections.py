@@ -13,14 +13,13 @@ from ..estimation.multi_view import is_primary
 from ..gpu.context.software_driver import is_software
 from ..gpu.core.steps import Lap
 from ..scene.appearance import CLOUD_SPLATS, FLYING, FRAME_SPLATS, NOT_LIT, SHADINGS, Look, Material
+from ..scene.cloud import CloudLook
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, Vector
-from ..scene.noise import SENSORS, Choice
-from ..scene.normal_methods import METHODS
-from ..scene.orbit_state import State
-from ..scene.point_cloud import CloudLook
-from ..scene.render_settings import TONES
+from ..scene.noise import METHODS, SENSORS, Choice
+from ..scene.orbit import State
+from ..scene.settings import TONES
 from .clouds import UNITS, clouds_of, restyled, size_of, with_unit
 from .events import Command, Effect, RemoveLight, ShowFrame, TakeLight
 from .history import Moment

@@ -13,11 +13,10 @@ from ..rendering.request import RenderRequest
 from ..scene.appearance import Material
 from ..scene.camera import Camera
 from ..scene.frame import Frame
-from ..scene.graph import Scene
+from ..scene.graph import Scene, shaded, without_environment
 from ..scene.light import Light
-from ..scene.orbit_state import UPPER_LEFT
-from ..scene.render_settings import Metering
-from ..scene.shading_override import shaded, without_environment
+from ..scene.orbit import UPPER_LEFT
+from ..scene.settings import Metering
 from .document import Dropped
 from .history import Moment
 from .views import Shown, Views, camera_of, pose_of

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from ..files.depth.colormaps import ramp
-from ..scene.color_scale import BLUE, ColorScale
 from ..scene.frame import Frame
+from ..scene.values import BLUE, ColorScale
 from .messages import BACKDROP, BRIGHT, POINTS
 from .picture import Picture
 

@@ -13,7 +13,7 @@ from ..gpu.context.freed_memory import return_freed_memory
 from ..gpu.core.steps import Steps
 from ..gpu.output.present import Marker, PresentPass
 from ..rendering.renderer import Renderer
-from ..scene.orbit_state import marker_place
+from ..scene.orbit import marker_place
 from .controller import BAR
 from .events import Effect
 from .history import Moment

@@ -6,9 +6,9 @@ from dataclasses import replace
 from typing import Any
 from weakref import WeakKeyDictionary
 
+from ..scene.cloud import PointCloud
 from ..scene.graph import Scene
 from ..scene.node import Node
-from ..scene.point_cloud import PointCloud
 from .clouds import parts_of
 from .views import Shown, Views
 

@@ -18,15 +18,14 @@ from ..notes.notes import Note, print_note, taken_by
 from ..notes.words import shown
 from ..rendering.renderer import Renderer
 from ..scene.camera import Camera
-from ..scene.cloud_scene import scene_of
+from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
-from ..scene.graph import Scene
+from ..scene.graph import Scene, scene_of
 from ..scene.light import Light, check_lights
 from ..scene.noise import Choice
 from ..scene.option_fields import renamed
-from ..scene.orbit_state import State
-from ..scene.point_cloud import PointCloud
-from ..scene.view import View
+from ..scene.orbit import State
+from ..scene.viewpoint import View
 from .background import Background, Work
 from .clouds import clouds_of
 from .controller import Surroundings, controller, hides_pointer, is_for_timeline, turned_around

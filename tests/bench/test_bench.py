@@ -20,7 +20,7 @@ from pointshade_gl.bench.stress import CONDITIONS, STRESSES, generator
 from pointshade_gl.cli.main import command_line
 from pointshade_gl.gpu.points import tiling
 from pointshade_gl.scene.camera import Camera
-from pointshade_gl.scene.normal_methods import METHODS
+from pointshade_gl.scene.noise import METHODS
 
 SMALL = standard_camera(96, 72)
 FINE = Camera(8 * SMALL.fx, 8 * SMALL.fy, SMALL.cx, SMALL.cy, SMALL.width, SMALL.height)  # an eighth of the view

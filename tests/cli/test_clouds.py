@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.scene.cloud_scene import scene_of
+from pointshade_gl.scene.graph import scene_of
 
 from ..support.cloud_ball import ball, write_ball
 from ..support.command import run

@@ -11,7 +11,7 @@ import pytest
 from pointshade_gl.files.access.builtin import FRAMES, SCENES
 from pointshade_gl.files.depth.depth_kinds import KINDS
 from pointshade_gl.scene.appearance import SHADINGS, SPLATS
-from pointshade_gl.scene.normal_methods import METHODS
+from pointshade_gl.scene.noise import METHODS
 
 from ..support.places import ROOT
 

@@ -12,7 +12,7 @@ import pointshade_gl as ps
 from pointshade_gl.cli import main as cli
 from pointshade_gl.cli.look_options import LookOptions
 from pointshade_gl.cli.options import FrameOptions, ViewOptions, spread
-from pointshade_gl.scene.option_fields import (  # fmt: skip
+from pointshade_gl.scene.option_fields import (
     CAMERA,
     CLOUD,
     FILM,
@@ -27,7 +27,7 @@ from pointshade_gl.scene.option_fields import (  # fmt: skip
     VIEW,
     WINDOW,
 )
-from pointshade_gl.scene.view import View
+from pointshade_gl.scene.viewpoint import View
 
 READ = {READING, CAMERA, NETWORK, CLOUD}
 

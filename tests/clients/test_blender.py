@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.srgb import srgb_to_linear
+from pointshade_gl.scene.values import srgb_to_linear
 
 from .blender import ask, run_example
 

@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.files.clouds.placing import spacing_of
-from pointshade_gl.scene.point_cloud import UPS
+from pointshade_gl.scene.cloud import UPS
 
 from ..support import cloud_files as made
 

@@ -9,7 +9,7 @@ from pointshade_gl.files.pictures.exr import write_exr
 from pointshade_gl.files.pictures.picture_files import save_image
 from pointshade_gl.files.pictures.radiance import read_radiance
 from pointshade_gl.notes.notes import taken
-from pointshade_gl.scene.srgb import srgb_to_linear
+from pointshade_gl.scene.values import srgb_to_linear
 
 from ..support.damage import damaged
 from ..support.radiance_files import flat, mantissas, radiance_file, repeats, restored, run_lengths

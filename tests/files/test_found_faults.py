@@ -16,7 +16,7 @@ from pointshade_gl.files.cameras.intrinsics import Intrinsics, place_camera
 from pointshade_gl.files.depth.depth_units import scale_of_values
 from pointshade_gl.files.pictures.video import read_video_frame
 from pointshade_gl.files.poses.pose_files import read_poses
-from pointshade_gl.scene.render_settings import Finish
+from pointshade_gl.scene.settings import Finish
 
 from ..support.hostile_files import DEPTH, sequence
 

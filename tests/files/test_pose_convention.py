@@ -7,7 +7,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.files.poses.pose_convention import Reading, find_reading
-from pointshade_gl.scene.axis_conventions import AXES, OPENGL
+from pointshade_gl.scene.camera import AXES, OPENGL
 
 pytestmark = pytest.mark.data
 

@@ -11,7 +11,7 @@ from pointshade_gl.files.access.folder_listing import key_of, natural, numbers_i
 from pointshade_gl.files.cameras.camera_files import read_intrinsics
 from pointshade_gl.files.containers.heic import _PACKET
 from pointshade_gl.files.poses.pose_files import read_poses
-from pointshade_gl.scene.noise_text import noise_words
+from pointshade_gl.scene.noise import noise_words
 
 ALLOWED = 2**29  # pixels: the limits of texts rise with them
 PER_BYTE = 1e-5  # seconds of CPU time at most, and FREE for whatever does not depend on the length

@@ -11,7 +11,7 @@ import pytest
 
 from pointshade_gl.gpu.core.programs import shader_folder, splice
 from pointshade_gl.gpu.points.view_consensus import STRIDE
-from pointshade_gl.scene.normal_methods import PLANE_FITS
+from pointshade_gl.scene.noise import PLANE_FITS
 
 from ..rendering.test_renderer import egl_address
 

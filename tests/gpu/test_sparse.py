@@ -5,8 +5,8 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import as_frame, plane, trace
+from pointshade_gl.scene.frame import is_sparse
 from pointshade_gl.scene.noise import describe
-from pointshade_gl.scene.sparsity import is_sparse
 
 from ..reference.inverse_depth import pixel_grid
 from ..reference.normals_sparse import estimate_sparse

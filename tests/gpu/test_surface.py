@@ -8,7 +8,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import as_frame, plane, trace
-from pointshade_gl.scene.normal_methods import METHODS, PLANE_FITS, TRIANGLES, parse_max_depth_step
+from pointshade_gl.scene.noise import METHODS, PLANE_FITS, TRIANGLES, parse_max_depth_step
 
 from ..reference.inverse_depth import pixel_grid
 from ..reference.normals_borrow import borrow

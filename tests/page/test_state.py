@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene import orbit_state as viewer_state
-from pointshade_gl.scene.orbit_state import State, marker_place, rims_from
-from pointshade_gl.scene.orbit_target import Stage
+from pointshade_gl.scene import orbit as viewer_state
+from pointshade_gl.scene.orbit import Stage, State, marker_place, rims_from
 
 from ..support.page_functions import run_script
 

@@ -17,7 +17,7 @@ import pointshade_gl as ps
 from pointshade_gl.scene import shadow_cameras
 from pointshade_gl.scene.appearance import NOT_LIT
 from pointshade_gl.scene.camera import Eye
-from pointshade_gl.scene.normal_methods import METHODS
+from pointshade_gl.scene.noise import METHODS
 
 from ..reference.render import render as mirror_render
 from ..support import given_values as values

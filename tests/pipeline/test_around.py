@@ -16,8 +16,8 @@ from pointshade_gl.scene.environment import Environment
 from pointshade_gl.scene.graph import Scene
 from pointshade_gl.scene.light import check_lights
 from pointshade_gl.scene.node import Node
-from pointshade_gl.scene.point_object import PointObject
-from pointshade_gl.scene.render_settings import Finish
+from pointshade_gl.scene.objects import PointObject
+from pointshade_gl.scene.settings import Finish
 
 from ..reference.render import render as mirror_render
 from ..support import frames

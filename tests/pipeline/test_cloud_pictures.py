@@ -7,7 +7,7 @@ import pointshade_gl as ps
 from pointshade_gl.gpu.clouds.cloud_planes import find_planes
 from pointshade_gl.scene import shadow_cameras
 from pointshade_gl.scene.camera import Eye
-from pointshade_gl.scene.visible_scene import looking_distance
+from pointshade_gl.scene.visible import looking_distance
 
 from ..reference.cloud_picture import Bordered
 from ..reference.cloud_picture import render as mirror_render

@@ -6,7 +6,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.gpu.clouds.cloud_store import CloudPoints
 from pointshade_gl.scene import shadow_cameras
-from pointshade_gl.scene.cloud_levels import points_at
+from pointshade_gl.scene.visible import points_at
 
 from ..support import frames
 from ..support.clouds import cloud

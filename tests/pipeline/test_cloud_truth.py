@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.cloud_scene import scene_of
+from pointshade_gl.scene.graph import scene_of
 
 from ..support.clouds import cloud
 

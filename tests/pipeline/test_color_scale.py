@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.files.depth.colormaps import ramp
-from pointshade_gl.scene.color_scale import BLUE, SHOWS, scale_of_depths
+from pointshade_gl.scene.values import BLUE, SHOWS, scale_of_depths
 
 from ..support import frames
 from ..support.view_sets import pose_at, replaced

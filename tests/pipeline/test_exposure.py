@@ -13,8 +13,8 @@ from pointshade_gl.notes.notes import taken
 from pointshade_gl.page import draw_page
 from pointshade_gl.page.page_scene import Showing
 from pointshade_gl.rendering.image_sequence import jobs_of, write_series
-from pointshade_gl.scene.shading_override import shaded
-from pointshade_gl.scene.srgb import linear_to_srgb, srgb_to_linear
+from pointshade_gl.scene.graph import shaded
+from pointshade_gl.scene.values import linear_to_srgb, srgb_to_linear
 
 from ..support import frames
 from ..support.viewing import drag

@@ -7,8 +7,8 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.scene.camera import Eye
-from pointshade_gl.scene.render_settings import Finish
-from pointshade_gl.scene.shading_override import shaded
+from pointshade_gl.scene.graph import shaded
+from pointshade_gl.scene.settings import Finish
 
 from ..reference.color import linear_to_srgb, srgb_to_linear
 from ..reference.eye_dome import eye_dome

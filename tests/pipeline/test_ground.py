@@ -7,7 +7,7 @@ import pointshade_gl as ps
 from pointshade_gl.bench.tracing import decode
 from pointshade_gl.estimation.ground_plane import ground_under, seen_ground, up_of
 from pointshade_gl.scene.camera import Eye
-from pointshade_gl.scene.render_settings import Finish
+from pointshade_gl.scene.settings import Finish
 
 from ..gpu.test_shader_functions import TARGET, light_views, occluders, turned
 from ..reference import camera, ground

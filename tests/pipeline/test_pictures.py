@@ -8,7 +8,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.scene.appearance import Look
 from pointshade_gl.scene.camera import Eye
-from pointshade_gl.scene.level_of_detail import MERGE
+from pointshade_gl.scene.visible import MERGE
 
 from ..reference.render import render as mirror_render
 from ..reference.surface_pass import certainty_by_noise, measure_noise, surface_by_noise

@@ -10,8 +10,8 @@ from pointshade_gl.bench.picture_scores import co_visible
 from pointshade_gl.bench.tracing import as_frame, decode, encode, shade, sphere_and_wall, trace
 from pointshade_gl.scene import shadow_cameras
 from pointshade_gl.scene.camera import Eye
-from pointshade_gl.scene.render_settings import Finish
 from pointshade_gl.scene.sample_pattern import ball_point, light_part, moved_light, pixel_offset
+from pointshade_gl.scene.settings import Finish
 
 from ..reference import sample_mean as developed
 from ..reference.render import render as mirror_render

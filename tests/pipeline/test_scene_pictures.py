@@ -7,7 +7,7 @@ import pointshade_gl as ps
 from pointshade_gl.scene import shadow_cameras
 from pointshade_gl.scene.appearance import SHADINGS
 from pointshade_gl.scene.camera import Eye
-from pointshade_gl.scene.visible_scene import looking_distance
+from pointshade_gl.scene.visible import looking_distance
 
 from ..reference.render import render as mirror_render
 from ..support import frames

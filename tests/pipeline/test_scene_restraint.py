@@ -7,8 +7,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.scene.camera import Eye
-from pointshade_gl.scene.level_of_detail import coarser, coarser_step
-from pointshade_gl.scene.visible_scene import in_view
+from pointshade_gl.scene.visible import coarser, coarser_step, in_view
 
 from ..support import frames
 

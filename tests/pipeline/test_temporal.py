@@ -10,7 +10,7 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import Hits, encode, plane, shade, sphere, trace, waves
-from pointshade_gl.scene.orbit_state import State
+from pointshade_gl.scene.orbit import State
 
 from ..rendering.test_lifetime import alive
 from ..rendering.test_renderer import living_objects

@@ -7,7 +7,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import decode
-from pointshade_gl.scene.render_settings import TONES
+from pointshade_gl.scene.settings import TONES
 
 from ..support import frames
 from ..truth.files import MATTE

@@ -11,7 +11,7 @@ from pointshade_gl.bench.picture_scores import co_visible, near_edge
 from pointshade_gl.bench.scenes import near_depth_edge
 from pointshade_gl.bench.tracing import Hits, decode, encode, plane, shade, trace
 from pointshade_gl.scene.appearance import Look
-from pointshade_gl.scene.level_of_detail import finer_camera
+from pointshade_gl.scene.visible import finer_camera
 
 from ..reference.upsample import guide_colors, snapped, upsampled
 from ..support import frames

@@ -8,7 +8,7 @@ import numpy as np
 
 from pointshade_gl.estimation.environment_light import above_horizon, lobe_map, radiance_bands
 from pointshade_gl.estimation.turned_bands import turned_bands
-from pointshade_gl.scene.surroundings import Surroundings
+from pointshade_gl.scene.environment import Surroundings
 
 from .surroundings import (
     OPEN,

@@ -13,14 +13,14 @@ import numpy as np
 from pointshade_gl.gpu.clouds.cloud_objects import BALL_SHARE, BAND, CORE, RING, SHADOW_PUSH, SHADOW_SHARE, STEP_BACK
 from pointshade_gl.scene.appearance import Look
 from pointshade_gl.scene.camera import Eye, view_matrix
+from pointshade_gl.scene.cloud import PointCloud
 from pointshade_gl.scene.graph import Scene
 from pointshade_gl.scene.light import Light, at_upper_left
 from pointshade_gl.scene.node import Node
-from pointshade_gl.scene.point_cloud import PointCloud
-from pointshade_gl.scene.render_settings import Finish
 from pointshade_gl.scene.sample_pattern import light_part
+from pointshade_gl.scene.settings import Finish
 from pointshade_gl.scene.shadow_cameras import shadow_views
-from pointshade_gl.scene.visible_scene import VisibleScene
+from pointshade_gl.scene.visible import VisibleScene
 
 from .camera import mean_focal_length, pixel_ray, project
 from .cloud_front import closed_depth

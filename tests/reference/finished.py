@@ -9,10 +9,10 @@ import numpy as np
 from pointshade_gl.estimation.ground_plane import seen_ground
 from pointshade_gl.gpu.shading.view_visibility import plane_shift, plane_turn
 from pointshade_gl.scene.camera import Eye
-from pointshade_gl.scene.render_settings import Finish
+from pointshade_gl.scene.environment import NOTHING_AROUND, Surroundings
 from pointshade_gl.scene.sample_pattern import at_sample
-from pointshade_gl.scene.surroundings import NOTHING_AROUND, Surroundings
-from pointshade_gl.scene.visible_scene import VisibleScene
+from pointshade_gl.scene.settings import Finish
+from pointshade_gl.scene.visible import VisibleScene
 
 from .around import around_of
 from .camera import pixel_ray

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pointshade_gl.scene.camera import Camera
-from pointshade_gl.scene.normal_methods import Step
+from pointshade_gl.scene.noise import Step
 
 from .grid import edge_reach, grid_code, square_triangles
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pointshade_gl.scene.normal_methods import SPARSE_LEVELS, SPARSE_TILTS
+from pointshade_gl.scene.noise import SPARSE_LEVELS, SPARSE_TILTS
 
 from .inverse_depth import facing_slope, normal_of_slope, start
 from .robust_plane import solve_plane

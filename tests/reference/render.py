@@ -12,17 +12,16 @@ import numpy as np
 from pointshade_gl.estimation.ground_plane import ground_under
 from pointshade_gl.scene.appearance import Look
 from pointshade_gl.scene.camera import Camera, Eye, view_matrix
+from pointshade_gl.scene.environment import NOTHING_AROUND, Surroundings
 from pointshade_gl.scene.frame import Frame
 from pointshade_gl.scene.graph import Scene
-from pointshade_gl.scene.level_of_detail import MERGE, bridged_camera, bridged_stride
 from pointshade_gl.scene.light import Light, at_upper_left, light_rows
 from pointshade_gl.scene.node import Node
-from pointshade_gl.scene.point_object import PointObject
-from pointshade_gl.scene.render_settings import SIMPLE, Finish
+from pointshade_gl.scene.objects import PointObject
 from pointshade_gl.scene.sample_pattern import light_part
+from pointshade_gl.scene.settings import SIMPLE, Finish
 from pointshade_gl.scene.shadow_cameras import ShadowView, Span, shadow_views
-from pointshade_gl.scene.surroundings import NOTHING_AROUND, Surroundings
-from pointshade_gl.scene.visible_scene import VisibleScene
+from pointshade_gl.scene.visible import MERGE, VisibleScene, bridged_camera, bridged_stride
 
 from .around import around_of, light_from_around, visibility_map
 from .camera import pixel_ray

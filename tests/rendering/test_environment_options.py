@@ -10,8 +10,8 @@ from pointshade_gl.estimation.ground_plane import up_and_floor
 from pointshade_gl.pipeline.around import surroundings_of
 from pointshade_gl.rendering.request import RenderRequest
 from pointshade_gl.scene.environment import Environment
-from pointshade_gl.scene.render_settings import with_environment_turned
-from pointshade_gl.scene.turntable import views_of_turn
+from pointshade_gl.scene.settings import with_environment_turned
+from pointshade_gl.scene.viewpoint import views_of_turn
 
 from ..support import frames
 

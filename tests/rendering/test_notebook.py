@@ -9,7 +9,7 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.rendering.notebook import Picture
-from pointshade_gl.scene import preview
+from pointshade_gl.scene import frame as preview
 
 from ..support import frames
 

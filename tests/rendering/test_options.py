@@ -17,8 +17,8 @@ from pointshade_gl.notes import notes
 from pointshade_gl.rendering.request import DepthOptions, PointsOptions, RenderOptions, RenderRequest
 from pointshade_gl.scene.appearance import LookOptions
 from pointshade_gl.scene.option_fields import option_of
-from pointshade_gl.scene.render_settings import FinishOptions
-from pointshade_gl.scene.view import MoveOptions
+from pointshade_gl.scene.settings import FinishOptions
+from pointshade_gl.scene.viewpoint import MoveOptions
 from pointshade_gl.viewer import Viewer
 
 from ..support import frames

@@ -9,8 +9,8 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.files.writing.film import Film
-from pointshade_gl.scene.orbit_state import State
-from pointshade_gl.scene.view import View
+from pointshade_gl.scene.orbit import State
+from pointshade_gl.scene.viewpoint import View
 from pointshade_gl.viewer import Viewer
 
 from ..support import frames

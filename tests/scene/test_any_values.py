@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 import pointshade_gl as ps
 from pointshade_gl.scene.camera import check_pose
 from pointshade_gl.scene.light import at_upper_left, light_rows
-from pointshade_gl.scene.render_settings import Finish
-from pointshade_gl.scene.view import View
+from pointshade_gl.scene.settings import Finish
+from pointshade_gl.scene.viewpoint import View
 
 from ..support import given_values as values
 

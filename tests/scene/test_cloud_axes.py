@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.cloud_axes import CLOUD_AXES, axes_in_words, front_in_words, turned
-from pointshade_gl.scene.cloud_scene import scene_of
-from pointshade_gl.scene.point_cloud import UPS
+from pointshade_gl.scene.cloud import CLOUD_AXES, UPS, axes_in_words, front_in_words, turned
+from pointshade_gl.scene.graph import scene_of
 
 # right, below and farther than the camera of a frame: x right, y down, z away from the viewer
 SEEN = np.array([[1, 2, 3]], np.float32)

@@ -5,8 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.estimation.environment_light import lobe_map, radiance_bands
-from pointshade_gl.scene.environment import NAMES, WIDEST, Environment
-from pointshade_gl.scene.environment_presets import BEHIND_LEFT
+from pointshade_gl.scene.environment import BEHIND_LEFT, NAMES, WIDEST, Environment
 
 RNG = np.random.default_rng(3)
 

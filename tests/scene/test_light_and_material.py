@@ -8,7 +8,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.scene.appearance import check_sizes
-from pointshade_gl.scene.normal_methods import check_method, check_normals, parse_max_depth_step
+from pointshade_gl.scene.noise import check_method, check_normals, parse_max_depth_step
 
 PLACED = {"position": (0, 0, 1), "direction": (0, 0, 1)}
 FALLS = "inverse-square"

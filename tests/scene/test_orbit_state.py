@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.orbit_state import RIM, State, marker_place, rims_from
-from pointshade_gl.scene.orbit_target import Stage
+from pointshade_gl.scene.orbit import RIM, Stage, State, marker_place, rims_from
 from pointshade_gl.viewer.events import Event
 
 from ..support import frames

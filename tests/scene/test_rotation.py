@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pointshade_gl.scene.rotation import check_matrix, is_orthogonal, is_rotation, moved, quaternion_of, rotation_of
+from pointshade_gl.scene.camera import check_matrix, is_orthogonal, is_rotation, moved, quaternion_of, rotation_of
 
 HALF = 0.5**0.5
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pointshade_gl.scene.srgb import linear_to_bytes, linear_to_srgb, srgb_to_linear
+from pointshade_gl.scene.values import linear_to_bytes, linear_to_srgb, srgb_to_linear
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,7 @@ import pytest
 from pytest import approx
 
 import pointshade_gl as ps
-from pointshade_gl.scene.turntable import views_of_turn, with_camera_turned, with_light_turned
-from pointshade_gl.scene.view import View
+from pointshade_gl.scene.viewpoint import View, views_of_turn, with_camera_turned, with_light_turned
 
 CAMERA = ps.Camera(50, 50, 19.5, 14.5, 40, 30)
 POSE = ps.orbit_pose(None, (0.3, -0.2, 2), yaw=35, pitch=-20)  # some camera of the world

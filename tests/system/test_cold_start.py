@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.bounds import median, quantile
+from pointshade_gl.scene.values import median, quantile
 
 pytestmark = pytest.mark.system
 

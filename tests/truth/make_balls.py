@@ -19,7 +19,7 @@ import numpy as np
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.scene.cloud_scene import scene_of
+from pointshade_gl.scene.graph import scene_of
 
 COUNT, RADIUS = 2048, 0.035
 SUN, ANGLE = np.array([0.45, 0.35, -0.82]), 14.0  # which way it shines, its size in degrees

@@ -18,8 +18,8 @@ import pointshade_gl as ps
 from pointshade_gl.estimation.ground_plane import ground_under
 from pointshade_gl.scene.graph import Scene
 from pointshade_gl.scene.node import Node
-from pointshade_gl.scene.point_object import PointObject
-from pointshade_gl.scene.srgb import linear_to_srgb, srgb_to_linear
+from pointshade_gl.scene.objects import PointObject
+from pointshade_gl.scene.values import linear_to_srgb, srgb_to_linear
 
 TURN = {"yaw": 12, "pitch": -14, "dolly": -0.1}
 OPTIONS = {"environment": "sky", "ground": True, "background": "white", "samples": 64}

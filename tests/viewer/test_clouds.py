@@ -9,7 +9,7 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.cli.window_line import Typed, render_line
-from pointshade_gl.scene.orbit_state import State
+from pointshade_gl.scene.orbit import State
 from pointshade_gl.viewer.clouds import clouds_of
 from pointshade_gl.viewer.events import Open, TurnAround
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.orbit_state import OWN_LIGHT, State, marker_place
-from pointshade_gl.scene.orbit_target import Stage
+from pointshade_gl.scene.orbit import OWN_LIGHT, Stage, State, marker_place
 from pointshade_gl.viewer.controller import (
     BAR,
     Control,

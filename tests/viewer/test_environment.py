@@ -5,8 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.cli import main as cli
-from pointshade_gl.scene.orbit_state import OWN_LIGHT, State
-from pointshade_gl.scene.orbit_target import Stage
+from pointshade_gl.scene.orbit import OWN_LIGHT, Stage, State
 from pointshade_gl.viewer.controller import Control, Surroundings, controller
 from pointshade_gl.viewer.events import Event, Remember, ShowMessage
 from pointshade_gl.viewer.history import Moment

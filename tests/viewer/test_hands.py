@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.scene.orbit_state import DEGREES, State, marker_place
+from pointshade_gl.scene.orbit import DEGREES, State, marker_place
 from pointshade_gl.viewer import open_dialog, window
 
 from ..support import frames

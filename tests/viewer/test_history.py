@@ -5,8 +5,7 @@ from dataclasses import fields, replace
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.orbit_state import OWN_LIGHT, State
-from pointshade_gl.scene.orbit_target import Stage
+from pointshade_gl.scene.orbit import OWN_LIGHT, Stage, State
 from pointshade_gl.viewer.clouds import restyled
 from pointshade_gl.viewer.document import Document
 from pointshade_gl.viewer.events import Command, Event, Remember, ShowFrame

@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.scene.orbit_state import State
+from pointshade_gl.scene.orbit import State
 from pointshade_gl.viewer import recording
 from pointshade_gl.viewer.keys import ESTIMATORS
 

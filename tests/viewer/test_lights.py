@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.orbit_state import State
-from pointshade_gl.scene.orbit_target import Stage
+from pointshade_gl.scene.orbit import Stage, State
 from pointshade_gl.viewer.history import Moment
 from pointshade_gl.viewer.lights import added, placed, removed, taking, titles
 

@@ -3,7 +3,7 @@
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.orbit_state import State
+from pointshade_gl.scene.orbit import State
 from pointshade_gl.viewer.events import Event
 from pointshade_gl.viewer.messages import CLOSES, Messages
 

@@ -9,7 +9,7 @@ import pytest
 from PIL import ImageFont
 
 import pointshade_gl as ps
-from pointshade_gl.scene.orbit_state import State
+from pointshade_gl.scene.orbit import State
 from pointshade_gl.viewer.events import Event, TakeLight
 from pointshade_gl.viewer.lights import KINDS, kind_of
 from pointshade_gl.viewer.messages import POINTS

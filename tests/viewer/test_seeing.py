@@ -6,8 +6,8 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.files.depth.colormaps import ramp
 from pointshade_gl.files.pictures.picture_files import normals_to_rgb
-from pointshade_gl.scene.color_scale import BLUE
-from pointshade_gl.scene.orbit_state import State
+from pointshade_gl.scene.orbit import State
+from pointshade_gl.scene.values import BLUE
 from pointshade_gl.viewer.readout import NOTHING, values_of
 
 from ..support import frames

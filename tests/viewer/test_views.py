@@ -10,7 +10,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.files.sources import choose_views
-from pointshade_gl.scene.orbit_state import marker_place
+from pointshade_gl.scene.orbit import marker_place
 from pointshade_gl.viewer import panel_sections
 from pointshade_gl.viewer.events import Event, StepFrames
 from pointshade_gl.viewer.views import Merger, Views, check_views

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...files.access.numbered_names import first_of, is_numbered
 from ...notes.words import option
-from ...scene.view import View
+from ...scene.viewpoint import View
 from ..inputs import load
 from ..look_options import NormalOptions
 from ..options import Axes, Bits, Device, Explain, FrameOptions, NormalsOutput, Overwrite, Quiet, spread

@@ -19,8 +19,7 @@ from ...rendering.renderer import Renderer
 from ...rendering.request import RenderRequest
 from ...scene.appearance import LIT_EARLY
 from ...scene.graph import Scene
-from ...scene.turntable import check_turntable, moves_camera
-from ...scene.view import View
+from ...scene.viewpoint import View, check_turntable, moves_camera
 from ..inputs import (
     Together,
     are_clouds,

@@ -15,8 +15,8 @@ from ...notes.words import option
 from ...scene.appearance import Look
 from ...scene.frame import Frame
 from ...scene.graph import Scene
-from ...scene.render_settings import Finish
-from ...scene.view import View
+from ...scene.settings import Finish
+from ...scene.viewpoint import View
 from ..command_words import words_of
 from ..inputs import (
     are_clouds,
@@ -58,7 +58,7 @@ def view(
     A folder with a sequence is played; with --views, or when M is pressed, frames of it are merged into one object.
     A line of `pointshade render` that the key P printed opens the same view, with view in the place of render.
     """
-    from ...scene.orbit_state import State
+    from ...scene.orbit import State
     from ...viewer import Viewer
     from ...viewer.panel import MISSING
     from ..window_line import render_line

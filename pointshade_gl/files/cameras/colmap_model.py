@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene.axis_conventions import Matrices, from_quaternions, inverted
+from ...scene.camera import Matrices, from_quaternions, inverted
 from ..access.content import read_bytes
 from ..access.limits import MAX_PIXELS
 from .intrinsics import Intrinsics

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...notes.words import shown
-from ...scene.axis_conventions import OPENGL
+from ...scene.camera import OPENGL
 from ..access.content import parse_object, read_text
 from ..access.folder_listing import natural
 from ..access.limits import MAX_PIXELS

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...notes.words import option
-from ...scene.point_cloud import Up
-from ...scene.srgb import linear_to_bytes
+from ...scene.cloud import Up
+from ...scene.values import linear_to_bytes
 from ..depth.colormaps import ramp
 from .found_points import COLOR_BY, ColorBy, FoundPoints
 from .placing import main_box

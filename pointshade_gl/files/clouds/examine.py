@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...checks.arguments import check_path
-from ...scene.point_cloud import PointCloud
+from ...scene.cloud import PointCloud
 from ..access.content import FilePath
 from .cloud_colors import choices
 from .load import CloudOptions, read_cloud

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from ...notes.words import option
-from ...scene.point_cloud import Up
+from ...scene.cloud import Up
 from ..access.content import FilePath
 from ..frames.frame_parts import LoadOptions
 from .found_points import ColorBy

@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene.point_cloud import Up
+from ...scene.cloud import Up
 from ..access.limits import check_limit
 
 ColorBy = Literal["rgb", "intensity", "class", "height"]

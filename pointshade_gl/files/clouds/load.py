@@ -11,7 +11,7 @@ import numpy as np
 from ...checks.arguments import check_choice, check_count, check_path, check_positive
 from ...notes.notes import Note, print_note
 from ...notes.words import option
-from ...scene.point_cloud import UPS, PointCloud, Up
+from ...scene.cloud import UPS, PointCloud, Up
 from ..access.content import FilePath, read_head
 from ..access.limits import MAX_PIXELS
 from ..arrays.array_files import NUMPY

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ...checks.arguments import LARGEST
 from ...notes.notes import Note
 from ...notes.words import counted
-from ...scene.point_cloud import STRAY
+from ...scene.cloud import STRAY
 from .found_points import FoundPoints
 
 _LOSS = 1e-3  # of the points' spacing may be lost by float32

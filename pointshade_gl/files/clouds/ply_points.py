@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...notes.notes import Note
-from ...scene.cloud_axes import axes_in_words, front_in_words
-from ...scene.point_cloud import UPS, PointCloud
+from ...scene.cloud import UPS, PointCloud, axes_in_words, front_in_words
 from ..access.content import FilePath, naming, split_numbers
 from ..arrays.ply import read_ply
 from .field_names import found_in

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene.point_cloud import Up
+from ...scene.cloud import Up
 from .placing import main_box
 
 _FLAT = 0.4  # of both other sides is the height of a terrain or a street, at most

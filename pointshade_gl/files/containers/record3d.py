@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 
 from ...notes.notes import Note, once
 from ...notes.words import shown
-from ...scene.axis_conventions import OPENGL, from_quaternions
-from ...scene.camera import Camera
+from ...scene.camera import OPENGL, Camera, from_quaternions
 from ..access.content import parse_object, read_bytes
 from ..access.limits import LONGEST_SIDE, MAX_PIXELS, TEXT_BYTES, check_limit, check_pixels
 from ..arrays.lzfse import unpack

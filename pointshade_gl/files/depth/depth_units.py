@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene.bounds import median
-from ...scene.far_plane import far_plane
+from ...scene.frame import far_plane
+from ...scene.values import median
 from .missing_depth import FAR
 
 NEAREST, FARTHEST = 0.05, 200.0  # metres between which the middle of a depth picture lies

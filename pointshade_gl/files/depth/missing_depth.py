@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...notes.notes import Note
-from ...scene.far_plane import LEAST_SHARE, MOST_SHARE
+from ...scene.frame import LEAST_SHARE, MOST_SHARE
 
 FAR = 65500  # from here on a 16-bit value says "missing": 65535 in ScanNet and 7-Scenes, 65504 the largest half
 _BLOCK = 2**18  # pixels of a block: its numbers fit into the processor's cache

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...notes.notes import Note
-from ...scene.bounds import median, quantile
 from ...scene.frame import Frame
+from ...scene.values import median, quantile
 
 _WIDTH = 160  # pixels to which both are reduced
 _REACH = 10  # pixels of those in each direction that are searched

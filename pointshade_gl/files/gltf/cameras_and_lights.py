@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from ...notes.words import shown
 from ...scene.camera import Camera
-from ...scene.light import Light, Vector, unit
-from ...scene.light_units import LUX
+from ...scene.light import LUX, Light, Vector, unit
 from ..access.limits import check_pixels
 from .checks import numbers
 from .extras import options, switch

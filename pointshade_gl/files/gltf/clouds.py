@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene.point_cloud import PointCloud
-from ...scene.srgb import linear_to_bytes, srgb_to_linear
+from ...scene.cloud import PointCloud
+from ...scene.values import linear_to_bytes, srgb_to_linear
 from .buffers import Parts
 from .cameras_and_lights import Matrix
 from .checks import numbers

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...notes.words import shown
 from ...scene.environment import WIDEST, Environment, reduced
-from ...scene.srgb import srgb_to_linear
+from ...scene.values import srgb_to_linear
 from .buffers import Parts
 from .checks import numbers, pick, telling
 from .container import IMAGE_BASED

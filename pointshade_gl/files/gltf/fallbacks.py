@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene.appearance import Look
-from ...scene.frame import Frame
-from ...scene.frame_arrays import NEUTRAL
-from ...scene.point_object import PointObject
-from ...scene.srgb import srgb_to_linear
+from ...scene.frame import NEUTRAL, Frame
+from ...scene.objects import PointObject
+from ...scene.values import srgb_to_linear
 from ..frames.color_files import read_color
 from .cameras_and_lights import FLIP, Matrix
 from .clouds import POINTS, linear_colors

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene.frame import Frame
-from ...scene.normal_methods import Step
+from ...scene.noise import Step
 
 SAME_SURFACE = 0.02  # a neighbour off the plane by more than this share of 1/z is another surface
 STEEPEST = 10.0  # tangent of the steepest slope of a surface

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...notes.words import cut
-from ...scene.mesh import Mesh
-from ...scene.point_cloud import PointCloud
+from ...scene.cloud import PointCloud
+from ...scene.objects import Mesh
 from .buffers import Parts
 from .checks import label, numbers, pick, telling
 from .clouds import POINTS, read_cloud

@@ -13,7 +13,7 @@ import numpy as np
 from ...notes.words import shown
 from ...scene.appearance import SWITCHES, Look, Material
 from ...scene.frame import Frame
-from ...scene.point_object import MOST_FRAMES, PointObject
+from ...scene.objects import MOST_FRAMES, PointObject
 from ..access.limits import SCENE_FRAMES, check_limit
 from ..arrays.array_files import read_npy
 from ..pictures.picture_files import save_image

@@ -14,7 +14,7 @@ from ...scene.frame import Frame
 from ...scene.graph import Scene
 from ...scene.light import Light
 from ...scene.node import Node
-from ...scene.point_object import PointObject
+from ...scene.objects import PointObject
 from ..access.builtin import builtin_scene
 from ..access.content import FilePath
 from ..access.limits import PARTS, check_limit

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...scene.rotation import is_rotation, quaternion_of, rotation_of
+from ...scene.camera import is_rotation, quaternion_of, rotation_of
 from .cameras_and_lights import Matrix
 from .checks import numbers
 

@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 
 from ...checks.arguments import check_choice, check_path, check_type
 from ...scene.appearance import Material
+from ...scene.cloud import PointCloud
 from ...scene.frame import Frame
 from ...scene.graph import Scene
 from ...scene.light import UPPER_LEFT, Light
-from ...scene.mesh import Mesh
 from ...scene.node import Node
-from ...scene.point_cloud import PointCloud
-from ...scene.point_object import PointObject
+from ...scene.objects import Mesh, PointObject
 from ..access.atomic_write import FileSet, check_place, name_key, naming_written
 from ..access.content import FilePath
 from ..access.written_suffixes import SCENES, check_suffix

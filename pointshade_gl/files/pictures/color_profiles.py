@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...notes.notes import Note
 from ...notes.words import cut
-from ...scene.srgb import linear_to_bytes, srgb_to_linear
+from ...scene.values import linear_to_bytes, srgb_to_linear
 
 if TYPE_CHECKING:
     from PIL import Image  # imported where it is used

@@ -14,7 +14,7 @@ from ...checks.arguments import LARGEST, check_path, is_a
 from ...notes.notes import print_note
 from ...notes.words import did_you_mean, near_path, option, shown
 from ...scene.environment import NAMES, Environment, check_environment
-from ...scene.srgb import srgb_to_linear
+from ...scene.values import srgb_to_linear
 from ..access.content import FilePath, read_head
 from ..access.limits import MAX_PIXELS
 from .exr import EXR, read_exr_colors

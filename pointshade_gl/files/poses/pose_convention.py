@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene.axis_conventions import AXES, inverted
-from ...scene.camera import Camera
+from ...scene.camera import AXES, Camera, inverted
 from ...scene.frame import Frame
 
 _SURE = 0.005  # of the depth, in the median: no other reading can be much better

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...notes.words import shown
-from ...scene.axis_conventions import from_matrices, from_quaternions, inverted
-from ...scene.camera import check_pose
+from ...scene.camera import check_pose, from_matrices, from_quaternions, inverted
 from ..access.content import MATLAB, FilePath, parse_json, read_head, read_text
 from ..access.limits import MAX_PIXELS
 from ..arrays.array_files import NUMPY, read_npy, read_numbers

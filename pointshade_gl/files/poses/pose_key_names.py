@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene.axis_conventions import OPENGL, Matrices, from_matrices, inverted
+from ...scene.camera import OPENGL, Matrices, from_matrices, inverted
 from ..arrays.named_numbers import Named, named_of, read_named
 from ..cameras.camera_key_names import word
 from ..cameras.transforms_json import read_transforms

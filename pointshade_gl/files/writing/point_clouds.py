@@ -9,11 +9,9 @@ import numpy as np
 
 from ...checks.arguments import check_choice, check_path, check_type
 from ...notes.words import option
-from ...scene.cloud_axes import CLOUD_AXES, CloudAxes, turned
-from ...scene.cloud_scene import scene_of
-from ...scene.graph import Scene
+from ...scene.cloud import CLOUD_AXES, CloudAxes, PointCloud, turned
+from ...scene.graph import Scene, scene_of
 from ...scene.node import Node
-from ...scene.point_cloud import PointCloud
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import FilePath
 from ..access.written_suffixes import POINTS, check_suffix

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ...checks.arguments import check_count, check_path, check_type, items_of
 from ...notes.words import shown
+from ...scene.camera import quaternion_of
 from ...scene.frame import Frame
-from ...scene.rotation import quaternion_of
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import FilePath
 from ..access.written_suffixes import FOUND_POSES, POSES, check_suffix

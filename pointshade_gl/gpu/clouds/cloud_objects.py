@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 
 from ...scene.camera import Eye, view_matrix
-from ...scene.point_cloud import PointCloud
+from ...scene.cloud import PointCloud
 from ..context.raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
 from ..context.saved_state import enabled
 from ..core.additive_blend import AdditiveBlend

@@ -10,8 +10,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene.cloud_levels import points_at
-from ...scene.point_cloud import PointCloud
+from ...scene.cloud import PointCloud
+from ...scene.visible import points_at
 from ..core.memory import Owner
 from .cloud_planes import find_planes
 from .fit_radius import FitRadius

@@ -11,8 +11,7 @@ import numpy as np
 
 from ...notes.notes import print_note
 from ...scene.camera import Camera
-from ...scene.frame import Frame
-from ...scene.frame_arrays import NEUTRAL
+from ...scene.frame import NEUTRAL, Frame
 from ...scene.noise import Choice, Noise
 from .images import R32F, RGBA8, RGBA32F, Box, Image, Images, check_size, empty
 

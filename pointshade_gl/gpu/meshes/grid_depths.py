@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 
 from ...scene.camera import Camera, Eye
-from ...scene.normal_methods import Step
+from ...scene.noise import Step
 from ..context.raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
 from ..context.saved_state import enabled
 from ..core.frame_textures import PointSurface

@@ -8,7 +8,7 @@ import moderngl
 
 from ...scene.appearance import Look, shader_model
 from ...scene.camera import Eye
-from ...scene.normal_methods import Step
+from ...scene.noise import Step
 from ..core.canvas import Canvas
 from ..core.frame_textures import Colors, FrameTextures
 from ..core.images import Fitted, Image, depth_tested, empty

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...scene.appearance import NOT_LIT
 from ...scene.camera import Eye
-from ...scene.mesh import Mesh
+from ...scene.objects import Mesh
 from ..context.raw_gl import DEPTH_TEST
 from ..context.saved_state import enabled
 from ..core.images import check_size

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import moderngl
 
-from ...scene.render_settings import Finish
+from ...scene.settings import Finish
 from ..core.additive_blend import AdditiveBlend
 from ..core.canvas import Canvas
 from ..core.images import Image, empty

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene.camera import Camera
-from ...scene.color_scale import SHOWS, ColorScale
+from ...scene.values import SHOWS, ColorScale
 from ..core.canvas import Canvas
 from ..core.images import Fitted, Image, empty
 from ..core.passes import FullscreenPasses

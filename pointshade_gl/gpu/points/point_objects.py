@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 
 from ...scene.camera import Camera, Eye
-from ...scene.level_of_detail import bridged_camera
+from ...scene.visible import bridged_camera
 from ..core.canvas import Canvas
 from ..core.frame_textures import Colors, FrameTextures, PointSurface
 from ..core.images import Box, Fitted, Image, depth_tested

@@ -6,7 +6,7 @@ import moderngl
 
 from ...scene.appearance import Look
 from ...scene.camera import Camera
-from ...scene.normal_methods import parse_max_depth_step
+from ...scene.noise import parse_max_depth_step
 from ..core.frame_textures import DepthTextures
 from ..core.images import Fitted, Image, empty
 from ..core.passes import FullscreenPasses

@@ -9,8 +9,7 @@ import numpy as np
 
 from ...estimation.environment_light import above_horizon, lobe_maps, radiance_bands
 from ...estimation.turned_bands import turned_bands
-from ...scene.environment import Environment
-from ...scene.surroundings import Surroundings
+from ...scene.environment import Environment, Surroundings
 from ..core.memory import Owner
 from ..core.steps import Steps
 from .light_set import AroundLookUp, Lobes

@@ -14,9 +14,8 @@ from ...notes.words import option
 from ...scene.appearance import Look
 from ...scene.camera import Camera
 from ...scene.frame import Frame
-from ...scene.level_of_detail import bridged_camera
-from ...scene.noise import Choice, Noise, parse_noise
-from ...scene.normal_methods import parse_max_depth_step
+from ...scene.noise import Choice, Noise, parse_max_depth_step, parse_noise
+from ...scene.visible import bridged_camera
 from ..core.frame_textures import Colors, DepthTextures, FrameTextures, LargePoints, PointSurface
 from ..core.images import Image
 from ..core.memory import Owner

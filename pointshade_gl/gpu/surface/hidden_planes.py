@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...scene.camera import Camera
-from ...scene.level_of_detail import bridged_stride
+from ...scene.visible import bridged_stride
 from ..core.frame_textures import PointSurface
 from ..core.passes import FullscreenPasses
 

@@ -7,8 +7,7 @@ import numpy as np
 
 from ...estimation.noise_model import BLOCK_PATCHES, COARSE, find_noise, noise_grid, told_noise
 from ...scene.camera import Camera
-from ...scene.noise import Noise
-from ...scene.noise_text import NoiseWords
+from ...scene.noise import Noise, NoiseWords
 from ..core.frame_textures import DepthTextures, PointSurface
 from ..core.images import RG32F, RGBA32F, Fitted, Image, Images, read_texture
 from ..core.passes import FullscreenPasses, data_texture

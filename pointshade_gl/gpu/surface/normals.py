@@ -11,9 +11,7 @@ import numpy as np
 
 from ...estimation.noise_over_time import Decisions
 from ...scene.camera import Camera
-from ...scene.noise import Choice, Noise
-from ...scene.noise_text import NoiseWords
-from ...scene.normal_methods import PLANE_FITS, TRIANGLES, Step
+from ...scene.noise import PLANE_FITS, TRIANGLES, Choice, Noise, NoiseWords, Step
 from ..context.raw_gl import DEPTH_TEST
 from ..context.saved_state import enabled
 from ..core.frame_textures import DepthTextures

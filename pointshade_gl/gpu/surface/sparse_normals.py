@@ -5,7 +5,7 @@ from __future__ import annotations
 import moderngl
 
 from ...scene.camera import Camera
-from ...scene.normal_methods import SPARSE_LEVELS, SPARSE_TILTS
+from ...scene.noise import SPARSE_LEVELS, SPARSE_TILTS
 from ..context.raw_gl import DEPTH_TEST
 from ..context.saved_state import enabled
 from ..core.frame_textures import DepthTextures

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.srgb import linear_to_bytes
+from pointshade_gl.scene.values import linear_to_bytes
 
 from ...support.gltf_files import with_arrays, write_gltf
 from .test_read import load, refuse

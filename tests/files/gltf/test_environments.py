@@ -22,7 +22,7 @@ from pointshade_gl.files.gltf.cube_maps import (
 )
 from pointshade_gl.notes.notes import taken
 from pointshade_gl.scene.environment import NAMES, Environment
-from pointshade_gl.scene.srgb import srgb_to_linear
+from pointshade_gl.scene.values import srgb_to_linear
 
 from ...support.damage import in_json
 from ...support.gltf_files import data_uri, document, write_gltf

@@ -8,7 +8,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.files.gltf import fallbacks
 from pointshade_gl.files.gltf.frame_surfaces import frame_surface
-from pointshade_gl.scene.srgb import srgb_to_linear
+from pointshade_gl.scene.values import srgb_to_linear
 
 from ...support.frames import all_missing, sphere, step
 from .test_read import refuse

@@ -1,10 +1,11 @@
-"""Point clouds: points in space with normals, colours and sizes, as immutable values."""
+"""Point clouds: points in space with normals, colours and sizes, as immutable values; their axes and sizes."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, get_args
 
@@ -14,13 +15,10 @@ from numpy.typing import NDArray
 from ..checks.arguments import LARGEST, as_array, as_given, check_choice, check_type
 from ..checks.foreign_arrays import Numbers
 from ..notes.words import counted, option
-from .appearance import CLOUD_SPLATS, Material
-from .bounds import box_corners
+from .appearance import CLOUD_SPLATS, Material, check_cloud_size, parse_cloud_size
+from .camera import moved
 from .frame import Frame
-from .point_sizes import check_cloud_size, parse_cloud_size
-from .rotation import moved
-from .srgb import linear_to_bytes
-from .values import Value, frozen
+from .values import Value, box_corners, frozen, linear_to_bytes
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -323,3 +321,56 @@ def _arrays_of(
 def _srgb() -> NDArray[np.uint8]:
     """Return the sRGB, (65536,), of linear light over 65535."""
     return linear_to_bytes(np.arange(65536) / 65535)
+
+
+CloudAxes = Literal["opencv", "opengl", "blender"]
+CLOUD_AXES: dict[CloudAxes, tuple[Up, Up]] = {  # what is up, and what points towards the viewer
+    "opencv": ("-y", "-z"),
+    "opengl": ("y", "z"),
+    "blender": ("z", "-y"),
+}
+USUAL_FRONT: dict[Up, Up] = {"-y": "-z", "y": "z", "z": "-y", "-z": "-y", "x": "-y", "-x": "-y"}  # by what is up
+_VIEWER = re.compile(r"\b([xyz]) (towards|away from) the viewer\b")
+
+
+def turned(cloud: PointCloud, axes: CloudAxes) -> PointCloud:
+    """Return a cloud in other axes, with all that lies or points somewhere; numbers change places and signs only."""
+    up, front = CLOUD_AXES[axes]
+    turn = _axes_of(up, front) @ _axes_of(cloud.up, cloud.front or USUAL_FRONT[cloud.up]).T
+    changed: dict[str, Any] = {
+        name: _turned(getattr(cloud, name), turn) for name in ("positions", "normals", "seen_from", "origin")
+    }
+    return replace(cloud, **changed, up=up, front=front if cloud.front else None)
+
+
+def axes_in_words(up: Up, front: Up) -> str:
+    """Return such as "x right, y up, z towards the viewer"."""
+    words = {}
+    for axis, ends in (
+        (up, ("up", "down")),
+        (front, ("towards the viewer", "away from the viewer")),
+        (_right_of(up, front), ("right", "left")),
+    ):
+        words[axis[-1]] = ends[axis.startswith("-")]
+    return ", ".join(f"{axis} {words[axis]}" for axis in "xyz")
+
+
+def front_in_words(text: str) -> Up | None:
+    """Return which axis points towards the viewer, from what `axes_in_words` says; None where it says nothing."""
+    found = _VIEWER.search(text)
+    axis = found and f"{'-' if found[2] == 'away from' else ''}{found[1]}"
+    return next((up for up in UPS if up == axis), None)
+
+
+def _axes_of(up: Up, front: Up) -> NDArray[np.float64]:
+    """Return (3, 3) columns: what is right, up and towards the viewer."""
+    return np.stack([direction_of(_right_of(up, front)), direction_of(up), direction_of(front)], -1)
+
+
+def _right_of(up: Up, front: Up) -> Up:
+    right = np.cross(direction_of(up), direction_of(front))
+    return next(axis for axis in UPS if np.array_equal(direction_of(axis), right))
+
+
+def _turned(vectors: NDArray[Any] | None, turn: NDArray[np.float64]) -> NDArray[Any] | None:
+    return None if vectors is None else vectors @ turn.T.astype(vectors.dtype)

@@ -23,12 +23,11 @@ from ..checks.arguments import (
 )
 from ..checks.foreign_arrays import Numbers
 from ..notes.words import option, shown
-from .color_scale import SHOWS, Show
-from .css_colors import linear_color
+from .appearance import is_single
 from .environment import NAMES, Environment, check_environment
 from .option_fields import LIGHT, PICTURE, number_or_text, opt, option_class
-from .point_sizes import is_single
 from .sample_pattern import check_samples
+from .values import SHOWS, Show, linear_color
 
 STILL, FILM = 16, 4  # samples of a picture of the command line; of each picture of a film, and of a point cloud
 STOPS = 32.0  # of exposure, at most

@@ -1,19 +1,349 @@
-"""Judges the poses of several frames by how well they agree in pairs: in depth, and in the texture of their colours."""
+"""Judges the poses of several frames, on reduced copies of them, by how well they agree; finds wrong ones."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from copy import copy
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .frame_matches import Matches
-from .reduced_frame import ReducedFrame
+from ..scene.camera import Camera
+from .multi_view import NARROWEST, SPREADS, Comparison
+
+# Two frames contradict each other if more than this share of their points does: between these two, and so many times
+# the usual share of the set, which noise raises
+LEAST, MOST, USUAL = 0.1, 0.5, 2.0
+CLEARLY = 0.3  # with fewer, something may have moved; then a wrong pose shows in the spread of all other points, too
+Pair = tuple[int, int]
+
+
+class Contradictions(NamedTuple):
+    """Which frames' depths contradict those of others, where both see the same."""
+
+    frames: frozenset[int]  # that fit none of the others, of which more fit each other
+    undecided: bool  # whether others contradict each other, and nobody knows which are wrong
+
+
+def contradictions(comparisons: Mapping[Pair, Comparison], count: int) -> Contradictions:
+    """Find the frames with wrong poses, from comparisons of pairs (i, j).
+
+    Frames that agree form groups. A frame is wrong if it contradicts a group with more members than contradict that
+    group.
+    """
+    contradicts = _contradicts(comparisons)
+    group_of = _groups([pair for pair, is_off in contradicts.items() if not is_off], count)
+    against = [(i, j) for (i, j), is_off in contradicts.items() if is_off and group_of[i] is not group_of[j]]
+    wrong: set[int] = set()
+    for group in group_of:
+        opponents = {other for i, j in against for one, other in ((i, j), (j, i)) if one in group}
+        wrong |= opponents if len(group) > len(opponents) else set()
+    return Contradictions(frozenset(wrong), any(i not in wrong and j not in wrong for i, j in against))
+
+
+def _contradicts(comparisons: Mapping[Pair, Comparison]) -> dict[Pair, bool]:
+    """Return, for each pair of frames that see the same, whether they contradict each other."""
+    both_ways: dict[Pair, list[Comparison]] = {}
+    for (i, j), one in comparisons.items():
+        both_ways.setdefault((min(i, j), max(i, j)), []).append(one)
+    known = {pair: ways for pair, ways in both_ways.items() if np.isfinite([one.apart for one in ways]).any()}
+    if not known:
+        return {}
+    # what lies nearer than a frame expects hides the rest from it: only the other frame can tell
+    aparts = np.array([np.nanmax([one.apart for one in ways]) for ways in known.values()])
+    spreads = np.array([min(one.spread for one in ways) for ways in known.values()])
+    is_apart = aparts > np.clip(USUAL * np.quantile(aparts, 0.25, method="lower"), LEAST, MOST)
+    is_spread = spreads > USUAL * max(np.quantile(spreads, 0.25, method="lower"), NARROWEST / SPREADS)
+    return dict(zip(known, (is_apart & (is_spread | (aparts > CLEARLY))).tolist(), strict=True))
+
+
+def _groups(pairs: Sequence[Pair], count: int) -> list[set[int]]:
+    """Return for each frame the set of frames that pairs connect it with, itself included."""
+    group_of = [{k} for k in range(count)]
+    for i, j in pairs:
+        if group_of[i] is not group_of[j]:
+            joined = group_of[i] | group_of[j]
+            for k in joined:
+                group_of[k] = joined
+    return group_of
+
+
+LONGER_SIDE = 320  # pixels of the copy, about
+BLURS = 3  # how often the brightness is blurred, each time twice as wide
+LEAST_NOISE = 0.015  # of brightness: what a compressed picture shows where there is nothing
+FLAT = 0.001  # contrast of brightness that is none, where noise was rounded away
+_KERNEL = np.array([1, 4, 6, 4, 1], np.float32) / 16
+_IMPULSE = np.zeros((65, 65), np.float32)
+_IMPULSE[32, 32] = 1
+Floats = NDArray[np.float32]
+
+
+class Brightness(NamedTuple):
+    """Blurred brightness and its slope."""
+
+    maps: Floats  # (h * w, 3): the brightness, its change to the next column, and to the next row
+    slope_noise: float  # standard deviation of either slope on a surface of one colour
+
+    @property
+    def value(self) -> Floats:
+        """Return the brightness alone, (h * w,)."""
+        return self.maps[:, 0]
+
+
+class ReducedFrame:
+    """What a frame's pose is found from.
+
+    camera      of the reduced picture, (h, w)
+    points      (h * w, 3) float32, camera axes
+    normals     (h * w, 3) float32, unit, camera axes; 0 where the point is not used: missing, at a step, seen flat
+    brightness  (h, w) float32, square root of the linear luminance, 0 to 1; None without colours
+    """
+
+    def __init__(self, camera: Camera, surface: Floats, brightness: Floats | None):
+        """surface: (h, w, 4), unit normal and depth, 0 where the point is not used."""
+        self.camera, self.brightness = camera, brightness
+        depth = surface[..., 3:]
+        self.points = (camera.rays().astype(np.float32) * depth).reshape(-1, 3)
+        self.normals = np.where(depth > 0, surface[..., :3], np.float32(0)).reshape(-1, 3)
+        self._is_known = depth.reshape(-1) > 0
+        self._samples: dict[int, NDArray[np.intp]] = {}
+
+    @cached_property
+    def planes(self) -> Floats:
+        """Return each point's normal and the distance of its plane from the camera, (h * w, 4)."""
+        distances = np.einsum("nk,nk->n", self.normals, self.points)
+        return np.concatenate([self.normals, distances[:, None]], -1)
+
+    @property
+    def points_known(self) -> int:
+        """Return the number of points that are used."""
+        return int(np.count_nonzero(self._is_known))
+
+    @cached_property
+    def middle(self) -> NDArray[np.float64]:
+        """Return the median of the points, (3,) camera axes; 0 without any."""
+        known = self.points[self._is_known]
+        return np.median(known, axis=0).astype(np.float64) if len(known) else np.zeros(3)
+
+    @cached_property
+    def radius(self) -> float:
+        """Return the median distance of the points from their middle; 0 without any."""
+        known = self.points[self._is_known]
+        return float(np.median(np.linalg.norm(known - self.middle, axis=1))) if len(known) else 0.0
+
+    @cached_property
+    def is_textured(self) -> bool:
+        """Return whether there is more in the brightness than noise."""
+        if self.brightness is None:
+            return False
+        return float(np.quantile(np.abs(self.texture), 0.9)) > self._noise + FLAT
+
+    def without_brightness(self) -> ReducedFrame:
+        """Return the same frame without its brightness."""
+        result = copy(self)
+        result.brightness = None
+        return result
+
+    def samples(self, step: int) -> NDArray[np.intp]:
+        """Return the numbers of the points that are used, on every step-th column and row."""
+        if step not in self._samples:
+            is_known = self._is_known.reshape(self.camera.height, self.camera.width)
+            v, u = np.nonzero(is_known[step // 2 :: step, step // 2 :: step])
+            self._samples[step] = (v * step + step // 2) * self.camera.width + u * step + step // 2
+        return self._samples[step]
+
+    def pixels(self, at: NDArray[np.floating]) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+        """Return the pixels in which points (..., 3) in camera axes are seen, 0 outside, and whether inside, (...)."""
+        camera = self.camera
+        with np.errstate(all="ignore"):
+            u, v = (np.rint(place) for place in camera.pixel_at(at[..., 0], at[..., 1], at[..., 2]))
+            inside = (at[..., 2] > 0) & (u >= 0) & (v >= 0) & (u < camera.width) & (v < camera.height)
+            return np.where(inside, v * camera.width + u, 0).astype(np.intp), inside
+
+    def blurred(self, level: int) -> Brightness:
+        """Return the brightness at a level of blur, 0 to BLURS - 1. It must be known."""
+        return self._blurred[level]
+
+    @cached_property
+    def _blurred(self) -> list[Brightness]:
+        assert self.brightness is not None
+        levels = []
+        for shown, impulse in zip(_blurs(self.brightness), _blurs(_IMPULSE), strict=True):
+            along_v, along_u = np.gradient(shown)
+            gain = float(np.sqrt((np.gradient(impulse, axis=1) ** 2).sum()))
+            levels.append(Brightness(np.stack([shown, along_u, along_v], -1).reshape(-1, 3), gain * self._noise))
+        return levels
+
+    @cached_property
+    def texture(self) -> Floats:
+        """Return the brightness without what is finer or coarser than some pixels, (h * w,). It must be known."""
+        return self._blurred[0].value - self._blurred[-1].value
+
+    @cached_property
+    def texture_noise(self) -> float:
+        """Return the standard deviation of the texture of a surface of one colour."""
+        finest, *_, coarsest = _blurs(_IMPULSE)
+        return float(np.sqrt(((finest - coarsest) ** 2).sum())) * max(self._noise, LEAST_NOISE)
+
+    @cached_property
+    def _noise(self) -> float:
+        return 0.0 if self.brightness is None else picture_noise(self.brightness)
+
+
+def picture_noise(picture: Floats) -> float:
+    """Return the standard deviation of a picture's noise, from the median size of its second differences.
+
+    The mask of Immerkaer 1996 hardly answers to structure; the median leaves out where it does.
+    """
+    rows = picture[:-2] - 2 * picture[1:-1] + picture[2:]
+    mask = rows[:, :-2] - 2 * rows[:, 1:-1] + rows[:, 2:]
+    return 1.4826 * float(np.median(np.abs(mask))) / 6 if mask.size else 0.0
+
+
+def _blurs(picture: Floats) -> list[Floats]:
+    """Return a picture at each level of blur.
+
+    Each level blurs the last one by a kernel with gaps (a trous), so that all keep the size of the picture.
+    """
+    levels = []
+    for level in range(BLURS):
+        picture = _blur(picture, 1 << level)
+        levels.append(picture)
+    return levels
+
+
+def _blur(picture: Floats, gap: int) -> Floats:
+    """Blur by a kernel of five weights, so many pixels apart; the border is repeated."""
+    for axis in (0, 1):
+        pad = [(2 * gap, 2 * gap) if k == axis else (0, 0) for k in range(2)]
+        wide, count = np.pad(picture, pad, "edge"), picture.shape[axis]
+        parts = (wide.take(range(k * gap, k * gap + count), axis) for k in range(5))
+        picture = sum(weight * part for weight, part in zip(_KERNEL, parts, strict=True))  # type: ignore[assignment]
+    return picture
+
+
+LEAST_COSINE = 0.7  # between the normals of two points that may be the same
+DARKEST, BRIGHTEST = 0.1, 0.97  # brightness beyond which nothing is compared: clipped, or only noise
+FEWEST = 20  # of values of which a median is trusted
+Array = NDArray[np.floating]
+
+
+class Placed(NamedTuple):
+    """Points of a frame where its pose puts them."""
+
+    numbers: NDArray[np.intp]  # (n,) of the points in the frame
+    points: Array  # (n, 3) world
+    normals: Array  # (n, 3) world
+
+
+class Matches(NamedTuple):
+    """Points of one frame that lie on the surface of another, n of them.
+
+    Differences are in shares of the depth, in the first frame less the second.
+    """
+
+    numbers: NDArray[np.intp]  # (n,) of the points in their frame
+    pixels: NDArray[np.intp]  # (n,) of the other frame, where they lie
+    points: Array  # (n, 3) the other's, world: what is symmetric fixes no turn, exactly
+    depth: Array  # (n,) z in the other frame
+    apart: Array  # (n,) along the other's normal, over depth
+    normals: Array  # (n, 3) the other's, world
+    cosines: Array  # (n,) between both normals
+    brighter: Array  # (n,) the other's brightness less the point's; NaN where not compared
+    slopes: Array  # (n, 3) derivative of `brighter` by the point's place, world
+    seen: int  # points of the first frame that the other should show: nothing in it lies before them
+
+
+def placed(frame: ReducedFrame, pose: Array, step: int) -> Placed:
+    """Return every step-th point of a frame, and of its columns, in the world. pose: (4, 4) camera-to-world."""
+    numbers = frame.samples(step)
+    turn = pose[:3, :3].astype(np.float32)
+    points = frame.points[numbers] @ turn.T + pose[:3, 3].astype(np.float32)
+    return Placed(numbers, points, frame.normals[numbers] @ turn.T)
+
+
+def count_seen(points: Placed, target: ReducedFrame, pose: Array, gate: float) -> int:
+    """Return how many points another frame should show, as `find_matches` counts them."""
+    found = _project(points, target, pose)
+    return int(np.count_nonzero(found.behind < gate))
+
+
+def find_matches(
+    points: Placed, own: Brightness | None, target: ReducedFrame, pose: Array, gate: float, level: int
+) -> Matches | None:
+    """Return the points that lie on the surface of another frame; None if it shows none of them.
+
+    own    the brightness of the points' frame at this level of blur; None without colours
+    pose   (4, 4) camera-to-world of the other frame
+    gate   share of the depth within which a point may lie on its surface
+    """
+    found = _project(points, target, pose)
+    if not len(found.behind):
+        return None
+    turn, place = pose[:3, :3].astype(np.float32), pose[:3, 3].astype(np.float32)
+    near = np.flatnonzero(np.abs(found.behind) < gate)
+    pixels, at, some = found.pixels[near], found.at[near], found.some[near]
+    planes = target.planes[pixels]
+    apart = (np.einsum("nk,nk->n", planes[:, :3], at) - planes[:, 3]) / at[:, 2]
+    normals = planes[:, :3] @ turn.T
+    cosines = np.einsum("nk,nk->n", normals, points.normals[some])
+    kept = np.flatnonzero((np.abs(apart) < gate) & (cosines > LEAST_COSINE))
+    pixels, at, numbers = pixels[kept], at[kept], points.numbers[some[kept]]
+    brighter, slopes = np.full(len(kept), np.nan, np.float32), np.zeros((len(kept), 3), np.float32)
+    if own is not None and target.brightness is not None:
+        brighter, slopes = _brighter(own.value[numbers], target, level, pixels, at)
+        slopes = slopes @ turn.T
+    surface = target.points[pixels] @ turn.T + place
+    result = numbers, pixels, surface, at[:, 2], apart[kept], normals[kept], cosines[kept], brighter, slopes
+    return Matches(*result, int(np.count_nonzero(found.behind < gate)))
+
+
+class _Projected(NamedTuple):
+    """Points where another frame knows its surface, n of them."""
+
+    some: NDArray[np.intp]  # which points
+    pixels: NDArray[np.intp]
+    at: Array  # (n, 3) in the other's camera axes
+    behind: Array  # how far behind its surface, a share of the surface's depth
+
+
+def _project(points: Placed, target: ReducedFrame, pose: Array) -> _Projected:
+    turn, place = pose[:3, :3].astype(np.float32), pose[:3, 3].astype(np.float32)
+    camera, at = target.camera, (points.points - place) @ turn
+    with np.errstate(all="ignore"):
+        u, v = camera.pixel_at(at[:, 0], at[:, 1], at[:, 2])
+        inside = (at[:, 2] > 0) & (u > -0.5) & (v > -0.5) & (u < camera.width - 0.5) & (v < camera.height - 0.5)
+    some: NDArray[np.intp] = np.flatnonzero(inside)
+    pixels = np.rint(v[some]).astype(np.intp) * camera.width + np.rint(u[some]).astype(np.intp)
+    depth = target.points[pixels, 2]
+    known = np.flatnonzero(depth > 0)
+    some, pixels = some[known], pixels[known]
+    at = at[some]
+    return _Projected(some, pixels, at, at[:, 2] / depth[known] - 1)
+
+
+def _brighter(own: Array, target: ReducedFrame, level: int, pixels: NDArray[np.intp], at: Array) -> tuple[Array, Array]:
+    """Return by how much another frame is brighter than points, exposures matched, and its slope in its camera axes.
+
+    pixels  where the points lie in its picture; at (n, 3): in its camera axes
+    """
+    camera, shown = target.camera, target.blurred(level).maps[pixels]
+    u, v = camera.pixel_at(at[:, 0], at[:, 1], at[:, 2])
+    row, column = np.divmod(pixels, camera.width)
+    theirs = shown[:, 0] + shown[:, 1] * (u - column) + shown[:, 2] * (v - row)
+    is_shown = (np.minimum(own, theirs) > DARKEST) & (np.maximum(own, theirs) < BRIGHTEST)
+    gain = float(np.median(theirs[is_shown] / own[is_shown])) if np.count_nonzero(is_shown) >= FEWEST else 1.0
+    across, along, z = at[:, 0] / at[:, 2], at[:, 1] / at[:, 2], at[:, 2]
+    by_u, by_v = shown[:, 1] * camera.fx / z, shown[:, 2] * camera.fy / z
+    slopes = np.stack([by_u, by_v, -(by_u * across + by_v * along)], -1).astype(np.float32)
+    return np.where(is_shown, theirs - gain * own, np.nan).astype(np.float32), slopes
+
 
 LEAST_SPREAD = 1e-4  # of depths that agree, a share of the depth
-NARROWEST, WIDEST = 0.004, 0.03  # of the band in which two frames agree, a share of the depth
-SPREADS = 3.0  # that the band holds
+NARROWEST_BAND, WIDEST_BAND = 0.004, 0.03  # of the band in which two frames agree, a share of the depth
+BAND_SPREADS = 3.0  # that the band holds
 LEAST_AGREEMENT = 0.75  # of what two frames share must lie within the band
 PLAIN_AGREEMENT = 0.96  # the same of frames that were moved far and have no texture
 NEAR = 0.05  # of the scene's distance: motions that need no further proof
@@ -76,7 +406,7 @@ def judge(
     if spread is None:
         best = [min((one for pair, one in spreads.items() if k in pair), default=np.nan) for k in range(count)]
         spread = float(np.nanmedian(best)) if np.isfinite(best).any() else LEAST_SPREAD
-    band = min(max(SPREADS * spread, NARROWEST), WIDEST)
+    band = min(max(BAND_SPREADS * spread, NARROWEST_BAND), WIDEST_BAND)
     for i, j, one in found:
         both = ([i, j], [j, i])
         seen[both] += one.seen

@@ -1,8 +1,4 @@
-"""What surfaces reflect of an environment: its radiance as spherical harmonics of order 2, and maps of Phong lobes.
-
-Pictures are those of `Environment`: axes with y up, column w * (1/2 + atan2(z, x) / 2 pi), the first row the zenith.
-Each pixel is a patch of the sphere with one radiance.
-"""
+"""What surfaces reflect of an environment: spherical harmonics, also in other axes, and maps for highlights."""
 
 from __future__ import annotations
 
@@ -158,3 +154,18 @@ def _shares(theirs: Array, ours: Array) -> Array:
     """Return how much of each of our intervals is each of theirs; both are rising edges."""
     overlap = np.minimum(ours[1:, None], theirs[1:]) - np.maximum(ours[:-1, None], theirs[:-1])
     return np.maximum(overlap, 0) / np.diff(ours)[:, None]
+
+
+def turned_bands(bands: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (9, 3) for directions in other axes.
+
+    bands  (9, 3): radiance along a unit direction is c0 + c1 x + c2 y + c3 z + c4 xy + c5 yz + c6 xz + c7 (3 zz - 1)
+           + c8 (xx - yy)
+    turn   (3, 3) from those axes to the bands'
+    """
+    c4, c5, c6, c7, c8 = bands[4:]
+    form = 0.5 * np.array([[2 * (c8 - c7), c4, c6], [c4, -2 * (c7 + c8), c5], [c6, c5, 4 * c7]])  # of the second order
+    form = np.einsum("ki,klc,lj->ijc", turn, form, turn)
+    xx, yy, zz = form[0, 0], form[1, 1], form[2, 2]
+    mixed = 2 * form[0, 1], 2 * form[1, 2], 2 * form[0, 2]
+    return np.stack([bands[0], *(turn.T @ bands[1:4]), *mixed, zz / 2, (xx - yy) / 2])

@@ -1,4 +1,4 @@
-"""Estimates the light in a photograph, one direction and ambient light, from its colours and normals."""
+"""Estimates the light in a photograph from its colours and normals, and keeps one for a stream."""
 
 from __future__ import annotations
 
@@ -7,8 +7,95 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .light_pairs import CONNECTED, WIDE, Array, Pairs, find_pairs
+from ..scene.values import linear_to_srgb
+
+Array = NDArray[np.floating]
+Index = NDArray[np.int64]
+LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
+PAIRS = 6000
+TRIES = 12  # candidates for each pair
+ALIKE = 0.97  # cosine between normals that light hardly tells apart
+STEPS_BETWEEN = 6  # places between two pixels that are looked at
+BEND, MOST_BEND = 12.0, 32.0  # degrees by which a surface turns in a pixel, and from place to place: creases turn more
+JUMP = 0.08  # share of the depth by which these places differ, of one surface
+DARK = 0.004  # linear light that is mostly noise
+
+
+class Pairs(NamedTuple):
+    """n pairs of pixels: unit normals of both (n, 3); log ratio of their brightness and weight, (n,) each."""
+
+    one: Array
+    two: Array
+    brighter: Array
+    weight: Array
+
+
+class Reach(NamedTuple):
+    """Which pixels may be a pair.
+
+    way        standard deviations of the way between them, from and to, shares of the picture's longer side
+    hue        difference of chromaticity between two materials
+    connected  whether they lie on one surface, all the way
+    """
+
+    way: tuple[float, float]
+    hue: float
+    connected: bool
+
+
+# The straight line between the pixels of a pair stays on one surface: no texture follows the normals of a rounded
+# surface all around, but differently painted walls look the same as lit ones.
+CONNECTED = Reach((0.025, 0.15), 0.03, True)
+WIDE = Reach((0.025, 0.3), 0.015, False)
+
+
+def find_pairs(colors: Array, surfaces: Array, reach: Reach, seed: int = 0) -> Pairs:
+    """Choose the pairs of pixels for `light_fit`, from the same arrays."""
+    chance = np.random.default_rng(seed)
+    height, width = colors.shape[:2]
+    flat_surfaces, flat_colors = surfaces.reshape(-1, 4), colors.reshape(-1, 4)
+    brightness = flat_colors[:, :3] @ LUMINANCE
+    known = (flat_colors[:, 3] > 0) & (brightness > DARK)
+    places = np.flatnonzero(known)
+    if not len(places):
+        empty = np.zeros(0, np.float32)
+        return Pairs(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), empty, empty)
+    first = places[chance.integers(0, len(places), TRIES * PAIRS)]
+    far = np.exp(chance.uniform(np.log(reach.way[0]), np.log(reach.way[1]), len(first))) * max(width, height)
+    way = np.rint(chance.normal(size=(2, len(first))) * far).astype(int)
+    v, u = first // width, first % width
+    inside = (v + way[0] >= 0) & (v + way[0] < height) & (u + way[1] >= 0) & (u + way[1] < width)
+    first, second = first[inside], (first + way[0] * width + way[1])[inside]
+    chosen = known[second]
+    chosen &= (flat_surfaces[first, :3] * flat_surfaces[second, :3]).sum(-1) < ALIKE
+    first, second = first[chosen], second[chosen]
+    hue = flat_colors[:, :3] / np.maximum(flat_colors[:, :3].sum(-1, keepdims=True), 1e-6)
+    weight = np.exp(-np.square(hue[first] - hue[second]).sum(-1) / reach.hue**2)
+    chosen = np.flatnonzero(weight > 0.1)
+    if reach.connected:
+        chosen = chosen[_is_one_surface(flat_surfaces, first[chosen], second[chosen], width)]
+    chosen = chosen[:PAIRS]
+    first, second = first[chosen], second[chosen]
+    brighter = np.log(brightness[first] / brightness[second])
+    return Pairs(flat_surfaces[first, :3], flat_surfaces[second, :3], brighter, weight[chosen])
+
+
+def _is_one_surface(surfaces: Array, first: Index, second: Index, width: int) -> NDArray[np.bool_]:
+    """Return whether neither normal nor depth jumps on the straight line between two pixels."""
+    v, u = first // width, first % width
+    down, right = second // width - v, second % width - u
+    before, same = surfaces[first], np.ones(len(first), bool)
+    bend = np.cos(np.radians(np.minimum(BEND * np.maximum(np.hypot(down, right) / STEPS_BETWEEN, 1), MOST_BEND)))
+    for k in range(1, STEPS_BETWEEN + 1):
+        row, column = (np.rint(at + way * (k / STEPS_BETWEEN)).astype(int) for at, way in ((v, down), (u, right)))
+        here = surfaces[row * width + column]
+        same &= (before[:, :3] * here[:, :3]).sum(-1) > bend
+        same &= np.abs(here[:, 3] - before[:, 3]) < JUMP * before[:, 3]
+        before = here
+    return same
+
 
 FEWEST = 150.0  # pairs, by their weights
 TEXTURE = 0.12  # difference of log brightness that is due to texture
@@ -17,7 +104,7 @@ STRENGTHS = 0.3, 1.0, 4.0, 12.0  # of the direction's light over ambient light, 
 TURNS = 80  # directions at which it begins
 FEW = 1200  # pairs that decide where it goes on
 STARTS = 3
-STEPS = 20  # of the fit
+FIT_STEPS = 20  # of the fit
 FLAT = 1.1  # ratio of most to least light that is not worth a change
 COARSE = 0.3  # difference of log brightness that smooth texture makes
 LEAST_AMBIENT = 0.1  # over direct light, where two fits are compared
@@ -175,7 +262,7 @@ def _refined(light: Array, pairs: Pairs, loss: Loss) -> tuple[Array, float]:
     """Refine a light by Levenberg-Marquardt steps on the robust misfit, and return it with that misfit."""
     damping, (miss, one, two) = 1e-2, _miss(light, pairs)
     cost = float(pairs.weight @ loss.cost(miss))
-    for _ in range(STEPS):
+    for _ in range(FIT_STEPS):
         slopes, pull = _slopes(one, two, pairs), pairs.weight * loss.pull(miss)
         curve = (slopes * pull[:, None]).T @ slopes
         step = np.linalg.solve(curve + damping * np.diag(np.diag(curve) + 1e-6), slopes.T @ (pull * miss))
@@ -213,3 +300,104 @@ def describe_light(light: FoundLight) -> str:
     share = 100 * light.ambient / (1 + light.ambient)
     text = f"unlight: its light comes from {' and '.join(sides)}, {share:.0f} % of it is ambient"
     return f"{text}; divided out by {100 * light.strength:.0f} %: {light.why}" if light.why else text
+
+
+MARGIN = 0.5  # samples below the horizon: so far is lit for certain; as far again is not
+MOST_TURNS = 4  # times the picture's sides: cells of the picture around the light
+
+
+def visible_light(surfaces: Array, rays: Array, towards: tuple[float, float, float]) -> Array:
+    """Return (h, w), 0..1, whether light from a direction reaches each sample past the others.
+
+    In the angles around the direction of the light, its beams are straight rows, on which the distance from the axis
+    through the eye stays the same. A sample lies in shadow where one nearer to the light is nearer to that axis.
+
+    surfaces  (h, w, 4) normals and depth; 0 where unknown
+    rays      (h, w, 3) from the camera through the samples, z = 1
+    """
+    height, width = surfaces.shape[:2]
+    pixel = float(np.hypot(*(rays[-1, -1] - rays[0, 0])[:2]) / max(np.hypot(height - 1, width - 1), 1))
+    if not pixel:
+        return np.ones((height, width), np.float32)
+    lengths = np.sqrt(np.square(rays) @ np.ones(3, np.float32))
+    away = surfaces[..., 3] * lengths
+    axes = _axes(np.array(towards), (rays[0, 0] + rays[-1, -1]) / 2).astype(np.float32)
+    first, second, third = np.moveaxis(rays @ axes.T, -1, 0)
+    cosine = np.clip(first / lengths, -1, 1)
+    slant, sine = np.arccos(cosine), np.sqrt(1 - cosine**2)
+    turn = np.arctan2(third, second)
+    slants = _steps(slant, pixel, MOST_TURNS * (height + width))
+    turns = _steps(turn, pixel / max(float(sine.max()), 1e-3), MOST_TURNS * (height + width))
+    horizon = _horizon(away, rays, axes, slants, turns)
+    column, row = (np.rint((at - steps[0]) / (steps[1] - steps[0])) for at, steps in ((slant, slants), (turn, turns)))
+    nearest = horizon.take((row * horizon.shape[1] + column).astype(int))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        below = (away - nearest / sine) / (away * pixel)
+    below = np.clip(np.nan_to_num(below, nan=-1.0) / (2 * MARGIN) + 0.5, 0, 1)
+    return np.where(surfaces[..., 3] > 0, 1 - below, np.float32(1))
+
+
+def _axes(towards: NDArray[np.float64], view: Array) -> NDArray[np.float64]:
+    """Return (3, 3): the direction of the light, the part of the view across it, and what is left."""
+    first = towards / np.linalg.norm(towards)
+    across = view - first * (first @ view)
+    if np.linalg.norm(across) < 1e-6:
+        across = np.cross(first, (1.0, 0.0, 0.0))
+    across /= np.linalg.norm(across)
+    return np.stack([first, across, np.cross(first, across)])
+
+
+def _steps(angles: Array, step: float, most: int) -> Array:
+    """Return angles at even steps over a range; at least two."""
+    low, high = float(angles.min()), float(angles.max())
+    count = int(np.clip(np.ceil((high - low) / step), 1, most)) + 1
+    return np.linspace(low, low + max(high - low, step), count, dtype=np.float32)
+
+
+def _horizon(away: Array, rays: Array, axes: Array, slants: Array, turns: Array) -> Array:
+    """Return (turns, slants) the least distance from the axis of what lies nearer to the light; infinite if nothing."""
+    height, width = away.shape
+    cosine, sine = np.cos(slants), np.sin(slants)
+    sides = np.outer(np.cos(turns), axes[1]) + np.outer(np.sin(turns), axes[2])
+    x, y, z = (cosine * axes[0, k] + sine * sides[:, k, None] for k in range(3))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        column, row = (
+            np.rint((way / z - rays[0, 0, k]) * ((count - 1) / (rays[-1, -1, k] - rays[0, 0, k])))
+            for k, way, count in ((0, x, width), (1, y, height))
+        )
+        place = row * width + column
+    inside = (z > 0) & (column >= 0) & (column < width) & (row >= 0) & (row < height)
+    depth = away.take(np.where(inside, place, 0).astype(int))
+    least = np.full((len(turns), len(slants) + 1), np.inf, np.float32)
+    least[:, 1:] = np.where(inside & (depth > 0), depth * sine, np.inf)
+    return np.minimum.accumulate(least[:, :-1], 1)
+
+
+Floats = NDArray[np.float32]
+MOST_STOPS = 12.0  # stops: lamps in watts are that far from 1
+HALVINGS = 13  # of the range: to 0.003 stops
+
+
+def stops_to_match(lit: Floats, photograph: Floats) -> float:
+    """Return the stops, to two digits, by which light is multiplied so that the medians of both are as bright.
+
+    lit, photograph  (h, w, 4) linear light of the same surfaces, not cut off at 1, and 1; 0 where there is none.
+                     Those that no light reaches do not count.
+    """
+    reached = (lit[..., :3].max(-1) > 0) & (photograph[..., 3] > 0)
+    light, own = (np.ascontiguousarray(one[reached, :3].T) for one in (lit, photograph))
+    if not reached.any() or not (wanted := brightness(own)) > 0:
+        return 0.0
+    low, high = -MOST_STOPS, MOST_STOPS
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        if brightness(light * np.float32(2**middle)) < wanted:
+            low = middle
+        else:
+            high = middle
+    return round((low + high) / 2, 2)
+
+
+def brightness(light: Floats) -> float:
+    """Return the median of the means of the channels, sRGB from 0 to 1, of linear light (3, n)."""
+    return float(np.median(linear_to_srgb(np.minimum(light, np.float32(1))).mean(0)))

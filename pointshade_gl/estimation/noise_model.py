@@ -1,16 +1,134 @@
-"""Estimates the noise and the rounding of a depth image from statistics of its blocks, which the GPU has measured."""
+"""Estimates the noise and the rounding of a depth image from statistics of its blocks, and keeps them in a stream."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.noise import Noise, NoiseWords
-from .noise_structure import Mask, Structure, find_structure, median3, neighbours3
+from ..scene.noise import FEW, Noise, NoiseWords
+
+PATIENCE = 3  # frames in a row that must say something else, unless they say it clearly
+CLEARLY = 5.0  # times FEW, or a fifth of it
+STREAMS = 64  # that are remembered
+
+
+class Decisions:
+    """Keeps, for each stream, the noise estimate in use, and how many frames in a row have contradicted it."""
+
+    def __init__(self) -> None:
+        self._kept: dict[Hashable, tuple[Noise, int]] = {}
+
+    def settle(self, stream: Hashable, measured: Noise) -> Noise:
+        """Return the noise to use for the next frame of a stream, on which `measured` was found."""
+        noise, doubts = self._kept.pop(stream, (measured, 0))
+        doubts = 0 if _kind(measured) == _kind(noise) else doubts + 1
+        if doubts == 0 or doubts >= PATIENCE or _is_clear(measured, noise):
+            noise, doubts = measured, 0
+        self._kept[stream] = noise, doubts
+        if len(self._kept) > STREAMS:
+            del self._kept[next(iter(self._kept))]
+        return noise
+
+
+def _kind(noise: Noise) -> tuple[Any, ...]:
+    """Return the properties of noise on which neighbouring frames of a stream must agree."""
+    return noise.is_clean, noise.domain, noise.misplaced > 0, noise.is_shared, noise.bumps > 0
+
+
+def _is_clear(measured: Noise, kept: Noise) -> bool:
+    """Return whether a change between clean and noisy is beyond doubt: the new frame lies far on the other side."""
+    if measured.is_clean == kept.is_clean:
+        return False
+    return measured.share < FEW / CLEARLY if measured.is_clean else measured.share > FEW * CLEARLY
+
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Noise is as large between near pixels as between distant ones; structure grows with their distance. Growth here is
+# that of third differences (of the level) and of ring residuals, from neighbours to pixels 3 apart, and from ring
+# to wider ring. White noise has 1 for both, noise that neighbours share up to 3 and 1.8.
+GROWN, PARTLY_GROWN, RING_GROWN = 2.5, 1.75, 1.75  # the first alone, or the others together
+WEAK_GROWN, WEAK_RING = 1.7, 1.45  # both together, beside blocks that are certain
+SHARED_RING = 1.25  # from here on, what grows with distance is not noise that neighbours share
+# Rounded depth comes from sensors, whose neighbours do share noise: only rings count, and more of them are needed.
+ROUNDED_RING, ROUNDED_WEAK_RING = 2.2, 1.8
+FRAME_RING, FRAME_GROWN, FRAME_COARSE = 2.05, 3.6, 4.5  # medians of a rounded frame that is busy everywhere: the first
+# alone, or the weak one and another; the last is the growth to COARSE pixels
+NOTHING = 1e-30  # the quantiles of noise_levels.glsl are never exactly zero
+MOSTLY = 0.5  # share of certain blocks from which on the weak evidence is enough everywhere
+
+
+class Structure(NamedTuple):
+    """Where depth varies by fine structure, not by noise; (rows, columns) of blocks each.
+
+    found   blocks that hold structure: their own level is not that of the noise
+    uneven  blocks where growth with distance is structure, not noise that neighbours share
+    noise   share of the level measured between neighbours that is noise, 0 to 1
+    """
+
+    found: Mask
+    uneven: Mask
+    noise: Array
+
+
+def neighbours3(values):
+    """Return (9, rows, cols): every cell of a grid with its 8 neighbours, the border repeated."""
+    padded = np.pad(values, 1, mode="edge")
+    rows, cols = values.shape
+    return np.stack([padded[i : i + rows, j : j + cols] for i in range(3) for j in range(3)])
+
+
+def median3(values: Array, known: Mask) -> Array:
+    """Return the 3x3 median of a grid (rows, cols); cells that are not known count as the median of all."""
+    filled = np.where(known, values, np.median(values[known]) if known.any() else 0.0)
+    return np.partition(neighbours3(filled), 4, axis=0)[4]
+
+
+def find_structure(near: Array, levels: Array, coarse: Array, rounded: bool, hidden: Mask) -> Structure:
+    """Return which blocks of a frame hold structure.
+
+    near     (rows, columns) quartile of the noise of w between neighbours, negative where it could not be measured
+    levels   (rows, columns, 4) from noise_blocks.frag with MEASURED 2
+    coarse   as near, between pixels COARSE apart
+    rounded  depth is rounded
+    hidden   blocks where rounding or repeated lines would hide structure
+    """
+    far, ring, far_ring = (levels[..., k] for k in (0, 2, 3))
+    known = np.minimum(np.minimum(near, far), np.minimum(ring, far_ring)) > NOTHING
+    grown, ring_grown = _growth(near, far, known), _growth(ring, far_ring, known)
+    asked = (near > NOTHING) & ~hidden
+    if rounded:
+        seen = known & asked
+        both = seen & (coarse >= 0)
+        busy = _is_busy(ring_grown[seen], grown[seen], coarse[both] / near[both])
+        certain = ring_grown > (WEAK_RING if busy else ROUNDED_RING)
+        likely, uneven = ring_grown > (WEAK_RING if busy else ROUNDED_WEAK_RING), np.full(known.shape, busy)
+    else:
+        certain = (grown > GROWN) | (grown > PARTLY_GROWN) & (ring_grown > RING_GROWN)
+        likely, uneven = (grown > WEAK_GROWN) & (ring_grown > WEAK_RING), ring_grown > SHARED_RING
+    certain, likely, uneven = certain & known & asked, (likely | ~known) & asked, uneven & known & asked
+    beside = neighbours3(certain).any(0) | (np.count_nonzero(certain) > MOSTLY * np.count_nonzero(known & asked))
+    found = certain | likely & beside
+    left = np.sqrt(np.clip((GROWN**2 - grown**2) / (GROWN**2 - 1), 0, 1))
+    return Structure(found, found | uneven, np.where(uneven & (not rounded), left, 1.0))
+
+
+def _growth(near: Array, far: Array, known: Mask) -> Array:
+    ratio = np.where(known, far, 1.0).astype(np.float64) / np.where(known, near, 1.0)
+    return np.exp(median3(np.log(ratio), known))
+
+
+def _is_busy(*growths: Array) -> bool:
+    """Return whether a rounded frame shows structure everywhere, from growth with distance of ring residuals, of third
+    differences, and of third differences to COARSE pixels."""
+    ring, grown, coarse = (float(np.median(values)) if values.size else 0.0 for values in growths)
+    return ring > FRAME_RING or (ring > WEAK_RING and (grown > FRAME_GROWN or coarse > FRAME_COARSE))
+
+
 PATCH_PITCH, BLOCK_PATCHES = 8, 6  # pixels between patches, patches along a block: as in noise_levels.glsl
 FLAT_CELL = 9  # pixels, as in flat_cells.glsl
 
@@ -240,3 +358,37 @@ def told_noise(words: NoiseWords, shape: tuple[int, ...]) -> Noise:
     sigma, relative = (0.0, words.level) if words.is_share else (words.level, 0.0)
     shared, misplaced, bumps = words.shared, words.repeated, words.bumps
     return Noise(sigma, relative, words.step, words.domain, shared, misplaced, share, grid, powers, bumps)
+
+
+LATERAL = 0.8  # pixels by which depths are displaced, as in bumpy_planes.glsl
+STEEP = 0.7  # share of the deviation from which on it may be all displacement
+SHAPELESS = 4.0  # shape up to which a window shows a plane; noise has 1 to 5
+GROWN_ON_PLANES = 2.0  # on a plane, a window of twice the width deviates less than so many times more
+FEWEST, FEWEST_SHARE = 20, 0.12  # such windows, and their share of all: sensors .21 to .54, rough rock up to .07
+CALM = 0.1  # the quantile of their deviations: all that are no plane deviate more
+LARGEST = 4.0  # times the noise between near pixels that bumps may be: sensors .6 to 2; shelves 40
+SHARED = 0.75  # correlation of near pixels from which on bumps may exceed steps: sensors 1 and more, stairs 0 to .5
+LONELY = 0.8  # steps that bumps may be where near pixels share less: larger ones would be shared
+ROUNDED_STEPS = 0.33  # steps up to which rounding alone deviates: 0.29, if errors are random
+
+
+def find_bumps(windows: NDArray[np.float32], noise: Noise) -> float:
+    """Return the standard deviation of w = 1/z about the planes of a frame, 0.0 if it shows none or no bumps on them.
+
+    windows  (rows, columns, 4) from bumpy_windows.frag with MEASURE: deviation of w in a window, negative where samples
+             are missing, and in one twice as wide; shape; slope of w per pixel
+    noise    of the frame
+    """
+    wide, far, shape, slope = np.moveaxis(windows.astype(np.float64), -1, 0)
+    lateral = LATERAL * slope
+    flat = (wide > 0) & (shape < SHAPELESS) & (far < GROWN_ON_PLANES * wide)
+    if np.count_nonzero(flat) < max(FEWEST, FEWEST_SHARE * np.count_nonzero(wide > 0)):
+        return 0.0
+    facing = flat & (lateral < STEEP * wide)
+    used = facing if np.count_nonzero(facing) >= FEWEST else flat
+    own = np.sqrt(np.maximum(wide**2 - lateral**2, (1 - STEEP) ** 2 * wide**2))[used]
+    bumps = float(np.quantile(own, CALM))
+    near = noise.relative**2 * np.hypot(1, noise.correlation) / max(noise.sigma, 1e-30)
+    rounded = noise.domain == "1/z" and bumps < ROUNDED_STEPS * noise.step
+    lonely = noise.correlation < SHARED and bumps > LONELY * noise.step
+    return 0.0 if rounded or lonely or bumps > LARGEST * near else bumps

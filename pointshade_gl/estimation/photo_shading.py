@@ -1,17 +1,106 @@
-"""Estimates how brightly each part of a photograph is lit: by its light, and by what its colours say about shadows."""
+"""How brightly each part of a photograph is lit, and what photographs under several lights say about one albedo."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .cast_shadows import visible_light
-from .light_fit import FoundLight
-from .light_pairs import DARK, LUMINANCE, Array
-from .votes import ask
+from ..scene.values import linear_to_srgb, srgb_to_linear
+from .light_fit import DARK, LUMINANCE, Array, FoundLight, Index, fit_light, visible_light
+
+CELLS = 0.3, 0.3, 0.02, 0.02  # standard deviations of place, in longer sides of the picture, and of chromaticity
+MOST = 1200  # voters
+REACH = 2  # cells that a blur looks at, on each side
+OTHERS = 1e-3  # weight of all colours together, where none is alike
+
+
+def ask(
+    values: Array, voters: NDArray[np.bool_], red: Array, green: Array, asked: NDArray[np.bool_]
+) -> tuple[Array, Array]:
+    """Return, (h, w) each, mean and standard deviation of the values of voters, weighed by distance and colour.
+
+    values      (h, w), read where there are voters, of whom there is at least one
+    red, green  (h, w) of their sum with blue
+    asked       (h, w) where to find them; elsewhere they are 0
+
+    A bilateral grid (Chen, Paris, Durand 2007): all voters at the cost of a few.
+    """
+    spots = np.indices(values.shape, np.float32) / max(values.shape)
+    places = np.stack([*spots, red, green]).reshape(4, -1) / np.array(CELLS, np.float32)[:, None]
+    places -= np.floor(places.min(1, keepdims=True))
+    shape = tuple((places.max(1).astype(int) + 2).tolist())
+    chosen = np.flatnonzero(voters)
+    chosen = chosen[:: -(-len(chosen) // MOST)]
+    said = values.reshape(-1)[chosen]
+    grid = _gathered(places.take(chosen, 1), np.stack([np.ones_like(said), said, said**2]), shape)
+    for axis in range(1, 5):
+        grid = _blurred_grid(grid, axis)
+    grid = grid.reshape(3, -1)
+    grid += OTHERS * grid.mean(1, keepdims=True)
+    wanted = np.flatnonzero(asked)
+    weight, mean, square = _read(grid, places.take(wanted, 1), shape)
+    mean, square = mean / weight, square / weight
+    answer = np.zeros((2, values.size), np.float32)
+    answer[:, wanted] = mean, np.sqrt(np.maximum(square - mean**2, 0))
+    return answer[0].reshape(values.shape), answer[1].reshape(values.shape)
+
+
+def _gathered(places: Array, values: Array, shape: tuple[int, ...]) -> Array:
+    """Return (k, *shape) the sums of values (k, n) in the cells around their places (4, n)."""
+    size, corners = int(np.prod(shape)), list(_corners(places, shape))
+    index, weight = (np.concatenate(parts) for parts in zip(*corners, strict=True))
+    sums = [np.bincount(index, weight * np.tile(row, len(corners)), size) for row in values]
+    return np.array(sums, np.float32).reshape(-1, *shape)
+
+
+def _read(grid: Array, places: Array, shape: tuple[int, ...]) -> Array:
+    """Return (k, n) the values (k, cells) of a grid between its cells."""
+    found = np.zeros((len(grid), places.shape[1]), np.float32)
+    part = np.empty_like(found[0])
+    for index, weight in _corners(places, shape):
+        for sums, row in zip(found, grid, strict=True):
+            row.take(index, out=part, mode="clip")
+            part *= weight
+            sums += part
+    return found
+
+
+def _corners(places: Array, shape: tuple[int, ...]) -> Iterator[tuple[Index, Array]]:
+    """Yield the flat index and the weight of each of the 9 cells around each place: the corners of a triangle of cells,
+    once for both coordinates in the picture and once for both of colour."""
+    low = places.astype(int)
+    shares = places - low.astype(np.float32)
+    steps = [int(np.prod(shape[k + 1 :])) for k in range(len(shape))]
+    first = np.array(steps) @ low
+    near, alike = (_triangle(*shares[k : k + 2], *steps[k : k + 2]) for k in (0, 2))
+    for step, weight in near:
+        corner = first + step
+        for other_step, other_weight in alike:
+            yield corner + other_step, weight * other_weight
+
+
+def _triangle(one: Array, other: Array, step: int, other_step: int) -> list[tuple[Index | int, Array]]:
+    """Return the steps from the lowest corner of a square to those of the triangle around a place in it, and their
+    weights."""
+    least, most = np.minimum(one, other), np.maximum(one, other)
+    return [(0, 1 - most), (np.where(one > other, step, other_step), most - least), (step + other_step, least)]
+
+
+def _blurred_grid(grid: Array, axis: int) -> Array:
+    """Blur a grid along an axis by a Gaussian of one cell, less what gathering and reading between cells blur."""
+    grid = np.moveaxis(grid, axis, 0)
+    blurred = grid.copy()
+    for off in range(1, min(len(grid), REACH + 1)):
+        weight = np.float32(np.exp(-0.5 * off**2 / (1 - 1 / 3)))
+        blurred[off:] += weight * grid[:-off]
+        blurred[:-off] += weight * grid[off:]
+    return np.moveaxis(blurred, 0, axis)
+
 
 DARKEST = 0.002  # linear light: darker differences are noise
 LEAST_AMBIENT = 0.03  # over direct light
@@ -150,3 +239,180 @@ def _summed(images: Array, size: int) -> Array:
             total += images[:, done : done + count]
             done += 1 << k
     return total
+
+
+ROUNDS = 3  # of lights from the albedo, and of the albedo under these lights
+STEPS = 6  # of their exposures and of the weights
+FITS = 8  # of a light, each without what the last one missed
+OFF = 3.0  # times the median miss: more is shadow or highlight
+SHADED = 1e-3  # weight of what no light reaches
+APART = 0.3  # difference of log albedo at which photographs contradict each other
+BRIGHTER = 0.1  # the same where one is brighter than others: it has a highlight there
+BRIGHTEST = np.log(0.8)  # albedo of all but a hundredth of the picture
+
+
+class LitPhoto(NamedTuple):
+    """What was found of one of the photographs.
+
+    light   that it was taken under
+    gains   (h, w) float32: log of what linear light is multiplied by, so that the albedo remains
+    weight  (h, w) float32: how much its albedo says there
+    """
+
+    light: FoundLight
+    gains: Array
+    weight: Array
+
+
+class _Agreement(NamedTuple):
+    """What n photographs agree on under their lights.
+
+    albedo     (h, w), log
+    exposures  (n,), log, over their mean
+    shadings   (n, h, w), log
+    weights    (n, h, w): less where a photograph contradicts the others
+    """
+
+    albedo: Array
+    exposures: Array
+    shadings: Array
+    weights: Array
+
+
+def share_albedo(photos: Sequence[PhotoSamples]) -> list[LitPhoto]:
+    """Find the light of each photograph, so that all agree on one albedo. They have one camera, and things at rest."""
+    lights = [fit_light(p.unclipped, p.surfaces) for p in photos]
+    found = _agree(photos, lights)
+    for _ in range(ROUNDS):
+        lights = [
+            _refitted(photo, photo.brightness - exposure - found.albedo, weight, light)
+            for photo, exposure, weight, light in zip(photos, found.exposures, found.weights, lights, strict=True)
+        ]
+        found = _agree(photos, lights)
+    seen = found.weights.sum(0) > 0
+    top = float(np.percentile(found.albedo[seen], 99)) if seen.any() else 0.0
+    gains = (BRIGHTEST - top - found.exposures[:, None, None] - found.shadings).astype(np.float32)
+    return [LitPhoto(*one) for one in zip(lights, gains, found.weights.astype(np.float32), strict=True)]
+
+
+def _agree(photos: Sequence[PhotoSamples], lights: Sequence[FoundLight]) -> _Agreement:
+    """Return what photographs agree on; the more light reaches a place in one of them, the more it says there."""
+    pairs = [find_shading(photo, light) for photo, light in zip(photos, lights, strict=True)]
+    shadings, lit = (np.array(parts) for parts in zip(*pairs, strict=True))
+    told = np.array([p.is_known & (p.colors[..., 3] == 1) for p in photos])
+    weights = given = told * np.exp(2 * shadings) * (lit**2 + SHADED)
+    albedos = np.array([p.brightness for p in photos]) - shadings
+    exposures, albedo = np.zeros(len(photos)), albedos[0]
+    for _ in range(STEPS):
+        alike = albedos - exposures[:, None, None]
+        albedo = (weights * alike).sum(0) / np.maximum(weights.sum(0), 1e-9)
+        off = alike - albedo
+        steps = (weights * off).sum((1, 2)) / np.maximum(weights.sum((1, 2)), 1e-9)
+        exposures = exposures + steps - steps.mean()
+        weights = given / (1 + (off / np.where(off > 0, BRIGHTER, APART)) ** 2)
+    return _Agreement(albedo, exposures, shadings, weights)
+
+
+def _refitted(photo: PhotoSamples, shading: Array, weight: Array, light: FoundLight) -> FoundLight:
+    """Return the light that makes this log shading on known surfaces; the one before if nothing tells it."""
+    seen = (weight > 0) & np.isfinite(shading)
+    n = np.concatenate([photo.surfaces[..., :3][seen], np.ones((seen.sum(), 1))], -1).astype(float)
+    y = np.exp(np.clip(shading[seen], -5, 3))
+    x = np.array((*light.direction, light.ambient))
+    for _ in range(FITS):
+        off = np.abs(n @ x - y)
+        lit = (n[:, :3] @ x[:3] > 0) & (off < OFF * np.median(off[n[:, :3] @ x[:3] > 0]) + 1e-9) if len(y) else []
+        if np.sum(lit) < 100:
+            return light
+        x = np.linalg.lstsq(n[lit], y[lit], rcond=None)[0]
+    size = float(np.linalg.norm(x[:3]))
+    if not size > 1e-3:
+        return light
+    direct = np.stack([np.maximum(n[:, :3] @ x[:3], 0), np.ones(len(y))], -1)
+    strength, ambient = np.linalg.lstsq(direct, y, rcond=None)[0]
+    if not strength > 0:
+        return light
+    a, b, c = (x[:3] / size).tolist()
+    return FoundLight((a, b, c), max(float(ambient), 0.0) / (float(strength) * size), 1.0)
+
+
+CLIPPED = 250  # of 255: a camera may have cut such a colour off
+FAINT = 1e-4  # weight of such colours, and of what no photograph shows lit, over that of others
+
+
+class AlbedoSum:
+    """The weighted mean of albedos."""
+
+    def __init__(self) -> None:
+        self._sum: Array = np.zeros((1, 1, 4), np.float32)
+
+    def add(self, color: NDArray[np.uint8], albedo: Array, weight: Array, size: tuple[float, float]) -> None:
+        """Add what a photograph says.
+
+        color   (h, w, 3|4), the photograph
+        albedo  (h, w, 3), sRGB, 0..1
+        weight  (rows, columns), of samples
+        size    of the photograph, in samples
+        """
+        height, width = color.shape[:2]
+        shares = _between(_between(weight, height, size[1]).T, width, size[0]).T
+        shares = np.where(color[..., :3].max(-1) < CLIPPED, shares, 0) + FAINT * float(weight.max()) + 1e-9
+        linear = srgb_to_linear(albedo.astype(np.float32))
+        self._sum = self._sum + shares[..., None] * np.concatenate([linear, np.ones((height, width, 1))], -1)
+
+    @property
+    def color(self) -> NDArray[np.uint8]:
+        """(h, w, 3), sRGB"""
+        mean = self._sum[..., :3] / np.maximum(self._sum[..., 3:], 1e-12)
+        return np.round(255 * linear_to_srgb(np.clip(mean, 0, 1))).astype(np.uint8)
+
+
+def _between(rows: Array, count: int, samples: float) -> Array:
+    """Return that many rows in place of those of samples, linearly between them."""
+    at = np.clip((np.arange(count) + 0.5) * (samples / count) - 0.5, 0, len(rows) - 1)
+    low = np.minimum(at.astype(int), max(len(rows) - 2, 0))
+    part = (at - low)[:, None]
+    return (1 - part) * rows[low] + part * rows[np.minimum(low + 1, len(rows) - 1)]
+
+
+PATIENCE = 30  # frames after which the light is looked for again
+ELSEWHERE = np.cos(np.radians(10)), 0.2  # cosine of a direction, and strength, that make it another light
+STREAMS = 64  # that are remembered
+
+
+class KeptLight(NamedTuple):
+    """A light with its direction in the world, and for how many frames it has been used."""
+
+    light: FoundLight
+    direction: NDArray[np.float64]
+    frames: int
+
+
+class StreamLights:
+    """Finds the light in the frames of streams."""
+
+    def __init__(self) -> None:
+        self._kept: dict[Hashable, KeptLight] = {}
+
+    def find(self, photo: PhotoSamples, stream: Hashable, pose: NDArray[np.float64]) -> FoundLight:
+        """Return the light in the next frame of a stream; of None, the light in a frame of its own.
+
+        pose  camera-to-world (4, 4)
+        """
+        kept = None if stream is None else self._kept.pop(stream, None)
+        if kept is None or kept.frames % PATIENCE == 0:
+            found = fit_light(photo.unclipped, photo.surfaces)
+            direction = pose[:3, :3] @ np.array(found.direction)
+            if kept is None or _is_another(kept, found, direction):
+                kept = KeptLight(found, direction, 0)
+        if stream is not None:
+            self._kept[stream] = kept._replace(frames=kept.frames + 1)
+            if len(self._kept) > STREAMS:
+                del self._kept[next(iter(self._kept))]
+        x, y, z = (pose[:3, :3].T @ kept.direction).tolist()
+        return replace(kept.light, direction=(x, y, z))
+
+
+def _is_another(kept: KeptLight, found: FoundLight, direction: NDArray[np.float64]) -> bool:
+    closest, weaker = ELSEWHERE
+    return bool(direction @ kept.direction < closest) or abs(found.strength - kept.light.strength) > weaker

@@ -10,8 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimation.environment_light import above_horizon, exponents_of, lobe_maps, nearest_lobe, radiance_bands
-from ..estimation.turned_bands import turned_bands
+from ..estimation.environment_light import (
+    above_horizon,
+    exponents_of,
+    lobe_maps,
+    nearest_lobe,
+    radiance_bands,
+    turned_bands,
+)
 from ..rendering.request import STRAIGHT, RenderRequest, Scenes
 from ..scene.camera import Camera
 from ..scene.cloud import PointCloud

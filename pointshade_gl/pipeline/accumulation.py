@@ -120,7 +120,7 @@ class Accumulator(FullscreenPasses):
         self, target: Target, visible: VisibleScene, light_set: LightSet, up: Vector, height: float | None
     ) -> None:
         """Draw shadows on the ground where no surface is visible. Lights with shadows make `draw` keep surfaces."""
-        from ..estimation.ground_plane import ground_under, seen_ground  # only here
+        from ..estimation.ground import ground_under, seen_ground  # only here
 
         ground = self._steps.run("ground", ground_under, visible.scene, up, height)
         lighting, around = light_set.seen_from(visible.eye.pose), visible.surroundings

@@ -5,7 +5,7 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from ..estimation.cloud_orientation import facing, outward
+from ..estimation.cloud_estimates import facing, outward
 from ..gpu.clouds.slabs import CloudNormals, planes_of_slabs
 from ..notes.notes import print_note
 from ..notes.words import option

@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 
 from ..checks.arguments import check_type
-from ..estimation.exposure import stops_to_match
+from ..estimation.light_fit import stops_to_match
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.core.images import Fitted, Image, empty
 from ..gpu.core.passes import FullscreenPasses

@@ -33,8 +33,8 @@ from ..scene.option_fields import keys_of
 from ..scene.visible import VisibleScene, coarser, coarser_size, coarser_step, finer_camera, is_alone, level_of
 
 if TYPE_CHECKING:
+    from ..estimation.agreement import ReducedFrame
     from ..estimation.light_fit import FoundLight
-    from ..estimation.reduced_frame import ReducedFrame
     from ..gpu.clouds.cloud_store import CloudStore
     from ..gpu.points.frame_reduction import FrameReductionPass
     from ..gpu.points.highlight_removal import HighlightRemovalPass
@@ -125,8 +125,10 @@ class GpuScene(Owner):
 
     def read_albedo(self, frames: Sequence[Frame]) -> NDArray[np.uint8]:
         """Return (h, w, 3) the albedo on which photographs of one view agree, sRGB. One at a time is on the GPU."""
-        from ..estimation.albedo_sum import AlbedoSum  # only here
-        from ..estimation.shared_albedo import share_albedo  # only here
+        from ..estimation.photo_shading import (
+            AlbedoSum,  # only here
+            share_albedo,  # only here
+        )
 
         self.drawn = {}  # its textures may be freed now
         colors, total = self.frames.colors, AlbedoSum()

@@ -154,7 +154,7 @@ class Pipeline:
 
     def _upright(self, source: Frame | Scene) -> tuple[np.ndarray, bool]:
         """Return where up is, and whether a floor says so; of a stream its first frame decides: it would tremble."""
-        from ..estimation.ground_plane import up_and_floor  # only here
+        from ..estimation.ground import up_and_floor  # only here
 
         stream = source.source if isinstance(source, Frame) else None
         if stream is None or self._stands is None or self._stands[0] != stream:
@@ -289,7 +289,7 @@ class Pipeline:
 
 def _points_of_set(thing: ShownSet) -> list[LitPoints]:
     """Return the points of several frames of one object, each place once, in one exposure."""
-    from ..estimation.merged_points import FramePoints, kept_once  # only here
+    from ..estimation.multi_view import FramePoints, kept_once  # only here
 
     views, trusts, consensus = thing.views, thing.points.trusts, thing.consensus
     every = [

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..estimation.agreement import ReducedFrame
 from ..estimation.alignment import align
-from ..estimation.reduced_frame import ReducedFrame
 from ..notes.notes import print_note
 from ..scene.appearance import Look
 from ..scene.frame import Frame

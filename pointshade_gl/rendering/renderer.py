@@ -280,7 +280,7 @@ class Renderer:
             finish = replace(finish, exposure=0.0)
         source = scene if is_scene else scene.things[0].content.frame
         if finish.ground is True:
-            from ..estimation.ground_plane import up_and_floor  # only here
+            from ..estimation.ground import up_and_floor  # only here
 
             finish = replace(finish, ground=tuple(self.steps.run("up", up_and_floor, source)[0].tolist()))
         seen = request.seen_by(scene)

@@ -142,7 +142,7 @@ class RenderRequest:
             return scene.lights
         if not self.finish.ground:
             return check_lights(None)
-        from ..estimation.ground_plane import LIGHT  # only here
+        from ..estimation.ground import LIGHT  # only here
 
         return check_lights(LIGHT)
 

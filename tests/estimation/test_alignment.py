@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.estimation.pose_graph import motion_matrix, motion_of, pair_equations, solved_motions
+from pointshade_gl.estimation.alignment import motion_matrix, motion_of, pair_equations, solved_motions
 
 from ..support.posed_views import (
     CAMERA,

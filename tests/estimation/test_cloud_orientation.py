@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pointshade_gl.estimation import cloud_orientation
-from pointshade_gl.estimation.cloud_orientation import facing, fibonacci_sphere, outward
+from pointshade_gl.estimation import cloud_estimates as cloud_orientation
+from pointshade_gl.estimation.cloud_estimates import facing, fibonacci_sphere, outward
 
 from ..support.clouds import cloud
 

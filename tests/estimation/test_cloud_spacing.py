@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pointshade_gl.estimation.cloud_spacing import estimate_spacing
+from pointshade_gl.estimation.cloud_estimates import estimate_spacing
 
 from ..support.clouds import cloud
 

@@ -6,8 +6,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import plane, sphere, trace
-from pointshade_gl.estimation.noise_model import lattice_step, misplaced_pixels
-from pointshade_gl.estimation.noise_over_time import PATIENCE, Decisions
+from pointshade_gl.estimation.noise_model import PATIENCE, Decisions, lattice_step, misplaced_pixels
 from pointshade_gl.scene.noise import Noise, NoiseWords, describe, noise_words
 
 from ..reference import noise_structure

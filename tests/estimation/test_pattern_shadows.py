@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import plane, sphere, trace, waves
-from pointshade_gl.estimation.pattern_shadows import find_shifts, hidden_below
+from pointshade_gl.estimation.stereo_shadows import find_shifts, hidden_below
 
 from ..support import frames
 from ..support.pattern_shadow import shadow

@@ -5,11 +5,8 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import plane, sphere, trace
-from pointshade_gl.estimation.cast_shadows import visible_light
-from pointshade_gl.estimation.light_fit import FoundLight, fit_light
-from pointshade_gl.estimation.light_over_time import PATIENCE, StreamLights
-from pointshade_gl.estimation.photo_shading import PhotoSamples, find_shading
-from pointshade_gl.estimation.votes import ask
+from pointshade_gl.estimation.light_fit import FoundLight, fit_light, visible_light
+from pointshade_gl.estimation.photo_shading import PATIENCE, PhotoSamples, StreamLights, ask, find_shading
 
 from ..support.lit_photographs import SHAPES, TEXTURES, photograph, relit_psnr
 

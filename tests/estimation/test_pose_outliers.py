@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.estimation.agreement import contradictions
 from pointshade_gl.estimation.multi_view import Comparison, compared
-from pointshade_gl.estimation.pose_outliers import contradictions
 
 from ..support import frames
 from ..support.view_sets import noisy, pose_at, replaced, seen_from

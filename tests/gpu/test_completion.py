@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.estimation.pattern_shadows import find_shifts, hidden_below
+from pointshade_gl.estimation.stereo_shadows import find_shifts, hidden_below
 from pointshade_gl.scene.appearance import Look
 
 from ..reference import completion, completion_cells, completion_pixels, completion_rays

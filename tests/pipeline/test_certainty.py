@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import plane, sphere, trace
-from pointshade_gl.estimation import noise_bumps
+from pointshade_gl.estimation import noise_model as noise_bumps
 from pointshade_gl.gpu.surface.noise_measurement import NoisePass
 from pointshade_gl.scene.appearance import Look, Material
 from pointshade_gl.scene.camera import Eye

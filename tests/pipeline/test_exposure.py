@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.estimation.exposure import brightness, stops_to_match
+from pointshade_gl.estimation.light_fit import brightness, stops_to_match
 from pointshade_gl.notes.notes import taken
 from pointshade_gl.page import draw_page
 from pointshade_gl.page.page_scene import Showing

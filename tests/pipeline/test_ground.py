@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import decode
-from pointshade_gl.estimation.ground_plane import ground_under, seen_ground, up_of
+from pointshade_gl.estimation.ground import ground_under, seen_ground, up_of
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.settings import Finish
 

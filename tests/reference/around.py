@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pointshade_gl.estimation.environment_light import above_horizon, lobe_map, radiance_bands
-from pointshade_gl.estimation.turned_bands import turned_bands
+from pointshade_gl.estimation.environment_light import above_horizon, lobe_map, radiance_bands, turned_bands
 from pointshade_gl.scene.environment import Surroundings
 
 from .surroundings import (

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pointshade_gl.estimation.ground_plane import ground_under
+from pointshade_gl.estimation.ground import ground_under
 from pointshade_gl.scene.appearance import Look
 from pointshade_gl.scene.camera import Camera, Eye, view_matrix
 from pointshade_gl.scene.environment import NOTHING_AROUND, Surroundings

@@ -6,8 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from pointshade_gl.estimation.noise_bumps import find_bumps
-from pointshade_gl.estimation.noise_model import BLOCK_PATCHES, COARSE, find_noise, flat_grid, noise_grid, told_noise
+from pointshade_gl.estimation.noise_model import (
+    BLOCK_PATCHES,
+    COARSE,
+    find_bumps,
+    find_noise,
+    flat_grid,
+    noise_grid,
+    told_noise,
+)
 from pointshade_gl.scene.noise import Noise, NoiseWords
 
 from .bumpy_planes import bumpy_plane, bumpy_surface, is_bumpy_plane, widest_bumpy_window, window_bumps

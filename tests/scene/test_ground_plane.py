@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.estimation.floor_detection import shown_floor
-from pointshade_gl.estimation.ground_plane import ground_under, up_of
-from pointshade_gl.estimation.undersides import lowest_point
+from pointshade_gl.estimation.ground import ground_under, lowest_point, shown_floor, up_of
 
 CAMERA = ps.Camera(400, 400, 199.5, 149.5, 400, 300)
 PIXEL = 2.4 / 400  # metres, where things stand

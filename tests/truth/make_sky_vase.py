@@ -15,7 +15,7 @@ import numpy as np
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.estimation.ground_plane import ground_under
+from pointshade_gl.estimation.ground import ground_under
 from pointshade_gl.scene.graph import Scene
 from pointshade_gl.scene.node import Node
 from pointshade_gl.scene.objects import PointObject

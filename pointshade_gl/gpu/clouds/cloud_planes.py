@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...estimation.cloud_spacing import Spacing, estimate_spacing
+from ...estimation.cloud_estimates import Spacing, estimate_spacing
 from ..core.memory import Owner
 from ..core.passes import FullscreenPasses
 from .cell_grid import CellGrid

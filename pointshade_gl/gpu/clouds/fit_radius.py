@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...estimation.cloud_noise import surface_residuals
+from ...estimation.cloud_estimates import surface_residuals
 from .cell_grid import CellGrid
 
 LEAST, WIDEST = 2.7, 14.0  # spacings: about 20 neighbours, about 600

@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...estimation.cloud_spacing import estimate_spacing
+from ...estimation.cloud_estimates import estimate_spacing
 from .cloud_planes import find_planes
 from .fit_radius import WIDEST
 

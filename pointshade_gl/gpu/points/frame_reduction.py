@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import moderngl
 
-from ...estimation.reduced_frame import LONGER_SIDE, ReducedFrame
+from ...estimation.agreement import LONGER_SIDE, ReducedFrame
 from ...scene.camera import Camera
 from ..core.frame_textures import FrameTextures, frame_of
 from ..core.images import R32F, RGBA32F, Fitted, Image, read_texture

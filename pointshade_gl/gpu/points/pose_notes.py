@@ -7,7 +7,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ...estimation.pose_outliers import Contradictions
+from ...estimation.agreement import Contradictions
 from ...notes.notes import print_note
 from ...scene.frame import Frame
 from ..core.frame_textures import FrameTextures

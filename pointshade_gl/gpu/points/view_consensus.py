@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...checks.arguments import Count
+from ...estimation.agreement import contradictions
 from ...estimation.multi_view import Comparison, band_of, best_spreads, compared, gains_of, nearest_others
-from ...estimation.pose_outliers import contradictions
 from ...scene.camera import view_matrix
 from ...scene.frame import Frame
 from ..core.additive_blend import AdditiveBlend

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
-from ...estimation.environment_light import above_horizon, lobe_maps, radiance_bands
-from ...estimation.turned_bands import turned_bands
+from ...estimation.environment_light import above_horizon, lobe_maps, radiance_bands, turned_bands
 from ...scene.environment import Environment, Surroundings
 from ..core.memory import Owner
 from ..core.steps import Steps

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import moderngl
 import numpy as np
 
-from ...estimation.turned_bands import turned_bands
+from ...estimation.environment_light import turned_bands
 from ...scene.light import Light, light_rows
 from ...scene.shadow_cameras import ShadowView, Span
 from .shadow_map import ShadowMap

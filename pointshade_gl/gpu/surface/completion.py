@@ -35,7 +35,7 @@ class CompletionPass(FullscreenPasses):
 
         Returns the share of the pixels that got a surface, and of those that got none.
         """
-        from ...estimation.pattern_shadows import find_shifts, hidden_below  # only here
+        from ...estimation.stereo_shadows import find_shifts, hidden_below  # only here
 
         frame, colors, pixels = textures.frame, textures.color, surface.size[0] * surface.size[1]
         assert frame is not None, "nothing was uploaded"

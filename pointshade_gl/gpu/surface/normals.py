@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import moderngl
 import numpy as np
 
-from ...estimation.noise_over_time import Decisions
+from ...estimation.noise_model import Decisions
 from ...scene.camera import Camera
 from ...scene.noise import PLANE_FITS, TRIANGLES, Choice, Noise, NoiseWords, Step
 from ..context.raw_gl import DEPTH_TEST
@@ -80,7 +80,7 @@ class SurfacePass(FullscreenPasses):
         noise = self._noise.measure(frame, _mean_focal(camera))
         if not noise.may_be_bumpy:
             return noise
-        from ...estimation.noise_bumps import find_bumps  # only here
+        from ...estimation.noise_model import find_bumps  # only here
 
         return replace(noise, bumps=find_bumps(self._bumpy.measure(frame), noise))
 

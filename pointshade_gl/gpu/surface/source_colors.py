@@ -18,8 +18,7 @@ from ..core.memory import Owner
 from ..core.steps import Steps
 
 if TYPE_CHECKING:
-    from ...estimation.light_over_time import StreamLights
-    from ...estimation.photo_shading import PhotoSamples
+    from ...estimation.photo_shading import PhotoSamples, StreamLights
     from .unlighting import UnlightingPass
 
 
@@ -33,7 +32,7 @@ class SourceColors(Owner):
 
     @cached_property
     def _lights(self) -> StreamLights:
-        from ...estimation.light_over_time import StreamLights  # only here
+        from ...estimation.photo_shading import StreamLights  # only here
 
         return StreamLights()
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import moderngl
 import numpy as np
 
-from ...estimation.noise_over_time import Decisions
+from ...estimation.noise_model import Decisions
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ...scene.noise import Noise

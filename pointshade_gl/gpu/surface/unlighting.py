@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ...estimation.light_pairs import Array
+from ...estimation.light_fit import Array
 from ...estimation.photo_shading import PhotoSamples
 from ...scene.camera import Camera
 from ..core.frame_textures import Colors, FrameTextures, PointSurface

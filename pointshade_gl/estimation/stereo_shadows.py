@@ -1,10 +1,4 @@
-"""Finds what a sensor with two eyes, or an eye and a projector, cannot see beside near objects.
-
-Beside an object, on one side, lies the shadow of the pattern, or what the second camera does not see. It is as wide as
-the object's disparity exceeds that of what lies behind it: focal length times baseline times the difference of 1/z. So
-all shadows of a picture tell one number, and that number which surfaces may be hidden there: others would have been
-seen.
-"""
+"""Finds what a sensor with two eyes, or an eye and a projector, cannot see beside near objects."""
 
 from __future__ import annotations
 

@@ -1,17 +1,92 @@
-"""Which side of a point cloud's surface is outside: the one that is seen from outside."""
+"""What is estimated about a point cloud: its noise, its spacing, and which side of its surface is outside."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .cloud_spacing import estimate_spacing
+TERMS = 6  # of a surface of second degree
+
+
+def surface_residuals(
+    offsets: NDArray[np.float64], known: NDArray[np.bool_], shares: Sequence[float]
+) -> NDArray[np.float64]:
+    """Return the standard deviation of points from surfaces of second degree: quantiles of several places.
+
+    offsets  (m, k, 3) neighbours of m places, about 1 in size
+    known    (m, k) which of these there are
+    shares   of the places that have less
+    """
+    weight = known.astype(np.float64)
+    count = weight.sum(1)
+    usable = count >= 2 * TERMS
+    if not usable.any():
+        return np.zeros(len(shares))
+    offsets, weight, count = offsets[usable], weight[usable], count[usable]
+    mean = np.einsum("mk,mki->mi", weight, offsets) / count[:, None]
+    offsets = offsets - mean[:, None]
+    covariance = np.einsum("mk,mki,mkj->mij", weight, offsets, offsets)
+    axes = np.linalg.eigh(covariance)[1]  # the normal first
+    z, x, y = np.moveaxis(np.einsum("mki,mij->mkj", offsets, axes), -1, 0)
+    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], -1)
+    weighted = terms * weight[..., None]
+    products = np.einsum("mki,mkj->mij", weighted, terms) + 1e-9 * np.eye(TERMS)
+    factors = np.linalg.solve(products, np.einsum("mki,mk->mi", weighted, z)[..., None])[..., 0]
+    rest = z - np.einsum("mki,mi->mk", terms, factors)
+    return np.sqrt(np.quantile((weight * rest**2).sum(1) / (count - TERMS), shares))
+
+
+SPACING_SAMPLE = 1 << 14  # points
+ASKED = 192  # of these, whose nearest neighbours are looked for
+NEAREST = 16
+SMALLEST = 1e-30  # what is less float32 cannot square
+
+
+class Spacing(NamedTuple):
+    """The spacing, 1 where there is none, and how many places there are, as a share of the points."""
+
+    length: float
+    distinct: float
+
+
+def estimate_spacing(positions: NDArray[np.float32]) -> Spacing:
+    """Estimate sqrt(area / n) of the surface that points sample, from a part of them; those in one place count once."""
+    rng = np.random.default_rng(0)
+    count = len(positions)
+    part = positions if count <= SPACING_SAMPLE else positions[np.unique(rng.integers(0, count, SPACING_SAMPLE))]
+    places = np.unique(part, axis=0).astype(np.float64)
+    if len(places) < 2:
+        return Spacing(1.0, 1 / max(count, 1))
+    asked = places[rng.choice(len(places), min(ASKED, len(places)), replace=False)]
+    nearest = min(NEAREST, len(places) - 1)
+    squares = sum((asked[:, k, None] - places[:, k]) ** 2 for k in range(3))
+    reach = math.sqrt(np.median(np.partition(squares, nearest, axis=1)[:, nearest]))
+    total = _all_places(len(places), len(part), count)
+    length = reach * math.sqrt(math.pi / nearest * len(places) / total)
+    return Spacing(length, total / count) if length > SMALLEST else Spacing(1.0, 1.0)
+
+
+def _all_places(seen: int, part: int, count: int) -> float:
+    """Return in how many places all points lie, if a part of them, at random, lies in so many.
+
+    With m points in each place, one is seen with probability 1 - (1 - part / count)^m: the m that fits.
+    """
+    if seen == part or part == count:
+        return float(count if seen == part else seen)
+    low, high = 1.0, float(count)
+    for _ in range(60):
+        middle = math.sqrt(low * high)
+        expected = count / middle * -math.expm1(middle * math.log1p(-part / count))
+        low, high = (middle, high) if expected > seen else (low, middle)
+    return count / high
+
 
 DIRECTIONS = 42
-SAMPLE = 200_000  # points that are looked at; the others get their sides from these
+ORIENTED_SAMPLE = 200_000  # points that are looked at; the others get their sides from these
 CELL, NEAR = 3.0, 2.0  # spacings: width of a cell of the pictures, and how far behind the nearest a point is seen
 WIDEST = 2048  # cells along a side of a picture
 STRAY = 0.001  # share of the points on each side of an axis that may lie outside of all pictures
@@ -32,7 +107,7 @@ def outward(
     """
     known = np.flatnonzero(normals.any(1))
     rng = np.random.default_rng(0)
-    sample = known if len(known) <= SAMPLE else np.sort(rng.choice(known, SAMPLE, replace=False))
+    sample = known if len(known) <= ORIENTED_SAMPLE else np.sort(rng.choice(known, ORIENTED_SAMPLE, replace=False))
     if not len(sample):
         return normals, False
     middle = np.median(positions[sample], axis=0)

@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any
 
 from ..files.access.atomic_write import OURS
-from ..gpu.context.cuda_devices import egl_device
+from ..gpu.context.context import egl_device
 from ..notes.notes import print_note
 from ..notes.version import __version__
 from ..notes.words import option

@@ -14,7 +14,7 @@ import numpy as np
 from ..files.frames.frame_files import load_frame
 from ..files.pictures.picture_files import save_image
 from ..gpu.core.steps import Lap
-from ..gpu.points.tiling import LARGEST_WHOLE, TILE_POINTS
+from ..gpu.points.tiles import LARGEST_WHOLE, TILE_POINTS
 from ..notes.errors import ContextError
 from ..rendering.renderer import Renderer
 from ..scene.camera import Camera, orbit_pose

@@ -12,16 +12,14 @@ from ..scene.camera import Eye
 from ..scene.node import Placed
 from ..scene.objects import Mesh
 from .clouds.cloud_objects import CloudObjects, PlacedCloud
-from .core.memory import Owner
+from .core.images import Owner
 from .core.steps import Steps
 from .core.view_images import Target
-from .meshes.grid_depths import Grid
-from .meshes.grid_objects import GridObjects, ShownGrid
-from .meshes.mesh_objects import MeshObjects, PlacedMesh
+from .meshes.mesh_objects import Grid, GridObjects, MeshObjects, PlacedMesh, ShownGrid
 from .points.point_objects import PointObjects, Points, PointSet, ShownPoints, ShownSet
 from .points.rasterizers import Rasterizers
 from .points.tiles import TiledPoints
-from .shading.shadow_map import Tile
+from .shading.light_set import Tile
 
 # A new kind of object is described beside scene/mesh.py, may be placed by scene/node.py, has its passes beside
 # meshes/mesh_objects.py and its type here. It needs a branch wherever this module, pipeline/gpu_scene.py,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..gpu.core.images import read_texture
 from ..gpu.drawables import Drawable
-from ..gpu.meshes.grid_objects import ShownGrid
+from ..gpu.meshes.mesh_objects import ShownGrid
 from ..gpu.points.point_objects import Points, ShownPoints, ShownSet
 from ..scene.values import linear_to_bytes, srgb_to_linear
 from ..scene.visible import bridged_stride

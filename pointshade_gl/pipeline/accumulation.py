@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from ..checks.arguments import Count
 from ..gpu.core.images import read_texture
-from ..gpu.core.passes import FullscreenPasses
+from ..gpu.core.programs import FullscreenPasses
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Target
 from ..gpu.drawables import Drawables
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import HIGHLIGHTS, LightSet, around_inputs
-from ..gpu.shading.view_visibility import plane_shift, plane_turn
+from ..gpu.shading.occlusion import plane_shift, plane_turn
 from ..scene.sample_pattern import at_sample
 from ..scene.settings import SIMPLE, Finish, Vector
 from ..scene.visible import VisibleScene, looking_distance
@@ -26,7 +26,7 @@ from .light_setup import LightSetup
 from .shared_samples import SharedSamples
 
 if TYPE_CHECKING:
-    from ..gpu.output.resolve_samples import ResolveSamplesPass
+    from ..gpu.shading.present import ResolveSamplesPass
 
 
 class Accumulator(FullscreenPasses):
@@ -50,7 +50,7 @@ class Accumulator(FullscreenPasses):
 
     @cached_property
     def _develop(self) -> ResolveSamplesPass:
-        from ..gpu.output.resolve_samples import ResolveSamplesPass  # only here
+        from ..gpu.shading.present import ResolveSamplesPass  # only here
 
         return self._keep(ResolveSamplesPass(self._context))
 

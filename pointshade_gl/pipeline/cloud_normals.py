@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 
 from ..estimation.cloud_estimates import facing, outward
-from ..gpu.clouds.slabs import CloudNormals, planes_of_slabs
+from ..gpu.clouds.cloud_store import CloudNormals, planes_of_slabs
 from ..notes.notes import print_note
 from ..notes.words import option
 from ..scene.cloud import PointCloud

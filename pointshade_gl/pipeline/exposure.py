@@ -12,12 +12,11 @@ from ..checks.arguments import check_type
 from ..estimation.light_fit import stops_to_match
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.core.images import Fitted, Image, empty
-from ..gpu.core.passes import FullscreenPasses
+from ..gpu.core.programs import FullscreenPasses
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Target
 from ..gpu.drawables import Drawable, Drawables
-from ..gpu.meshes.grid_objects import ShownGrid
-from ..gpu.meshes.mesh_objects import PlacedMesh
+from ..gpu.meshes.mesh_objects import PlacedMesh, ShownGrid
 from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass

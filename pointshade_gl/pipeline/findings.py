@@ -7,11 +7,10 @@ from typing import NamedTuple
 from ..estimation.light_fit import FoundLight
 from ..estimation.multi_view import SetReport
 from ..gpu.clouds.cloud_objects import PlacedCloud
-from ..gpu.clouds.fit_radius import FitRadius
+from ..gpu.clouds.cloud_planes import FitRadius
 from ..gpu.core.frame_textures import FrameTextures
 from ..gpu.drawables import Drawables
-from ..gpu.meshes.grid_objects import ShownGrid
-from ..gpu.meshes.mesh_objects import PlacedMesh
+from ..gpu.meshes.mesh_objects import PlacedMesh, ShownGrid
 from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.points.tiles import TiledPoints
 from ..scene.frame import Frame

@@ -9,17 +9,15 @@ import moderngl
 import numpy as np
 
 from ..gpu.clouds.cloud_objects import PlacedCloud
-from ..gpu.core.canvas import Canvas
 from ..gpu.core.steps import Steps
-from ..gpu.core.view_images import SurfaceImage, Target
+from ..gpu.core.view_images import Canvas, SurfaceImage, Target
 from ..gpu.drawables import Drawable, Drawables, Objects
-from ..gpu.meshes.grid_objects import ShownGrid
-from ..gpu.meshes.mesh_objects import PlacedMesh, joined
-from ..gpu.output.surface_colors import SurfaceColorsPass
+from ..gpu.meshes.mesh_objects import PlacedMesh, ShownGrid, joined
 from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import Lighting, LightSet, around_inputs
-from ..gpu.shading.view_visibility import ViewVisibilityPass
+from ..gpu.shading.occlusion import ViewVisibilityPass
+from ..gpu.shading.present import SurfaceColorsPass
 from ..scene.appearance import LIT_EARLY, Material
 from ..scene.camera import Eye, view_matrix
 from ..scene.visible import VisibleScene, looking_distance, material_of

@@ -13,16 +13,13 @@ from numpy.typing import NDArray
 from ..checks.arguments import Count
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.core.frame_textures import FrameTextures, PointSurface
-from ..gpu.core.memory import Owner
+from ..gpu.core.images import Owner
 from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawables, Objects
-from ..gpu.meshes.grid_depths import Grid
-from ..gpu.meshes.grid_objects import ShownGrid, depth_step
-from ..gpu.meshes.mesh_objects import PlacedMesh
+from ..gpu.meshes.mesh_objects import Grid, PlacedMesh, ShownGrid, depth_step
 from ..gpu.points.point_objects import Points, PointSet, ShownPoints, ShownSet
-from ..gpu.points.target_normals import target_estimator
-from ..gpu.points.tiles import TiledPoints, TileStore
-from ..gpu.points.tiling import needs_tiles
+from ..gpu.points.set_merge import target_estimator
+from ..gpu.points.tiles import TiledPoints, TileStore, needs_tiles
 from ..gpu.surface.frame_store import DrawnPoints, FrameStore
 from ..scene.appearance import LIT_EARLY, NOT_LIT, Look, SurfaceOptions
 from ..scene.cloud import PointCloud
@@ -36,9 +33,7 @@ if TYPE_CHECKING:
     from ..estimation.agreement import ReducedFrame
     from ..estimation.light_fit import FoundLight
     from ..gpu.clouds.cloud_store import CloudStore
-    from ..gpu.points.frame_reduction import FrameReductionPass
-    from ..gpu.points.highlight_removal import HighlightRemovalPass
-    from ..gpu.points.view_consensus import ConsensusPass
+    from ..gpu.points.view_consensus import ConsensusPass, FrameReductionPass, HighlightRemovalPass
 
 _INVENTED = "missing", "temporal"  # options that add points, or those of other frames
 COARSER = 8  # every so many pixels of a frame in tiles are enough to find its pose
@@ -75,13 +70,13 @@ class GpuScene(Owner):
 
     @cached_property
     def _reduction(self) -> FrameReductionPass:
-        from ..gpu.points.frame_reduction import FrameReductionPass  # only here
+        from ..gpu.points.view_consensus import FrameReductionPass  # only here
 
         return self._keep(FrameReductionPass(self._context))
 
     @cached_property
     def _highlights(self) -> HighlightRemovalPass:
-        from ..gpu.points.highlight_removal import HighlightRemovalPass  # only here
+        from ..gpu.points.view_consensus import HighlightRemovalPass  # only here
 
         return self._keep(HighlightRemovalPass(self._context, self._steps))
 
@@ -125,10 +120,7 @@ class GpuScene(Owner):
 
     def read_albedo(self, frames: Sequence[Frame]) -> NDArray[np.uint8]:
         """Return (h, w, 3) the albedo on which photographs of one view agree, sRGB. One at a time is on the GPU."""
-        from ..estimation.photo_shading import (
-            AlbedoSum,  # only here
-            share_albedo,  # only here
-        )
+        from ..estimation.photo_shading import AlbedoSum, share_albedo
 
         self.drawn = {}  # its textures may be freed now
         colors, total = self.frames.colors, AlbedoSum()
@@ -199,7 +191,7 @@ class GpuScene(Owner):
                 photo = look.missing == "photo" and p in alone and p.is_own_view(visible.eye.pose)
                 drawn = self.frames.complete(textures, frame, drawn, photo)
             if look.remove_highlights and p in alone:
-                from ..gpu.points.highlight_removal import describe_missing_views  # only here
+                from ..gpu.points.view_consensus import describe_missing_views  # only here
 
                 textures.note_once("highlights", "alone", frame.camera, describe_missing_views())
             visibility, around = None, visible.surroundings

@@ -8,18 +8,14 @@ import moderngl
 import numpy as np
 
 from ..estimation.environment_light import exponents_of
-from ..gpu.core.images import empty
-from ..gpu.core.memory import Owner
+from ..gpu.core.images import Owner, empty
 from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawables, Objects, Shape, shape_of
-from ..gpu.meshes.grid_objects import ShownGrid
-from ..gpu.meshes.mesh_objects import joined
+from ..gpu.meshes.mesh_objects import ShownGrid, joined
 from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.points.tiles import TiledPoints
-from ..gpu.shading.environment_maps import EnvironmentMaps
 from ..gpu.shading.light_pass import LightPass
-from ..gpu.shading.light_set import AroundLookUp, LightSet
-from ..gpu.shading.shadow_map import ShadowMap
+from ..gpu.shading.light_set import AroundLookUp, EnvironmentMaps, LightSet, ShadowMap
 from ..scene.appearance import LIT_EARLY, Material
 from ..scene.camera import Eye, view_matrix
 from ..scene.objects import Mesh

@@ -11,18 +11,17 @@ from numpy.typing import NDArray
 
 from ..checks.arguments import Count, Progress
 from ..gpu.context.context import Context
-from ..gpu.core.canvas import Canvas
 from ..gpu.core.frame_textures import frame_of
 from ..gpu.core.images import Box
 from ..gpu.core.steps import Steps
-from ..gpu.core.view_images import Target
+from ..gpu.core.view_images import Canvas, Target
 from ..gpu.drawables import Drawables, Objects
-from ..gpu.output.surface_colors import SurfaceColorsPass
 from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.points.rasterizers import Rasterizers
 from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass
-from ..gpu.shading.view_visibility import ViewVisibilityPass
+from ..gpu.shading.occlusion import ViewVisibilityPass
+from ..gpu.shading.present import SurfaceColorsPass
 from ..notes.errors import check_function
 from ..scene.appearance import Look
 from ..scene.camera import Camera

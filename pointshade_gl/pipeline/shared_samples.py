@@ -8,11 +8,11 @@ import moderngl
 import numpy as np
 
 from ..gpu.core.images import depth_tested, empty, empty_part
-from ..gpu.core.passes import FullscreenPasses
+from ..gpu.core.programs import FullscreenPasses
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import TILE, Target
 from ..gpu.drawables import Drawables, Objects
-from ..gpu.meshes.grid_objects import ShownGrid
+from ..gpu.meshes.mesh_objects import ShownGrid
 from ..gpu.points.point_objects import ShownPoints
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import LightSet

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from ..estimation.pose_search import Found
-    from ..gpu.clouds.slabs import CloudNormals
+    from ..gpu.clouds.cloud_store import CloudNormals
 
 Rasterizer = Literal["auto", "points", "compute"]
 RASTERIZERS: tuple[Rasterizer, ...] = get_args(Rasterizer)

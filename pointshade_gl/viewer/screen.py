@@ -9,9 +9,9 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gpu.context.freed_memory import return_freed_memory
+from ..gpu.context.software_driver import return_freed_memory
 from ..gpu.core.steps import Steps
-from ..gpu.output.present import Marker, PresentPass
+from ..gpu.shading.present import Marker, PresentPass
 from ..rendering.renderer import Renderer
 from ..scene.orbit import marker_place
 from .controller import BAR

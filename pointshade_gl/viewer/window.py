@@ -10,7 +10,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import replace
 from typing import Any
 
-from ..gpu.context.current_context import kept
+from ..gpu.context.context import kept
 from ..notes.errors import ContextError
 from ..scene.camera import Camera
 from .events import Event, EventKind

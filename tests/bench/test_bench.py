@@ -18,7 +18,7 @@ from pointshade_gl.bench.measure import Measurement, Plan, angle, breaking_point
 from pointshade_gl.bench.scenes import MIDDLE, SCENES, make_scene, standard_camera
 from pointshade_gl.bench.stress import CONDITIONS, STRESSES, generator
 from pointshade_gl.cli.main import command_line
-from pointshade_gl.gpu.points import tiling
+from pointshade_gl.gpu.points import tiles as tiling
 from pointshade_gl.scene.camera import Camera
 from pointshade_gl.scene.noise import METHODS
 

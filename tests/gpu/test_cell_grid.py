@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pointshade_gl.gpu.clouds.cell_grid import CellGrid, sorted_order
+from pointshade_gl.gpu.clouds.cloud_planes import CellGrid, sorted_order
 
 F = np.float32
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pointshade_gl.gpu.clouds.cell_grid import CellGrid
+from pointshade_gl.gpu.clouds.cloud_planes import CellGrid
 
 from ..reference import cloud_edges, cloud_moments, cloud_planes
 from ..support.clouds import cloud

@@ -7,11 +7,8 @@ Bounds of clean clouds are what Open3D 0.20 gets with 30 neighbours on the same 
 import numpy as np
 import pytest
 
-from pointshade_gl.gpu.clouds.cell_grid import CellGrid
-from pointshade_gl.gpu.clouds.cloud_planes import CloudPlanes
-from pointshade_gl.gpu.clouds.fit_radius import LEAST, fit_radius
-from pointshade_gl.gpu.clouds.neighbourhood import read_values
-from pointshade_gl.gpu.clouds.slabs import planes_of_slabs
+from pointshade_gl.gpu.clouds.cloud_planes import LEAST, CellGrid, CloudPlanes, fit_radius, read_values
+from pointshade_gl.gpu.clouds.cloud_store import planes_of_slabs
 
 from ..support.clouds import angles, cloud
 

@@ -4,8 +4,8 @@ import sys
 
 import pytest
 
-from pointshade_gl.gpu.context import cuda_devices
-from pointshade_gl.gpu.context.cuda_devices import egl_device, matching
+from pointshade_gl.gpu.context import context as cuda_devices
+from pointshade_gl.gpu.context.context import egl_device, matching
 
 NODE = [2, 3, 0, 1, None]  # EGL's order is not CUDA's, and software comes last
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.gpu.points.frame_reduction import reduced_camera
+from pointshade_gl.gpu.points.view_consensus import reduced_camera
 from pointshade_gl.scene.appearance import Look
 
 from ..reference import frame_reduction

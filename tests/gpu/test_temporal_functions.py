@@ -5,8 +5,8 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.gpu.core.frame_textures import PointSurface
-from pointshade_gl.gpu.core.memory import Owner
-from pointshade_gl.gpu.surface.temporal_filter import History, Stream, TemporalPass
+from pointshade_gl.gpu.core.images import Owner
+from pointshade_gl.gpu.surface.noise_measurement import History, Stream, TemporalPass
 from pointshade_gl.scene.noise import Noise
 
 from ..reference import temporal

@@ -8,7 +8,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import as_frame, sphere_and_wall, trace
-from pointshade_gl.gpu.points import tiling
+from pointshade_gl.gpu.points import tiles as tiling
 from pointshade_gl.scene.noise import Noise
 
 from ..support.compare import compare_images

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pointshade_gl.gpu.shading.view_visibility import plane_shift, plane_turn
+from pointshade_gl.gpu.shading.occlusion import plane_shift, plane_turn
 
 from ..reference import surroundings, visibility
 from ..reference.camera import pixel_ray

@@ -10,7 +10,7 @@ import pointshade_gl as ps
 from pointshade_gl.bench.picture_scores import co_visible, near_edge
 from pointshade_gl.bench.tracing import as_frame, sphere_and_wall, trace
 from pointshade_gl.estimation.multi_view import importances, primary_shares
-from pointshade_gl.gpu.points.target_normals import target_estimator
+from pointshade_gl.gpu.points.set_merge import target_estimator
 from pointshade_gl.scene.appearance import NORMALS_AT, SHADINGS
 
 from ..support import frames
@@ -355,7 +355,7 @@ def test_a_callers_blending_stays(renderer):
     """Frames are added up by blending; a caller's own factors and equations are as they were."""
     import moderngl
 
-    from pointshade_gl.gpu.core.additive_blend import EQUATIONS, FACTORS, AdditiveBlend
+    from pointshade_gl.gpu.core.programs import EQUATIONS, FACTORS, AdditiveBlend
 
     context = moderngl.create_context(standalone=True, backend="egl") if renderer.context.owned else None
     assert context is not None

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pointshade_gl.estimation.ground import seen_ground
-from pointshade_gl.gpu.shading.view_visibility import plane_shift, plane_turn
+from pointshade_gl.gpu.shading.occlusion import plane_shift, plane_turn
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.environment import NOTHING_AROUND, Surroundings
 from pointshade_gl.scene.sample_pattern import at_sample

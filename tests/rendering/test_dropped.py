@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.gpu.context import freed_memory
+from pointshade_gl.gpu.context import software_driver as freed_memory
 
 from .test_lifetime import STATM, megabytes, small
 

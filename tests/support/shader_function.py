@@ -8,8 +8,7 @@ from pathlib import Path
 import moderngl
 import numpy as np
 
-from pointshade_gl.gpu.core.passes import bind_texture
-from pointshade_gl.gpu.core.programs import build_program, shader_folder
+from pointshade_gl.gpu.core.programs import bind_texture, build_program, shader_folder
 
 COMMON = sorted((shader_folder() / "common").glob("*.glsl"))
 _KIND = r"void|bool|u?int|float|[iub]?vec[234]|mat[234](?:x[34])?|[A-Z]\w+"

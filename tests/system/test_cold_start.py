@@ -32,7 +32,7 @@ NOT_NEEDED = (
     "pointshade_gl.files.access.folder_listing",
     "pointshade_gl.estimation.alignment",
     "pointshade_gl.estimation.light_fit",
-    "pointshade_gl.gpu.surface.completion",
+    "pointshade_gl.gpu.surface.refinement",
     "pointshade_gl.rendering.renderer_pool",
 )
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.gpu.core.passes import FullscreenPass
+from pointshade_gl.gpu.core.programs import FullscreenPass
 from pointshade_gl.scene import shadow_cameras as shadow_views
 
 from ..rendering.test_renderer import living_objects

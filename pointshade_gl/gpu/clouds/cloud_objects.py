@@ -11,14 +11,11 @@ import numpy as np
 
 from ...scene.camera import Eye, view_matrix
 from ...scene.cloud import PointCloud
-from ..context.raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
-from ..context.saved_state import enabled
-from ..core.additive_blend import AdditiveBlend
+from ..context.caller_state import DEPTH_TEST, PROGRAM_POINT_SIZE, enabled
 from ..core.images import Fitted, Images, confine, depth_tested, empty
-from ..core.passes import FullscreenPasses, set_inputs
-from ..core.programs import build_program
+from ..core.programs import AdditiveBlend, FullscreenPasses, build_program, set_inputs
 from ..core.view_images import SurfaceImage
-from ..shading.shadow_map import Tile
+from ..shading.light_set import Tile
 from .cloud_store import CloudPoints
 
 CORE = 0.65  # share of a disc's radius that makes the front surface: outlines end there

@@ -1,20 +1,21 @@
-"""Keeps point clouds on the GPU: of each as many points as the last views needed, with their planes and colours."""
+"""Keeps point clouds on the GPU: of each as many points as the last views needed; normals in slabs."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ...estimation.cloud_estimates import estimate_spacing
 from ...scene.cloud import PointCloud
 from ...scene.visible import points_at
-from ..core.memory import Owner
-from .cloud_planes import find_planes
-from .fit_radius import FitRadius
+from ..core.images import Owner
+from .cloud_planes import WIDEST, FitRadius, find_planes
 
 DRAWN_AT_ONCE = 1 << 20  # points: one draw of many millions may end a driver's patience
 VERTEX = np.dtype([
@@ -163,3 +164,67 @@ def _vertices(
 
 def _part(values: NDArray[Any] | None, some: NDArray[Any] | None) -> Any:
     return values if values is None or some is None else values[some]
+
+
+MOST = 8 << 20  # points of a slab
+SAMPLE = 1 << 20  # points that the borders of slabs are found from
+
+
+class CloudNormals(NamedTuple):
+    """What is known of each point.
+
+    normals     (n, 3) unit, 0 0 0 without a plane
+    confidence  (n,) of the normal, 0 to 1
+    spacing     (n,) of the surface there
+    """
+
+    normals: NDArray[np.float32]
+    confidence: NDArray[np.float32]
+    spacing: NDArray[np.float32]
+
+
+def planes_of_slabs(
+    context: moderngl.Context,
+    positions: NDArray[np.floating[Any]],
+    normals: NDArray[np.float32] | None = None,
+    noise: float | None = None,
+    most: int = MOST,
+) -> CloudNormals:
+    """Return the planes of a cloud, in its order. Only one slab at a time is on the GPU.
+
+    positions  (n, 3) float32 or float64: each slab counts from its own middle
+    normals    (n, 3) those that are known, others 0
+    """
+    count = len(positions)
+    found = CloudNormals(np.zeros((count, 3), "f4"), np.zeros(count, "f4"), np.zeros(count, "f4"))
+    for inside, around in _slabs(positions, most):
+        if not len(around):
+            continue
+        local = positions[around]
+        local = (local - np.rint(local.mean(0))).astype(np.float32)
+        planes = find_planes(context, local, None if normals is None else normals[around], noise)
+        places = around[planes.order]
+        kept = inside[places]
+        places = places[kept]
+        found.normals[places] = planes.planes[kept, :3]
+        found.spacing[places] = planes.planes[kept, 3]
+        found.confidence[places] = planes.details[kept, 3]
+    return found
+
+
+def _slabs(positions: NDArray[np.floating[Any]], most: int) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.integer]]]:
+    """Yield for each slab which points are inside, (n,) bool, and which lie inside or near it, their numbers."""
+    count = len(positions)
+    if count <= most:
+        yield np.ones(count, bool), np.arange(count)
+        return
+    some = positions[:: -(-count // SAMPLE)]
+    axis = int(np.argmax(np.subtract(*np.quantile(some, (0.99, 0.01), axis=0))))
+    parts = -(-count // most)
+    edges = np.quantile(some[:, axis], np.linspace(0, 1, parts + 1))
+    edges[0], edges[-1] = -np.inf, np.inf
+    along = positions[:, axis]
+    border = WIDEST * estimate_spacing((positions - some.mean(0)).astype(np.float32)).length
+    for low, high in pairwise(edges):
+        inside = (along >= low) & (along < high)
+        yield inside, np.flatnonzero((along >= low - border) & (along < high + border))

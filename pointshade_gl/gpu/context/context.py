@@ -1,4 +1,4 @@
-"""Opens an off-screen OpenGL context or wraps the caller's, and checks that only its own thread and process use it."""
+"""Opens an off-screen OpenGL context or wraps the caller's, checks it, and knows which one is current."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from typing import Any
 
@@ -17,10 +17,92 @@ import moderngl
 
 from ...notes.errors import SPAWN, ContextError, check_process
 from ...notes.words import option
-from .current_context import current_context, kept, loader_of
-from .freed_memory import keep_freed_memory, return_freed_memory
-from .saved_state import CallersState
-from .software_driver import is_software
+from .caller_state import CallersState
+from .software_driver import is_software, keep_freed_memory, return_freed_memory
+
+
+class WindowSystem:
+    """EGL or GLX, and what it makes current: a display, surfaces to draw into and to read from, and a context.
+
+    loader  the module of moderngl's loaders for it
+    """
+
+    def __init__(self, loader: str, library: str, prefix: str, surfaces: tuple[tuple[Any, ...], ...], make: str):
+        self.loader = loader
+        functions = ctypes.CDLL(library)
+
+        def asking(what: str, *arguments: int) -> Callable[[], int | None]:
+            function = functions[f"{prefix}GetCurrent{what}"]
+            function.restype = ctypes.c_void_p
+            return partial(function, *arguments)
+
+        self.context = asking("Context")  # None if none is current
+        self._questions = [asking("Display"), *(asking(*surface) for surface in surfaces), self.context]
+        self._make_current = functions[make]
+        self._make_current.argtypes = [ctypes.c_void_p] * 4
+
+    def held(self) -> list[int | None]:
+        """Return what is current, as `hold` takes it."""
+        return [ask() for ask in self._questions]
+
+    def hold(self, held: list[int | None]) -> None:
+        """Make a context current."""
+        self._make_current(*held)
+
+    def let_go(self) -> None:
+        """Leave no context current."""
+        self._make_current(self._questions[0](), None, None, None)
+
+
+KINDS: tuple[tuple[Any, ...], ...] = (
+    ("egl", "libEGL.so.1", "egl", (("Surface", 0x3059), ("Surface", 0x305A)), "eglMakeCurrent"),
+    ("x11", "libGL.so.1", "glX", (("Drawable",), ("ReadDrawable",)), "glXMakeContextCurrent"),
+)
+
+
+@cache
+def window_systems() -> dict[str, WindowSystem]:
+    """Return the window systems of this machine, by the names of moderngl's loaders."""
+    found = {}
+    for kind in KINDS if sys.platform.startswith("linux") else ():
+        try:
+            found[kind[0]] = WindowSystem(*kind)
+        except (OSError, AttributeError):  # it is not installed
+            continue
+    return found
+
+
+def current_context() -> tuple[str, int] | None:
+    """Return the name of the window system and the context that is current in it; None where neither has one."""
+    for name, system in window_systems().items():
+        if context := system.context():
+            return name, context
+    return None
+
+
+def loader_of(context: moderngl.Context) -> str:
+    """Return the name of the window system in which moderngl makes this context current; '' for any other."""
+    return type(context.mglo._context).__module__  # type: ignore[attr-defined]
+
+
+@contextmanager
+def kept(loader: str | None) -> Iterator[None]:
+    """Restore what is current at the end; inside, contexts of this window system, or any, can be made current."""
+    systems = window_systems()
+    before = {name: system.held() for name, system in systems.items() if system.context()}
+    for name in before:
+        if loader is None or (loader in systems and name != loader):
+            systems[name].let_go()
+    try:
+        yield
+    finally:
+        for name, system in systems.items():
+            if name not in before and system.context():
+                system.let_go()
+        for name, held in before.items():
+            if systems[name].held() != held:
+                systems[name].hold(held)
+
 
 INSTALL_HINT = "on Debian or Ubuntu: apt-get install -y libegl1 libgl1-mesa-dri"
 _handler_of = getattr(signal.getsignal, "__wrapped__", signal.getsignal)  # without making an Enum: 60 signals are asked
@@ -257,3 +339,51 @@ def _create_now(device: int) -> moderngl.Context:
     finally:
         if store is not None:
             store.default_context = default
+
+
+EGL_CUDA_DEVICE_NV = 0x323A  # of EGL_NV_device_cuda
+_MOST_DEVICES = 64
+
+
+def egl_device(gpu: int | str, visible: str) -> int:
+    """Return the number of the EGL device that is this GPU.
+
+    gpu      as Ray and CUDA_VISIBLE_DEVICES name it: a number, or a text such as "GPU-8932f937"
+    visible  what CUDA_VISIBLE_DEVICES holds in this process; "" where it is not set
+    """
+    return matching(_cuda_numbers(), str(gpu), [name for name in visible.split(",") if name])
+
+
+def matching(numbers: Sequence[int | None], gpu: str, visible: Sequence[str]) -> int:
+    """Return the place of a GPU among EGL devices, from the numbers that their driver gives them, None where it gives
+    none.
+
+    A driver counts within CUDA_VISIBLE_DEVICES. Some old ones do not: they give numbers beyond it, or one number twice;
+    then the GPU's own number counts. Without an answer EGL's order is used, and the first device beyond its end.
+    """
+    given = [number for number in numbers if number is not None]
+    is_within = gpu in visible and max(given, default=0) < len(visible) and given.count(visible.index(gpu)) == 1
+    wanted = visible.index(gpu) if is_within else int(gpu) if gpu.isdecimal() else 0
+    if given.count(wanted) == 1:
+        return numbers.index(wanted)
+    return wanted if wanted < len(numbers) else 0
+
+
+def _cuda_numbers() -> list[int | None]:
+    """Return the CUDA number of each EGL device, in EGL's order; None for one that has none."""
+    egl = ctypes.CDLL("libEGL.so.1")
+    egl.eglGetProcAddress.restype = ctypes.c_void_p
+    list_devices = egl.eglGetProcAddress(b"eglQueryDevicesEXT")
+    ask = egl.eglGetProcAddress(b"eglQueryDeviceAttribEXT")
+    if not (list_devices and ask):
+        return []
+    devices, count = (ctypes.c_void_p * _MOST_DEVICES)(), ctypes.c_int()
+    ctypes.CFUNCTYPE(ctypes.c_uint, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)(list_devices)(
+        _MOST_DEVICES, devices, ctypes.byref(count)
+    )
+    number = ctypes.c_ssize_t()
+    attribute = ctypes.CFUNCTYPE(ctypes.c_uint, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p)(ask)
+    return [
+        number.value if attribute(device, EGL_CUDA_DEVICE_NV, ctypes.byref(number)) else None
+        for device in devices[: count.value]
+    ]

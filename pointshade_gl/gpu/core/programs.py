@@ -1,9 +1,11 @@
-"""Builds programs from shader files: splices includes, and names file and line in the driver's errors."""
+"""Programs from shader files, and the full-screen passes that are made of them."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from ctypes import byref, c_int
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,8 +15,10 @@ import numpy as np
 
 from ...notes.errors import ShaderError
 from ...scene.camera import Camera
+from ..context.caller_state import BLEND, GL, UNITS
 from ..context.context import signals_later
-from ..context.software_driver import by_flat_inputs, by_images, reads_images, wants_software
+from ..context.software_driver import IMAGE_2D, IMAGES, by_flat_inputs, by_images, reads_images, wants_software
+from .images import Owner, allocate
 
 Origin = list[tuple[str, Sequence[int]]]  # where the lines of a text come from: a file, and their numbers in it
 Spliced = tuple[str, Origin]
@@ -151,3 +155,110 @@ def set_uniforms(program: moderngl.Program | moderngl.ComputeShader, **values: A
 def source_and_target(source: Camera, target: Camera, view: np.ndarray) -> dict[str, Any]:
     """Return the uniforms of every warp; view (4, 4) takes source axes to target axes."""
     return {"source": source.intrinsics, "target": target.intrinsics, "view": view.T.astype("f4").tobytes()}
+
+
+class FullscreenPass(Owner):
+    """A fragment shader drawn over a whole target."""
+
+    def __init__(self, context: moderngl.Context, fragment: str, version: int = 330, **constants: int):
+        super().__init__(context)
+        with self._all_or_nothing():
+            program = build_program(context, "fullscreen.vert", fragment, None, version, **constants)
+            self._program = self._keep(program)
+            self._array = self._allocate(context.vertex_array, program, [])
+
+    def draw(self, target: moderngl.Framebuffer, textures: dict[str, moderngl.Texture], /, **uniforms: Any) -> None:
+        """Draw onto the target. textures: by the names of their samplers; they may also be among the uniforms."""
+        set_inputs(self._program, textures | uniforms)
+        target.use()
+        self._array.render(moderngl.TRIANGLES, 3)
+
+
+class FullscreenPasses(Owner):
+    """Whatever draws full-screen passes: each is made when it is first asked for."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._passes: dict[Any, FullscreenPass] = {}
+
+    def fullscreen(self, fragment: str, look_up: bool | None = None, **constants: int) -> FullscreenPass:
+        """Return a pass. look_up: for shaders that find splats, whether compute shaders drew them (OpenGL 4.3)."""
+        constants |= {} if look_up is None else {"LOOK_UP": int(look_up)}
+        key = fragment, *constants.items()
+        if key not in self._passes:
+            version = 430 if look_up else 330
+            self._passes[key] = self._keep(FullscreenPass(self._context, fragment, version, **constants))
+        return self._passes[key]
+
+
+def set_inputs(program: moderngl.Program | moderngl.ComputeShader, inputs: dict[str, Any]) -> None:
+    """Set uniforms by name. Every texture among them is bound, and the number of its unit put in its place."""
+    names = [name for name, value in inputs.items() if isinstance(value, moderngl.Texture)]
+    assert len(names) <= UNITS, "more textures than a caller's state is kept for"
+    for unit, name in enumerate(names):
+        bind_texture(program, name, inputs[name], unit)
+        inputs[name] = unit
+    set_uniforms(program, **inputs)
+
+
+def bind_texture(
+    program: moderngl.Program | moderngl.ComputeShader, name: str, texture: moderngl.Texture, unit: int
+) -> None:
+    """Bind a texture as the program reads it: as a sampler, or as an image."""
+    if program[name].gl_type == IMAGE_2D:  # type: ignore[union-attr]
+        is_as_said = IMAGES[name] == "rgba"[: texture.components] + {"f4": "32f", "f2": "16f"}.get(texture.dtype, "")
+        assert is_as_said, f"{name} must be {IMAGES[name]}: software drivers read it as an image"
+        texture.bind_to_image(unit, read=True, write=False)
+    else:
+        texture.use(unit)
+
+
+def data_texture(context: moderngl.Context, width: int, height: int, components: int) -> moderngl.Texture:
+    """Return a float32 texture that is read texel by texel. Raises MemoryError where it does not fit."""
+    texture = allocate(context, context.texture, (width, height), components, dtype="f4")
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return texture
+
+
+ADD, ONE = 0x8006, 1
+FACTORS = 0x80C9, 0x80C8, 0x80CB, 0x80CA  # of the source and of the target, for colour, then for alpha
+EQUATIONS = 0x8009, 0x883D  # for colour, for alpha
+BUFFERS = 3  # colours of a target that are added to
+
+
+class AdditiveBlend:
+    """Additive blending. Afterwards the caller's own factors and equations are back: no other pass changes them."""
+
+    def __init__(self, context: moderngl.Context):
+        self._context, self._gl = context, GL(context)
+        self._is_indexed = context.version_code >= 400  # each buffer has its own
+
+    @contextmanager
+    def on(self) -> Iterator[None]:
+        """Add draws to their target inside the context."""
+        before = [[self._asked(name, k) for name in (*FACTORS, *EQUATIONS)] for k in range(BUFFERS)]
+        for k in range(BUFFERS):
+            self._set(k, [ONE] * 4 + [ADD] * 2)
+        self._context.enable_direct(BLEND)
+        try:
+            yield
+        finally:
+            self._context.disable_direct(BLEND)
+            for k, values in enumerate(before):
+                self._set(k, values)
+
+    def _asked(self, name: int, k: int) -> int:
+        answer = c_int()
+        if self._is_indexed:
+            self._gl.GetIntegeri_v(name, k, byref(answer))
+        else:
+            self._gl.GetIntegerv(name, byref(answer))
+        return answer.value
+
+    def _set(self, k: int, values: list[int]) -> None:
+        if self._is_indexed:
+            self._gl.BlendFuncSeparatei(k, *values[:4])
+            self._gl.BlendEquationSeparatei(k, *values[4:])
+        else:
+            self._gl.BlendFuncSeparate(*values[:4])
+            self._gl.BlendEquationSeparate(*values[4:])

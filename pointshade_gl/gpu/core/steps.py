@@ -13,7 +13,7 @@ import moderngl
 import numpy as np
 
 from ...checks.arguments import checkpoint, is_endable
-from ..context.raw_gl import finisher
+from ..context.caller_state import finisher
 
 _Result = TypeVar("_Result")
 

@@ -1,15 +1,18 @@
-"""The images of a view: its picture, and what that is made from."""
+"""The images of a view: its picture, what that is made from, and where the light pass draws."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
 
-from .images import R32F, RGBA16F, RGBA32F, Box, Image, Images, confine, empty, read_texture
-from .memory import check_memory
+from ..context.caller_state import DEPTH_TEST, enabled
+from .images import R32F, RGBA16F, RGBA32F, Box, Image, Images, check_memory, confine, empty, read_texture
+from .programs import AdditiveBlend
 
 TILE = 4  # pixels a side, as in splats.comp
 
@@ -213,3 +216,32 @@ class Target(Images):
         self.color.read_into(picture)
         check_memory(self._context)  # some drivers take it only when they draw
         return picture
+
+
+class Canvas(NamedTuple):
+    """The image that receives the light of a picture."""
+
+    image: moderngl.Framebuffer
+    adding: AdditiveBlend | None = None  # None: sRGB, emptied first; else linear light is added to what is there
+    is_masked: bool = False  # only pixels are drawn whose depth is far: their depth stays
+
+    @property
+    def linear(self) -> bool:
+        return self.adding is not None
+
+    @contextmanager
+    def opened(self, window: Box) -> Iterator[moderngl.Framebuffer]:
+        """Let a pass draw on this window of the image inside the context."""
+        if self.adding is None:
+            empty(self.image, window)
+            yield self.image
+            return
+        confine(self.image, window)
+        with self.adding.on(), self._tested():
+            yield self.image
+
+    def _tested(self) -> AbstractContextManager[None]:
+        if not self.is_masked:
+            return nullcontext()
+        self.image.depth_mask = False
+        return enabled(self.image.ctx, DEPTH_TEST)

@@ -1,4 +1,4 @@
-"""Draws point objects: rasterises their splats, then resolves the surface and colour that each pixel sees."""
+"""Draws point objects: rasterises their splats, then resolves the surfaces of the pixels."""
 
 from __future__ import annotations
 
@@ -10,24 +10,19 @@ import numpy as np
 
 from ...scene.camera import Camera, Eye
 from ...scene.visible import bridged_camera
-from ..core.canvas import Canvas
 from ..core.frame_textures import Colors, FrameTextures, PointSurface
 from ..core.images import Box, Fitted, Image, depth_tested
-from ..core.passes import FullscreenPasses
-from ..core.view_images import SplatImage, SurfaceImage, Target
-from ..shading.shadow_map import Tile
-from ..surface.normals import Estimator
-from .compute_raster import ComputeSplatPass
-from .point_raster import PointSplatPass
-from .rasterizers import Rasterizers
-from .resolve import Looking, ResolvePass
-from .set_splats import Splats
+from ..core.programs import FullscreenPasses
+from ..core.view_images import Canvas, SplatImage, SurfaceImage, Target
+from ..shading.light_set import Tile
+from ..surface.surface_normals import Estimator
+from .rasterizers import ComputeSplatPass, PointSplatPass, Rasterizers, Splats
+from .set_merge import Looking, ResolvePass
 
 if TYPE_CHECKING:
     from ...estimation.multi_view import SetReport
-    from .lit_splats import LitSplatPass
-    from .set_merge import SetMergePass
-    from .target_normals import TargetNormals
+    from .rasterizers import LitSplatPass
+    from .set_merge import SetMergePass, TargetNormals
     from .view_consensus import Consensus
 
 SINGLE = np.ones(1, np.float32)
@@ -120,7 +115,7 @@ class PointObjects(FullscreenPasses):
 
     @cached_property
     def _lit(self) -> LitSplatPass:
-        from .lit_splats import LitSplatPass  # only here
+        from .rasterizers import LitSplatPass  # only here
 
         return self._keep(LitSplatPass(self._context))
 
@@ -132,7 +127,7 @@ class PointObjects(FullscreenPasses):
 
     @cached_property
     def _target_normals(self) -> TargetNormals:
-        from .target_normals import TargetNormals  # only here
+        from .set_merge import TargetNormals  # only here
 
         return self._keep(TargetNormals(self._context))
 

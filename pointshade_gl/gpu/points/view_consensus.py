@@ -1,4 +1,4 @@
-"""Compares several frames of one object: depth agreement, exposure, and votes on which points to trust."""
+"""Compares several frames of one object: depth agreement, exposure, highlights; and notes about their poses."""
 
 from __future__ import annotations
 
@@ -12,16 +12,54 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...checks.arguments import Count
-from ...estimation.agreement import contradictions
-from ...estimation.multi_view import Comparison, band_of, best_spreads, compared, gains_of, nearest_others
-from ...scene.camera import view_matrix
+from ...estimation.agreement import LONGER_SIDE, Contradictions, ReducedFrame, contradictions
+from ...estimation.multi_view import Comparison, band_of, best_spreads, compared, excess_noise, gains_of, nearest_others
+from ...notes.notes import print_note
+from ...notes.words import option
+from ...scene.camera import Camera, view_matrix
 from ...scene.frame import Frame
-from ..core.additive_blend import AdditiveBlend
 from ..core.frame_textures import Colors, FrameTextures, PointSurface, frame_of
-from ..core.images import RG8, Fitted, Image, Images, empty
-from ..core.passes import FullscreenPasses
+from ..core.images import R32F, RG8, RGBA16, RGBA32F, Fitted, Image, Images, empty, read_texture
+from ..core.programs import AdditiveBlend, FullscreenPass, FullscreenPasses
 from ..core.steps import Steps
-from .pose_notes import Told
+
+
+class Told:
+    """Remembers which notes on poses were printed: a live stream would repeat them thirty times a second."""
+
+    def __init__(self) -> None:
+        self._poses: WeakKeyDictionary[FrameTextures, bytes] = WeakKeyDictionary()  # of the frames that were named
+
+    def tell(
+        self, members: Sequence[FrameTextures], frames: Sequence[Frame], found: Contradictions, goes_on: bool
+    ) -> None:
+        """Print notes on frames whose poses are wrong or missing.
+
+        goes_on  some of the frames are those of the last time: notes on the others then also hold for the new ones
+        """
+        notes = _notes_on(frames, found)
+        for k, member in enumerate(members):
+            if k not in notes:
+                self._poses.pop(member, None)
+                continue
+            before, pose = self._poses.get(member), frames[k].pose.tobytes()
+            self._poses[member] = pose
+            if before is None or not (goes_on or before == pose):
+                print_note(notes[k])
+
+
+def _notes_on(frames: Sequence[Frame], found: Contradictions) -> dict[int, str]:
+    """Return the notes by the frame that each is about; a note on all frames is under the first."""
+    first, count = frames[0], len(frames)
+    if any(frame is not first for frame in frames) and all(np.array_equal(frame.pose, first.pose) for frame in frames):
+        ways = "give each Frame its own, or find them with `pointshade align`"
+        return {0: f"the {count} frames all have the same pose: if their camera moved, {ways}"}
+    wrong = "contradicts the others where they see the same, and only fills gaps: is its pose right?"
+    named = {k: f"frame {k} of {count} {wrong}" for k in found.frames}
+    if not found.undecided:
+        return named
+    return {0: f"the {count} frames contradict each other where they see the same: are their poses right?"} | named
+
 
 Seen = tuple[FrameTextures, PointSurface, Colors]
 Voter = tuple[FrameTextures, PointSurface]
@@ -143,3 +181,121 @@ def way_between(frame: Frame, other: Frame) -> dict[str, object]:
     """Return the uniforms that project one frame into another."""
     view = view_matrix(frame.pose, other.pose).T.astype("f4").tobytes()
     return {"source": frame.camera.intrinsics, "other": other.camera.intrinsics, "view": view}
+
+
+class FrameReductionPass(FullscreenPasses):
+    """Reduces frames with estimated normals."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._copy = self._keep(Fitted(context, Image, RGBA32F, R32F))
+
+    def read(self, textures: FrameTextures) -> ReducedFrame:
+        """Return the reduced copy of a frame whose normals are known."""
+        frame = frame_of(textures)
+        camera, cell = reduced_camera(frame.camera)
+        image = self._copy.fit((camera.width, camera.height))
+        maps = {"surface_map": textures.surface.texture, "color_map": textures.color}
+        reduce = self.fullscreen("points/frame_reduction.frag")
+        reduce.draw(image.target, maps, source=frame.camera.intrinsics, cell=cell)
+        has_slopes = frame.color is not None and min(camera.width, camera.height) > 1
+        brightness = read_texture(self._context, image.textures[1])[..., 0] if has_slopes else None
+        reduced = ReducedFrame(camera, image.read(), brightness)
+        return reduced if reduced.is_textured else reduced.without_brightness()
+
+
+def reduced_camera(camera: Camera) -> tuple[Camera, int]:
+    """Return the camera of a frame's reduced copy, and how many pixels along a side are one of its pixels."""
+    cell = max(round(max(camera.width, camera.height) / LONGER_SIDE), 1)
+    cell = min(cell, camera.width, camera.height)
+    width, height = camera.width // cell, camera.height // cell
+    cx, cy = ((place - cell // 2) / cell for place in (camera.cx, camera.cy))
+    return Camera(camera.fx / cell, camera.fy / cell, cx, cy, width, height), cell
+
+
+LEAST_VIEWS = 3  # of two, one may show a highlight or the other a shadow
+HIGHLIGHT_STRIDE = 4  # pixels between those in which noise is measured
+
+
+def describe_missing_views() -> str:
+    """Say what highlights are removed from, for frames that are too few."""
+    return (
+        f"{option('remove_highlights')} needs {LEAST_VIEWS} or more views of one object, with colours: "
+        "highlights are what moves from view to view. The colours stay"
+    )
+
+
+class _Seen(NamedTuple):
+    """A frame, and what makes it comparable with others."""
+
+    textures: FrameTextures
+    surface: PointSurface
+    colors: Colors
+    gain: tuple[float, ...]
+
+
+class HighlightRemovalPass(FullscreenPasses):
+    """Finds where one frame is brighter than others that see the same points, and gives it their colours there."""
+
+    def __init__(self, context: moderngl.Context, steps: Steps):
+        super().__init__(context)
+        self._steps, self._adding = steps, AdditiveBlend(context)
+        self._sums = self._keep(Fitted(context, Image, RGBA32F, RGBA32F))
+        self._excess, self._rows, self._samples, self._found = (
+            self._keep(Fitted(context, Image, RGBA32F)) for _ in range(4)
+        )
+
+    def find(
+        self, members: Sequence[FrameTextures], colors: Sequence[Colors], consensus: Consensus
+    ) -> tuple[Colors, ...]:
+        """Return each frame's colours without highlights; a frame that contradicts the others keeps its own."""
+        frames = [frame_of(member) for member in members]
+        gains = [tuple(gain) for gain in consensus.gains.tolist()]
+        surfaces = [member.surface for member in members]
+        seen = list(map(_Seen, members, surfaces, colors, gains))
+        tells = [frame.color is not None and k not in consensus.wrong for k, frame in enumerate(frames)]
+        if sum(tells) < LEAST_VIEWS:
+            members[0].note_once("highlights", "too few", frames[0].camera, describe_missing_views())
+            return tuple(colors)
+        found = list(colors)
+        for k, others in enumerate(nearest_others(frames)):
+            if tells[k]:
+                voters = tuple(seen[j] for j in others if tells[j])
+                member, own = members[k], colors[k]
+                image = member.matte = member.matte or Image(self._context, own.texture.size, RGBA16)
+                self._steps.run("matte", self._remove, seen[k], voters, consensus.band, image, of=member)
+                found[k] = Colors(image.texture, image)
+        return tuple(found)
+
+    def _remove(self, one: _Seen, voters: tuple[_Seen, ...], band: float, matte: Image) -> None:
+        """Write a frame's picture without the highlights that others do not show."""
+        size, color_map, gain = one.textures.size, {"color_map": one.colors.texture}, {"gain": one.gain}
+        sums, excess, rows, found = (images.fit(size) for images in (self._sums, self._excess, self._rows, self._found))
+        self._add_up(sums, one, voters, band)
+        stages = [self.fullscreen("points/highlights.frag", STAGE=stage) for stage in range(4)]
+        sum_map, rows_map = {"sum_map": sums.textures[0]}, {"rows_map": rows.texture}
+        stages[0].draw(excess.target, color_map | sum_map | {"vote_map": sums.textures[1]}, **gain)
+        stages[1].draw(rows.target, {"excess_map": excess.texture})
+        noise = self._noise(stages[2], rows)
+        stages[3].draw(found.target, sum_map | rows_map, noise=noise, **gain)
+        removal = self.fullscreen("points/highlight_removal.frag")
+        removal.draw(matte.target, color_map | {"found_map": found.texture})
+        matte.raise_version()
+
+    def _add_up(self, sums: Image, one: _Seen, voters: tuple[_Seen, ...], band: float) -> None:
+        """The sums of what others say about a frame's points."""
+        maps = {"surface_map": one.surface.texture, "color_map": one.colors.texture}
+        values = {"band": band, "gain": one.gain}
+        empty(sums.target)
+        darker = self.fullscreen("points/darker_views.frag")
+        with self._adding.on():
+            for other in voters:
+                theirs = {"other_map": other.surface.texture, "other_color_map": other.colors.texture}
+                way = way_between(frame_of(one.textures), frame_of(other.textures))
+                darker.draw(sums.target, maps | theirs, **way, **values, other_gain=other.gain)
+
+    def _noise(self, stage: FullscreenPass, rows: Image) -> float:
+        width, height = (-(-side // HIGHLIGHT_STRIDE) for side in rows.size)
+        samples = self._samples.fit((width, height))
+        stage.draw(samples.target, {"rows_map": rows.texture}, stride=HIGHLIGHT_STRIDE)
+        return excess_noise(samples.read().reshape(-1, 4))

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...estimation.environment_light import nearest_lobe
 from ...scene.camera import Camera
-from ..core.passes import FullscreenPasses, data_texture
+from ..core.programs import FullscreenPasses, data_texture
 from .light_set import Lighting, around_inputs, environment_of
 
 KINDS = (

@@ -1,17 +1,86 @@
-"""The lights of a picture with their shadow cameras, in the axes in which shaders read them."""
+"""The lights of a picture as shaders read them, with their shadow map, and the light from all around."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
 
-from ...estimation.environment_light import turned_bands
+from ...estimation.environment_light import above_horizon, lobe_maps, radiance_bands, turned_bands
+from ...scene.environment import Environment, Surroundings
 from ...scene.light import Light, light_rows
 from ...scene.shadow_cameras import ShadowView, Span
-from .shadow_map import ShadowMap
+from ..core.images import Box, Owner, check_size, confine
+from ..core.steps import Steps, Versioned
+
+
+class Tile(NamedTuple):
+    """The part of the shadow map that shows one light's view."""
+
+    target: moderngl.Framebuffer
+    first: tuple[int, int]  # column and row in the map
+    side: int
+
+    def part(self, window: Box) -> Box:
+        """Return where a window of the view lies in the map."""
+        return self.first[0] + window[0], self.first[1] + window[1], *window[2:]
+
+
+class ShadowMap(Versioned, Owner):
+    """Depth, as 1 - near/z, of every view of the lights; a single texel until there are any."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._layout = 0, 0  # pixels a side, number of views
+        self._make(1, 1)
+
+    def fit(self, views: Sequence[ShadowView]) -> bool:
+        """Make room for the views, all of one size. Returns whether the map had to be made anew."""
+        layout = views[0].eye.camera.width, len(views)
+        is_new = layout != self._layout
+        if is_new:
+            columns = math.ceil(math.sqrt(len(views)))
+            self._make(columns * layout[0], math.ceil(len(views) / columns) * layout[0])
+            self._layout = layout
+        return is_new
+
+    def tile(self, k: int) -> Tile:
+        """Return the k-th view's part, emptied. Its target draws only there, until the next one is asked for."""
+        side, first = self._layout[0], self._first(k)
+        confine(self._target, None)
+        self._target.use()
+        self._target.clear(depth=1.0, viewport=(*first, side, side))
+        self._target.viewport = (*first, side, side)
+        confine(self._target, (*first, side, side))  # large points reach over a viewport
+        self.raise_version()
+        return Tile(self._target, first, side)
+
+    def rows(self, views: Sequence[ShadowView], axes: np.ndarray) -> np.ndarray:
+        """Return (n, 5, 4) for shaders/common/shadow.glsl. axes: the pose of the camera in whose axes points are."""
+        rows = np.zeros((max(len(views), 1), 5, 4))
+        for k, (eye, contact, spread) in enumerate(views):
+            rows[k, :3] = (np.linalg.inv(eye.pose) @ axes)[:3]
+            rows[k, 3] = (eye.camera.fx, eye.camera.cx, *self._first(k))
+            rows[k, 4] = eye.near, eye.camera.width, contact, spread * eye.camera.fx
+        return rows
+
+    def _first(self, k: int) -> tuple[int, int]:
+        side, count = self._layout
+        columns = math.ceil(math.sqrt(count))
+        return k % columns * side, k // columns * side
+
+    def _make(self, width: int, height: int) -> None:
+        check_size(self._context, width, height)
+        self.release()
+        self._layout = 0, 0  # stays so when the new one does not fit the GPU
+        with self._all_or_nothing():
+            self.texture = self._allocate(self._context.depth_texture, (width, height))
+            self.texture.compare_func = ""
+            self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._target: Any = self._allocate(self._context.framebuffer, [], self.texture)
 
 
 class ShadowLookUp(NamedTuple):
@@ -101,3 +170,47 @@ def environment_of(inputs: dict[str, Any]) -> dict[str, int]:
 def around_inputs(lighting: Lighting) -> dict[str, Any]:
     """Return the uniforms of shaders/shading/around.glsl, if there is an environment."""
     return {} if lighting.around is None else lighting.around.inputs
+
+
+class EnvironmentMaps(Owner):
+    """Keeps what was made of the last environment."""
+
+    def __init__(self, context: moderngl.Context, steps: Steps):
+        super().__init__(context)
+        self._steps = steps
+        self._texture: moderngl.Texture | None = None
+
+    def find(self, around: Surroundings, exponents: Sequence[float]) -> AroundLookUp | None:
+        """Return what shaders look up, in world axes; None without an environment.
+
+        exponents  of the highlights in a picture
+        """
+        if around.environment is None:
+            return None
+        to_sky, wanted = np.array(around.to_sky), tuple(exponents)
+        up = None if around.floor_in_sky is None else tuple(around.floor_in_sky.tolist())
+        bands = self._steps.run("environment", _bands, around.environment, up)
+        lobes = self._steps.run("lobes", self._fill, around.environment, up, wanted) if wanted else None
+        if lobes is not None and around.intensity != 1:
+            lobes = lobes._replace(intensity=around.intensity)
+        return AroundLookUp(around.intensity * turned_bands(bands, to_sky), to_sky, lobes)
+
+    def _fill(self, environment: Environment, up: tuple[float, ...] | None, exponents: tuple[float, ...]) -> Lobes:
+        picture = environment.picture if up is None else above_horizon(environment.picture, np.array(up))
+        maps = lobe_maps(picture, exponents)
+        texels = np.concatenate([maps, np.ones_like(maps[..., :1])], -1)
+        if self._texture is None or self._texture.size != texels.shape[1::-1]:
+            self.release()
+            self._texture = self._allocate(self._context.texture, texels.shape[1::-1], 4, dtype="f4")
+            self._texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+            self._texture.repeat_x, self._texture.repeat_y = True, False
+        self._texture.write(np.ascontiguousarray(texels))
+        return Lobes(self._texture, exponents)
+
+    def release(self) -> None:
+        self._texture = None
+        super().release()
+
+
+def _bands(environment: Environment, up: tuple[float, ...] | None) -> np.ndarray:
+    return radiance_bands(environment.picture, None if up is None else np.array(up))

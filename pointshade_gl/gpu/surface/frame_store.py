@@ -1,8 +1,8 @@
-"""Keeps frames on the GPU: each is uploaded once, with its normals, at the resolution that a view needs."""
+"""Keeps frames on the GPU: each is uploaded once, with its normals; and the history of filtered streams."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterable
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -17,18 +17,44 @@ from ...scene.frame import Frame
 from ...scene.noise import Choice, Noise, parse_max_depth_step, parse_noise
 from ...scene.visible import bridged_camera
 from ..core.frame_textures import Colors, DepthTextures, FrameTextures, LargePoints, PointSurface
-from ..core.images import Image
-from ..core.memory import Owner
+from ..core.images import Image, Owner
 from ..core.steps import Steps
-from .normals import Estimator, SurfacePass
+from ..shading.occlusion import VisibilityPass
+from .noise_measurement import History, Stream, TemporalPass
 from .source_colors import SourceColors
-from .streams import Streams
-from .visibility import VisibilityPass
+from .surface_normals import Estimator, SurfacePass
 
 if TYPE_CHECKING:
-    from .completion import CompletionPass
-    from .hidden_planes import HiddenPlanesPass
-    from .upsampling import UpsamplePass
+    from .refinement import CompletionPass, HiddenPlanesPass, UpsamplePass
+
+
+class Streams(Owner):
+    """Keeps the streams, each known by its place among the point objects of a scene."""
+
+    def __init__(self, context: moderngl.Context, steps: Steps):
+        super().__init__(context)
+        self._steps = steps
+        self._histories: dict[int, History] = {}
+
+    @cached_property
+    def _temporal(self) -> TemporalPass:
+        return self._keep(TemporalPass(self._context, self._steps))
+
+    def stream_of(self, frame: Frame, place: int) -> Stream:
+        """Return the stream at a place, with its next frame."""
+        if place not in self._histories:
+            self._histories[place] = History(self._context)
+        return Stream(self._temporal, self._histories[place], frame)
+
+    def keep_only(self, places: Iterable[int]) -> None:
+        """Free the history of all other streams."""
+        for place in self._histories.keys() - set(places):
+            self._histories.pop(place).release()
+
+    def release(self) -> None:
+        self.keep_only(())
+        super().release()
+
 
 BEYOND = 2.0  # times the farthest depth: where the photograph is seen that has no surface
 TOLD = 1e-4  # share of the pixels from which on it is worth a note
@@ -63,13 +89,13 @@ class FrameStore(Owner):
 
     @cached_property
     def _upsample(self) -> UpsamplePass:
-        from .upsampling import UpsamplePass  # only here
+        from .refinement import UpsamplePass  # only here
 
         return self._keep(UpsamplePass(self._context, self._surface))
 
     @cached_property
     def _completion(self) -> CompletionPass:
-        from .completion import CompletionPass  # only here
+        from .refinement import CompletionPass  # only here
 
         return self._keep(CompletionPass(self._context))
 
@@ -79,7 +105,7 @@ class FrameStore(Owner):
 
     @cached_property
     def _bridge(self) -> HiddenPlanesPass:
-        from .hidden_planes import HiddenPlanesPass  # only here
+        from .refinement import HiddenPlanesPass  # only here
 
         return self._keep(HiddenPlanesPass(self._context))
 

@@ -1,4 +1,4 @@
-"""Surface pass: turns a depth texture into a surface texture (normal and depth), by a chosen normal estimator."""
+"""Surface pass: turns a depth texture into a surface texture of normals and depth, also where depth is sparse."""
 
 from __future__ import annotations
 
@@ -11,19 +11,15 @@ import numpy as np
 
 from ...estimation.noise_model import Decisions
 from ...scene.camera import Camera
-from ...scene.noise import PLANE_FITS, TRIANGLES, Choice, Noise, NoiseWords, Step
-from ..context.raw_gl import DEPTH_TEST
-from ..context.saved_state import enabled
+from ...scene.noise import PLANE_FITS, SPARSE_LEVELS, SPARSE_TILTS, TRIANGLES, Choice, Noise, NoiseWords, Step
+from ..context.caller_state import DEPTH_TEST, enabled
 from ..core.frame_textures import DepthTextures
-from ..core.images import Fitted, Image, empty
-from ..core.passes import FullscreenPasses
-from .noise_measurement import NoisePass
-from .temporal_filter import Stream
+from ..core.images import Fitted, Image, Images, empty
+from ..core.programs import FullscreenPasses
+from .noise_measurement import NoisePass, Stream
 
 if TYPE_CHECKING:
-    from .bumpy_planes import BumpyPlanesPass
-    from .flat_cells import FlatCellsPass
-    from .sparse_normals import SparsePass
+    from .wide_planes import BumpyPlanesPass, FlatCellsPass
 
 Told = np.ndarray | NoiseWords | None  # the caller's noise, (1, 1) or (h, w) metres or in words; None measures it
 Estimator = tuple[str, Step, Told, str]  # method, beyond which step a neighbour is another surface, noise, flying
@@ -140,19 +136,18 @@ class SurfacePass(FullscreenPasses):
 
     @cached_property
     def _sparse(self) -> SparsePass:
-        from .sparse_normals import SparsePass  # only here
 
         return self._keep(SparsePass(self._context))
 
     @cached_property
     def _flat(self) -> FlatCellsPass:
-        from .flat_cells import FlatCellsPass  # only here
+        from .wide_planes import FlatCellsPass  # only here
 
         return self._keep(FlatCellsPass(self._context))
 
     @cached_property
     def _bumpy(self) -> BumpyPlanesPass:
-        from .bumpy_planes import BumpyPlanesPass  # only here
+        from .wide_planes import BumpyPlanesPass  # only here
 
         return self._keep(BumpyPlanesPass(self._context))
 
@@ -160,3 +155,41 @@ class SurfacePass(FullscreenPasses):
 def _mean_focal(camera: Camera) -> float:
     """Pixels."""
     return (abs(camera.fx) + abs(camera.fy)) / 2
+
+
+CELLS, NORMALS = "surface/sparse_cells.frag", "surface/normals_sparse.frag"
+
+
+class SparsePass(FullscreenPasses):
+    """Writes the surface of a frame, see shaders/common/normals_sparse.glsl."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._images = self._keep(Fitted(context, CellImages))
+
+    def run(self, frame: DepthTextures, camera: Camera) -> None:
+        images = self._images.fit(frame.size)
+        first, join = self.fullscreen(CELLS, FROM_DEPTH=1), self.fullscreen(CELLS)
+        first.draw(images.levels[0].target, {"finer": frame.depth})
+        for finer, coarser in zip(images.levels, images.levels[1:], strict=False):
+            join.draw(coarser.target, {"finer": finer.texture})
+        answer, rest = self.fullscreen(NORMALS), self.fullscreen(NORMALS, REST=1)
+        target, common = frame.surface.staged_target, {"depth_map": frame.depth, "intrinsics": camera.intrinsics}
+        empty(target, frame.surface.window)
+        with enabled(self._context, DEPTH_TEST):
+            for tilt in SPARSE_TILTS:
+                for level, cells in enumerate(images.levels, 1):
+                    answer.draw(target, {"cells": cells.texture}, level=level, tilt=tilt, **common)
+            rest.draw(target, {}, **common)
+
+
+class CellImages(Images):
+    """The cells of one size of frame, from 2x2 pixels on: each level half as many a side as the one before.
+
+    See shaders/common/sparse_cells.glsl.
+    """
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        sizes = [(-(-size[0] >> k), -(-size[1] >> k)) for k in range(1, SPARSE_LEVELS + 1)]
+        self.levels = [self._keep(Image(context, one)) for one in sizes]

@@ -1,15 +1,67 @@
-"""The parts of the OpenGL state that our passes depend on or change: how each is read, set and restored."""
+"""Saves the OpenGL state of a caller's context before our passes run, and restores it."""
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import Any, NamedTuple
 
 import moderngl
 
-from .raw_gl import BLEND, DEPTH_TEST, GL, PROGRAM_POINT_SIZE
+from ...notes.errors import ContextError
+from ...notes.notes import print_warning
+
+BLEND, DEPTH_TEST, PROGRAM_POINT_SIZE = 0x0BE2, 0x0B71, 0x8642
+
+C_TYPES = {
+    "-": None, "b": ctypes.c_ubyte, "u": ctypes.c_uint, "i": ctypes.c_int, "q": ctypes.c_int64, "f": ctypes.c_float,
+    "d": ctypes.c_double, "p": ctypes.c_void_p,
+}  # fmt: skip
+FUNCTIONS = {  # what each returns, then what it takes
+    "ActiveTexture": "-u", "BindBuffer": "-uu", "BindBufferBase": "-uuu", "BindBufferRange": "-uuuqq",
+    "BindFramebuffer": "-uu", "BindImageTexture": "-uuibiuu", "BindRenderbuffer": "-uu", "BindSampler": "-uu",
+    "BindTexture": "-uu",
+    "BindVertexArray": "-u", "BlendEquationSeparate": "-uu", "BlendEquationSeparatei": "-uuu",
+    "BlendFuncSeparate": "-uuuu", "BlendFuncSeparatei": "-uuuuu",
+    "ClearColor": "-ffff", "ClearDepth": "-d", "ClipControl": "-uu", "ColorMask": "-bbbb",
+    "ColorMaski": "-ubbbb", "DepthFunc": "-u", "DepthMask": "-b", "DepthRange": "-dd", "Disable": "-u",
+    "Enable": "-u", "Enablei": "-uu", "GetBooleani_v": "-uup", "GetDoublev": "-up", "GetError": "u",
+    "GetFloatv": "-up", "GetInteger64i_v": "-uup", "GetIntegeri_v": "-uup", "GetIntegerv": "-up", "IsEnabled": "bu",
+    "IsEnabledi": "buu", "IsProgram": "bu", "IsTexture": "bu", "PixelStorei": "-ui", "PolygonMode": "-uu",
+    "Scissor": "-iiii", "UseProgram": "-u", "Viewport": "-iiii",
+}  # fmt: skip
+
+
+def _loader(context: moderngl.Context) -> Callable[[str], int]:
+    """Return what gives the addresses of a context's functions."""
+    loader: Any = context.mglo._context  # type: ignore[attr-defined]
+    return getattr(loader, "load_opengl_function", None) or loader.load
+
+
+def finisher(context: moderngl.Context) -> Callable[[], None]:
+    """Return glFinish. Other threads of Python run while it waits; moderngl's `finish` keeps them waiting, too."""
+    address = _loader(context)("glFinish")
+    if not address:
+        raise ContextError("this OpenGL context has no function glFinish: it must be current")
+    return ctypes.CFUNCTYPE(None)(address)
+
+
+class GL:
+    """The functions of a context, by their names without the prefix gl."""
+
+    def __init__(self, context: moderngl.Context):
+        load = _loader(context)
+        for name, types in FUNCTIONS.items():
+            if address := load(f"gl{name}"):
+                # PYFUNCTYPE keeps the GIL: these calls are shorter than letting it go.
+                returns, *takes = (C_TYPES[letter] for letter in types)
+                setattr(self, name, ctypes.PYFUNCTYPE(returns, *takes)(address))
+
+    def __getattr__(self, name: str) -> Any:
+        raise ContextError(f"this OpenGL context has no function gl{name}")
+
 
 UNITS = 8  # texture and image units from which our passes read, from 0 on
 UPLOAD_UNIT = UNITS  # through which moderngl uploads, while it is us who draw
@@ -265,3 +317,61 @@ def image_units(gl: GL) -> Part:
 def clip_control(gl: GL) -> Part:
     """Where y and depth begin: a caller with reversed depth sets it."""
     return set_if_needed(asking(gl, 0x935C, 0x935D), lambda value: gl.ClipControl(*value), [0x8CA1, 0x935E])
+
+
+# What makes GL note an error again, and does nothing else: a function and its arguments.
+AGAIN = {0x0500: ("Enable", 0), 0x0501: ("Viewport", 0, 0, -1, -1), 0x0502: ("BindVertexArray", 0xFFFFFFFF)}
+
+
+class CallersState:
+    """The OpenGL state of a context that the caller also uses."""
+
+    def __init__(self, context: moderngl.Context):
+        self._context: Any = context
+        self._gl = GL(context)
+        self._parts = all_parts(self._gl, context)
+        self._told: set[int] = set()  # errors that there was a warning about
+
+    @contextmanager
+    def set_aside(self) -> Iterator[None]:
+        """Set GL's defaults inside; restore everything afterwards, including the errors that GL has noted."""
+        context, errors = self._context, self._take_errors()
+        known_to_moderngl = context.fbo, context.mglo.fbo, context.default_texture_unit
+        taken = [part.take() for part in self._parts]
+        context.default_texture_unit = UPLOAD_UNIT
+        try:
+            yield
+        finally:
+            for part, value in zip(self._parts, taken, strict=True):
+                part.put_back(value)
+            context.fbo, context.mglo.fbo, context.default_texture_unit = known_to_moderngl
+            self._note_again(errors)
+
+    def _take_errors(self) -> list[int]:
+        """Return the errors that GL noted before, so that none is taken for ours."""
+        errors = []
+        while (error := self._gl.GetError()) and error not in errors:  # a lost context says so for ever
+            errors.append(error)
+        return errors
+
+    def _note_again(self, errors: list[int]) -> None:
+        """Let GL note the caller's errors again. Those that no call can repeat become a warning, each once."""
+        for error in errors:
+            if error in AGAIN:
+                name, *arguments = AGAIN[error]
+                getattr(self._gl, name)(*arguments)
+            elif error not in self._told:
+                self._told.add(error)
+                print_warning(f"OpenGL had noted error {error:#06x} before this call")
+
+
+@contextmanager
+def enabled(context: moderngl.Context, *switches: int) -> Iterator[None]:
+    """Enable switches of GL inside, and disable them afterwards. What moderngl has noted of them stays."""
+    for switch in switches:
+        context.enable_direct(switch)
+    try:
+        yield
+    finally:
+        for switch in switches:
+            context.disable_direct(switch)

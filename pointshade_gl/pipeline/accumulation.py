@@ -1,32 +1,131 @@
-"""Averages several samples of a picture into the final one, with shadows on the ground."""
+"""Averages samples of a picture, draws them at once where they can be, and finds how much light it needs."""
 
 from __future__ import annotations
 
-from functools import cached_property
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks.arguments import Count
-from ..gpu.core.images import read_texture
+from ..checks.arguments import Count, check_type
+from ..estimation.light_fit import stops_to_match
+from ..gpu.clouds.cloud_objects import PlacedCloud
+from ..gpu.core.images import Fitted, Image, depth_tested, empty, empty_part, read_texture
 from ..gpu.core.programs import FullscreenPasses
 from ..gpu.core.steps import Steps
-from ..gpu.core.view_images import Target
-from ..gpu.drawables import Drawables
+from ..gpu.core.view_images import TILE, Target
+from ..gpu.drawables import Drawable, Drawables, Objects
+from ..gpu.meshes.mesh_objects import PlacedMesh, ShownGrid
+from ..gpu.points.point_objects import ShownPoints, ShownSet
+from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass
-from ..gpu.shading.light_set import HIGHLIGHTS, LightSet, around_inputs
+from ..gpu.shading.light_set import HIGHLIGHTS, Lighting, LightSet, around_inputs
 from ..gpu.shading.occlusion import plane_shift, plane_turn
+from ..notes.notes import print_note
+from ..notes.words import option
+from ..scene.appearance import NOT_LIT, Material
+from ..scene.camera import Camera, view_matrix
+from ..scene.environment import Surroundings
+from ..scene.graph import Scene, shaded
+from ..scene.light import Light
 from ..scene.sample_pattern import at_sample
-from ..scene.settings import SIMPLE, Finish, Vector
-from ..scene.visible import VisibleScene, looking_distance
-from .frame_pass import FramePass
+from ..scene.settings import SIMPLE, Finish, Metering, Vector
+from ..scene.visible import VisibleScene, compose, is_alone, looking_distance
+from .frame_pass import FramePass, single_object
+from .gpu_scene import GpuScene
 from .light_setup import LightSetup
-from .shared_samples import SharedSamples
 
 if TYPE_CHECKING:
     from ..gpu.shading.present import ResolveSamplesPass
+
+WORTH = 1 << 23  # pixels of all samples: with fewer, drawing them takes less time than the programs made for this
+AT_FRAME = 1e-6  # of the scene's radius: so near is a viewer where the frame's camera was
+BAND = 16  # part of the view's width that is tried first
+MOST = 0.5  # of its tiles that may be left open: else nothing is won
+
+
+class SharedSamples(FullscreenPasses):
+    """Looks for pixels that show one smooth, evenly lit surface, as the frame's own camera saw it, or nothing.
+
+    Their samples share splats, normals and light. Only the frame's colours are averaged.
+    """
+
+    def __init__(self, context: moderngl.Context, steps: Steps, objects: Objects, light: LightPass):
+        super().__init__(context)
+        self._steps, self._objects, self._light = steps, objects, light
+
+    def draw(
+        self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet, samples: int
+    ) -> bool:
+        """Add up the samples of such pixels in an empty sum. Return whether there are many; the others are open."""
+        thing = single_object(visible, drawables, light_set)
+        is_large = samples * target.size[0] * target.size[1] >= WORTH
+        if thing is None or not is_large or not _can_share(thing, visible):
+            return False
+        kind, eye = self._objects.kind_of(thing), visible.eye
+        self._steps.run("splats", kind.draw_splats, target.splats, thing.points, eye)
+        return self._steps.always("shared", self._share, target, thing, visible, light_set, samples)
+
+    def _share(
+        self, target: Target, thing: ShownPoints | ShownGrid, visible: VisibleScene, light_set: LightSet, samples: int
+    ) -> bool:
+        """Try a band first: where all is rough, nothing is shared, and the sum stays empty."""
+        whole = left, top, width, height = target.splats.window
+        target.splats.window = left + width // 2, top, width // BAND, height
+        self._fill(target, thing, visible, light_set, samples, is_trial=True)
+        is_worth = self._open_share(target) <= MOST
+        target.splats.window = whole
+        if is_worth:
+            self._fill(target, thing, visible, light_set, samples)
+        else:
+            target.samples.clear(target.samples.has_ground)
+        return is_worth
+
+    def _open_share(self, target: Target) -> float:
+        """Return the share of tiles in the window that are open."""
+        left, top, width, height = (edge // TILE for edge in target.splats.window)
+        tiles = target.samples.active.read()[top : top + height, left : left + width]
+        return float(tiles.mean()) if tiles.size else 1.0
+
+    def _fill(
+        self, target: Target, thing: ShownPoints | ShownGrid, visible: VisibleScene, light_set: LightSet, samples: int,
+        is_trial: bool = False,
+    ) -> None:  # fmt: skip
+        """Give the pixels of the window that are not open their sum."""
+        kind: Any = self._objects.kind_of(thing)
+        eye, surfaces, lit = visible.eye, target.surfaces, target.samples.shades
+        kind.draw_surface(surfaces, target.splats, thing, eye, samples)
+        clear = empty_part if is_trial else empty
+        clear(lit.target, surfaces.window)
+        self._light.draw(
+            lit.target, surfaces.surface, surfaces.albedo, eye.camera, light_set.seen_from(eye.pose),
+            np.array([visible.materials[0].strengths]), linear=True, has_doubts=surfaces.has_doubts,
+            visibility=surfaces.visibility if surfaces.has_visibility else None, split=True,
+        )  # fmt: skip
+        target.samples.open_surfaces.depth_mask = True
+        clear(target.samples.open_surfaces, surfaces.window)
+        self._find_open(target, samples)
+
+    def _find_open(self, target: Target, samples: int) -> None:
+        """Give the pixels that are not open the sum of all samples."""
+        sums, surfaces = target.samples, target.surfaces
+        shade, shine = sums.shades.textures
+        maps = {"albedo_map": surfaces.albedo, "shade_map": shade, "shine_map": shine}
+        with depth_tested(self._context, sums.open_surfaces, surfaces.window):
+            self.fullscreen("output/shared_pixels.frag").draw(sums.open_surfaces, maps, count=float(samples))
+        tiles = self.fullscreen("output/active_tiles.frag")
+        tiles.draw(sums.active.target, {"open_map": sums.open}, side=TILE)
+
+
+def _can_share(thing: ShownPoints | ShownGrid, visible: VisibleScene) -> bool:
+    """Return whether each pixel is lit by itself, and is seen as the frame's own camera saw it, or larger."""
+    points, camera = thing.points, visible.eye.camera
+    away = float(np.linalg.norm(visible.eye.pose[:3, 3] - points.pose[:3, 3]))
+    larger = min(abs(camera.fx / points.source.fx), abs(camera.fy / points.source.fy))
+    return thing.shading == "phong" and away <= AT_FRAME * visible.scene.bounds[1] and larger > 1 - 1e-3
 
 
 class Accumulator(FullscreenPasses):
@@ -138,3 +237,115 @@ class Accumulator(FullscreenPasses):
         with self._develop.canvas(target.samples.ground).opened((0, 0, *target.size)) as image:
             shadows = self.fullscreen("shading/ground.frag", None, **constants)
             shadows.draw(image, {}, material=visible.materials[0].strengths, **inputs)
+
+
+LONGEST = 80  # pixels of the longer side of the copy
+ALL_AROUND = Lighting(np.zeros((0, 5, 4), np.float32), (1.0, 1.0, 1.0), None)  # in which this shows its own colours
+OWN_COLORS = Material(1.0, 0.0, 0.0)
+Measure = Callable[[VisibleScene, Drawables], tuple[np.ndarray, np.ndarray]]
+
+
+class ExposureMeter(FullscreenPasses):
+    """Compares the lit picture with the photograph; of a frame alone only some of its points, without drawing it."""
+
+    def __init__(
+        self,
+        context: moderngl.Context,
+        steps: Steps,
+        gpu_scene: GpuScene,
+        light: LightPass,
+        light_setup: LightSetup,
+        accumulator: Accumulator,
+    ):
+        super().__init__(context)
+        self._steps = steps
+        self._gpu_scene = gpu_scene
+        self._light = light
+        self._light_setup = light_setup
+        self._accumulator = accumulator
+        self._surfaces, self._visibility, self._lit = (self._keep(Fitted(context, Image)) for _ in range(3))
+
+    def find(
+        self, exposure: float | Metering, visible: VisibleScene, lights: Sequence[Light], drawables: Drawables
+    ) -> float:
+        """Return the stops of a picture: of a scene under these lights the same from wherever it is seen."""
+        if not isinstance(exposure, str):
+            return exposure
+        scene = visible.scene
+        alone = drawables[scene.things[0]] if is_alone(scene.things) else None
+        is_guessed = exposure == "sensor"
+        if is_guessed and (alone is None or not is_noisy(alone)):
+            return 0.0
+        if alone is not None and not isinstance(alone, PlacedMesh | PlacedCloud) and alone.shading in NOT_LIT:
+            return 0.0  # the photograph itself
+        first = alone.views[0] if isinstance(alone, ShownSet) else alone
+        measure = partial(self._of_points, first) if isinstance(first, ShownPoints | ShownGrid) else self._of_scene
+        meter = partial(self._measure, measure, is_guessed, drawables)
+        return self._steps.run("exposure", meter, scene, tuple(lights), visible.surroundings)
+
+    def _measure(
+        self, measure: Measure, is_guessed: bool, drawables: Drawables, scene: Scene, lights: Sequence[Light],
+        surroundings: Surroundings,
+    ) -> float:  # fmt: skip
+        camera = check_type(scene.camera, Camera, "camera")
+        seen = compose(scene, lights, _small(camera), np.asarray(scene.pose), surroundings)
+        stops = stops_to_match(*measure(seen, drawables))
+        if is_guessed and stops:
+            text = f"exposure {stops:+g} stops, to be as bright as the photograph"
+            print_note(f"{text}: {option('exposure', 0)} leaves the lights as given")
+        return stops
+
+    def _of_points(
+        self, seen: ShownPoints | ShownGrid, visible: VisibleScene, drawables: Drawables
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the light of a frame's points, and that of its photograph: `stops_to_match` takes them."""
+        points, light_set = seen.points, self._light_setup.prepare(visible, drawables)
+        small, viewer = _small(points.source), view_matrix(visible.eye.pose, points.pose)[:3, 3]
+        sample, size = self.fullscreen("points/surface_samples.frag"), (small.width, small.height)
+        copy, visibility = self._surfaces.fit(size), None
+        sample.draw(copy.target, {"copied_map": points.surface.texture}, cells=size)
+        if seen.visibility is not None:
+            copied = self._visibility.fit(size)
+            sample.draw(copied.target, {"copied_map": seen.visibility.texture}, cells=size)
+            visibility = copied.texture
+
+        def shine(
+            colors: moderngl.Texture, lighting: Lighting, material: Material, hides: moderngl.Texture | None = None
+        ) -> np.ndarray:
+            lit = self._lit.fit(copy.size)
+            empty(lit.target)
+            strengths, place = np.array([material.strengths]), (viewer, points.scale)
+            inputs = copy.texture, colors, small, lighting, strengths, place
+            self._light.draw(lit.target, *inputs, certainty=points.surface.certainty, visibility=hides)
+            return lit.read()
+
+        lit = shine(seen.colors.texture, light_set.seen_from(points.pose), visible.materials[0], visibility)
+        return lit, shine(seen.textures.color, ALL_AROUND, OWN_COLORS)
+
+    def _of_scene(self, visible: VisibleScene, _: Drawables) -> tuple[np.ndarray, np.ndarray]:
+        """The same of whatever a scene's camera sees."""
+        (camera, pose), lights = visible.eye[:2], visible.lights
+        target = Target(self._context, (camera.width, camera.height))
+        try:
+            scenes, around = (visible.scene, shaded(visible.scene, "none")), visible.surroundings
+            views = (compose(one, lights, camera, pose, around) for one in scenes)
+            lit, own = (self._accumulator.read_light(target, one, self._gpu_scene.prepare(one)) for one in views)
+        finally:
+            self._steps.forget(of=[target, target.splats, target.surfaces])
+            target.release()
+        return lit, own
+
+
+def _small(camera: Camera) -> Camera:
+    """Return the camera with as few pixels as tell how bright its picture is."""
+    shrunk = min(LONGEST / max(camera.width, camera.height), 1.0)
+    return camera.resized(*(max(round(side * shrunk), 1) for side in (camera.width, camera.height)))
+
+
+def is_noisy(thing: Drawable) -> bool:
+    """Return whether noise was found in the depth of a frame, or in one of several."""
+    if isinstance(thing, PlacedMesh | PlacedCloud):
+        return False
+    views = thing.views if isinstance(thing, ShownSet) else (thing,)
+    choices = (view.choice if isinstance(view, TiledPoints) else view.textures.choice for view in views)
+    return any(choice.noise is not None and not choice.noise.is_clean for choice in choices)

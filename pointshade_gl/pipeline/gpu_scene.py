@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checks.arguments import Count
+from ..estimation.cloud_estimates import facing, outward
 from ..gpu.clouds.cloud_objects import PlacedCloud
+from ..gpu.clouds.cloud_store import CloudNormals, planes_of_slabs
 from ..gpu.core.frame_textures import FrameTextures, PointSurface
 from ..gpu.core.images import Owner
 from ..gpu.core.steps import Steps
@@ -21,6 +23,8 @@ from ..gpu.points.point_objects import Points, PointSet, ShownPoints, ShownSet
 from ..gpu.points.set_merge import target_estimator
 from ..gpu.points.tiles import TiledPoints, TileStore, needs_tiles
 from ..gpu.surface.frame_store import DrawnPoints, FrameStore
+from ..notes.notes import print_note
+from ..notes.words import option
 from ..scene.appearance import LIT_EARLY, NOT_LIT, Look, SurfaceOptions
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
@@ -277,3 +281,27 @@ def surface_of(look: Look) -> Look:
     """Return what of a look decides where the points of single frames lie that poses are found by."""
     kept = {name: getattr(look, name) for name in keys_of(SurfaceOptions) if name not in _INVENTED}
     return Look(normals=look.normals, **kept)
+
+
+def read_cloud_normals(context: moderngl.Context, cloud: PointCloud, noise: float | None = None) -> CloudNormals:
+    """Return what is known of each point. The cloud's own normals stay as they are, at unit length.
+
+    Others point to `seen_from`; without one to where the surface is seen from outside, and those of a sheet up.
+    """
+    found = planes_of_slabs(context, cloud.positions, cloud.normals, noise)
+    given = np.zeros(len(cloud), np.bool_)
+    if cloud.normals is not None:
+        given = np.any(cloud.normals, axis=1)
+    if cloud.confidence is not None:
+        found = found._replace(confidence=np.where(given, cloud.confidence, found.confidence))
+    if given.all():
+        return found
+    if cloud.seen_from is not None:
+        normals = facing(cloud.positions, found.normals, cloud.seen_from)
+    else:
+        normals, is_sheet = outward(cloud.positions, found.normals, cloud.up_direction)
+        if is_sheet:
+            print_note(
+                f"the cloud is an open sheet, which has no outside: its normals point up ({option('up')} is {cloud.up})"
+            )
+    return found._replace(normals=np.where(given[:, None], found.normals, normals))

@@ -33,14 +33,11 @@ from ..scene.node import Matrix, Placed
 from ..scene.settings import SIMPLE, Finish
 from ..scene.values import CERTAINTY, ColorScale, scale_of_depths
 from ..scene.visible import VisibleScene, compose
-from .accumulation import Accumulator
-from .alignment import Aligned, Aligner, alignment_steps
-from .around import surroundings_of
-from .exposure import ExposureMeter
+from .accumulation import Accumulator, ExposureMeter, SharedSamples
+from .aligned_poses import Aligned, Aligner, alignment_steps
 from .frame_pass import FramePass
 from .gpu_scene import GpuScene, merged_frames
-from .light_setup import LightSetup
-from .shared_samples import SharedSamples
+from .light_setup import LightSetup, surroundings_of
 
 if TYPE_CHECKING:
     from ..estimation.pose_search import Found
@@ -179,7 +176,7 @@ class Pipeline:
 
     def search(self, frames: Sequence[Frame], look: Look, progress: Progress | None = None) -> list[Found]:
         """Return the poses of frames of which nothing is known, and how sure they are."""
-        from .pose_search import search, search_steps  # only here
+        from .aligned_poses import search, search_steps  # only here
 
         return search(self.gpu_scene, frames, look, Count(progress, search_steps(len(frames))))
 

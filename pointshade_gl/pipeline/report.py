@@ -1,8 +1,9 @@
-"""Explains in plain text how a picture was drawn: which normal methods ran and why, and how far frames agree."""
+"""What was estimated about a picture's objects, and in plain text how it was drawn and why."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +11,74 @@ from numpy.typing import NDArray
 from ..estimation.alignment import Fit
 from ..estimation.light_fit import FoundLight, describe_light
 from ..estimation.multi_view import SetReport, is_primary
+from ..gpu.clouds.cloud_objects import PlacedCloud
+from ..gpu.clouds.cloud_planes import FitRadius
+from ..gpu.core.frame_textures import FrameTextures
+from ..gpu.drawables import Drawables
+from ..gpu.meshes.mesh_objects import PlacedMesh, ShownGrid
+from ..gpu.points.point_objects import ShownPoints, ShownSet
+from ..gpu.points.tiles import TiledPoints
 from ..notes.words import counted
 from ..scene.frame import Frame
 from ..scene.noise import Choice, describe
-from .findings import CloudFinding, Finding
+
+
+class CloudFinding(NamedTuple):
+    """What was drawn of a cloud: how many of its points, how far they lie apart, and how their planes were found.
+
+    fit  None where they have none, as balls of a given size
+    """
+
+    points: int
+    drawn: int
+    spacing: float
+    fit: FitRadius | None
+
+
+Finding = Choice | SetReport | CloudFinding
+
+
+def findings(drawn: Drawables) -> list[tuple[str, Finding]]:
+    """Return, by object, which method estimated its normals, or what its several frames agree on."""
+    found: list[tuple[str, Finding]] = []
+    for p, thing in drawn.items():
+        if isinstance(thing, ShownSet):
+            found.append((p.node.name, thing.report()))
+        elif isinstance(thing, PlacedCloud):
+            points = thing.points
+            found.append((p.node.name, CloudFinding(len(thing.cloud), points.count, points.spacing, points.fit)))
+        elif not isinstance(thing, PlacedMesh):
+            found.append((p.node.name, (thing if isinstance(thing, TiledPoints) else thing.textures).choice))
+    return found
+
+
+def lights(drawn: Drawables) -> list[tuple[str, FoundLight]]:
+    """Return the light that was found in each frame whose shading is to be removed, by the name of its object."""
+    return [(name, textures.light) for name, textures in _frames(drawn) if textures.light]
+
+
+def weights(drawn: Drawables) -> dict[Frame, float]:
+    """Return the weight of each frame where several show the same surface: 1 if it is a primary view."""
+    found: dict[Frame | None, float] = {}
+    for thing in drawn.values():
+        if isinstance(thing, ShownSet):
+            found |= zip((view.textures.frame for view in thing.views), thing.importances.tolist(), strict=True)
+        elif isinstance(thing, ShownPoints):
+            found[thing.textures.frame] = 1.0
+        elif isinstance(thing, TiledPoints):
+            found[thing.frame] = 1.0
+    return {frame: weight for frame, weight in found.items() if frame}
+
+
+def _frames(drawn: Drawables) -> list[tuple[str, FrameTextures]]:
+    """Return the frames that are on the GPU as a whole, by object: in others no light is looked for."""
+    return [
+        (p.node.name, view.textures)
+        for p, thing in drawn.items()
+        if isinstance(thing, ShownPoints | ShownGrid | ShownSet)
+        for view in (thing.views if isinstance(thing, ShownSet) else (thing,))
+    ]
+
 
 TOLD = 0.02  # a frame's exposure differs by so much from the mean before it is worth telling
 TINTED = 0.03  # and its channels by so much from each other
@@ -117,7 +182,7 @@ def _explain_gains(gains: NDArray[np.float64], names: Sequence[str]) -> str:
     if not told:
         return "gains: none, the exposures are equal"
     listed = [f"{names[k]} by {_gain(gains[k])}" for k in told[:MOST]]
-    return f"gains: to match exposures, colours are multiplied in {_frames(listed, len(told) - MOST)}"
+    return f"gains: to match exposures, colours are multiplied in {_frames_in_words(listed, len(told) - MOST)}"
 
 
 def _gain(gain: NDArray[np.float64]) -> str:
@@ -132,7 +197,7 @@ def _explain_trust(report: SetReport, names: Sequence[str]) -> str:
     text = f"distrusted: {_percent(overall)} of the points: other views see through them, or they fly at an edge"
     worst = [int(k) for k in np.argsort(-shares, kind="stable") if shares[k] > max(1.5 * overall, LEAST)]
     listed = [f"{names[k]} ({_percent(shares[k])})" for k in worst[:MOST]]
-    return f"{text}; most in {_frames(listed, len(worst) - MOST)}" if listed else text
+    return f"{text}; most in {_frames_in_words(listed, len(worst) - MOST)}" if listed else text
 
 
 def _percent(share: float) -> str:
@@ -144,10 +209,10 @@ def _explain_primary(importances: NDArray[np.float64], names: Sequence[str]) -> 
     if len(primary) == len(importances):
         return f"primary views: all {len(primary)}"
     rest = len(importances) - len(primary)
-    return f"primary views: {_frames(primary[:MOST], len(primary) - MOST)}; {counted(rest, 'other')} may fill gaps"
+    return f"primary views: {_frames_in_words(primary[:MOST], len(primary) - MOST)}; {counted(rest, 'other')} may fill gaps"
 
 
-def _frames(names: Sequence[str], more: int) -> str:
+def _frames_in_words(names: Sequence[str], more: int) -> str:
     """Return `frame 3`, `frames 3, 5 and 7`, `frames 3, 5 and 4 more`."""
     *first, last = [*names, f"{more} more"] if more > 0 else names
     return f"frames {', '.join(first)} and {last}" if first else f"frame {last}"

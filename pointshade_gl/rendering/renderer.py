@@ -138,7 +138,7 @@ class Renderer:
     @property
     def weights(self) -> dict[Frame, float]:
         """Return how much each frame of the last picture counts where several show the same; 1 for a primary view."""
-        from ..pipeline.findings import weights  # only here
+        from ..pipeline.report import weights  # only here
 
         return weights(self._pipeline.gpu_scene.drawn)
 
@@ -152,8 +152,13 @@ class Renderer:
         names : sequence of str
             Names of the frames of one object; by default their numbers.
         """
-        from ..pipeline.findings import findings, lights  # only here
-        from ..pipeline.report import explain, explain_alignment, explain_lights  # only here
+        from ..pipeline.report import (  # only here  # only here
+            explain,
+            explain_alignment,
+            explain_lights,
+            findings,
+            lights,
+        )
 
         with self._in_use():
             gpu_scene = self._pipeline.gpu_scene
@@ -517,7 +522,7 @@ class Renderer:
         return replace(cloud, normals=found.normals, confidence=found.confidence)
 
     def _of_cloud(self, cloud: PointCloud, method: Method, options: dict[str, Any], notes: Note | None) -> CloudNormals:
-        from ..pipeline.cloud_normals import read_cloud_normals  # only here
+        from ..pipeline.gpu_scene import read_cloud_normals  # only here
 
         noise = options.pop("noise", None)
         if method != "auto" or options:
@@ -603,8 +608,10 @@ class Renderer:
         Pairs of frames are compared by how far the points of one lie off the planes of the other (Chen, Medioni 1991),
         and by their brightness (Park, Zhou, Koltun 2017); robust Gauss-Newton steps move all frames at once.
         """
-        from ..pipeline.alignment import Aligned  # only here
-        from ..pipeline.pose_search import notes_on_search  # only here
+        from ..pipeline.aligned_poses import (
+            Aligned,  # only here
+            notes_on_search,  # only here
+        )
 
         checked, look = check_frames(frames), uniform(Look(**options))
         with taken_by(notes), self._in_use():
@@ -644,7 +651,7 @@ class Renderer:
         Each frame is aligned, as by `align_frames`, to the three nearest of the last 16 keyframes. A frame that shares
         less than 70 % of its points with them becomes a keyframe.
         """
-        from ..pipeline.pose_track import PoseTrack  # only here
+        from ..pipeline.aligned_poses import PoseTrack  # only here
 
         track = PoseTrack(self._pipeline.gpu_scene, uniform(Look(**options)))
 

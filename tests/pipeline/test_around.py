@@ -9,7 +9,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.estimation.ground import up_and_floor
 from pointshade_gl.gpu.shading import occlusion as visibility
-from pointshade_gl.pipeline.around import surroundings_of
+from pointshade_gl.pipeline.light_setup import surroundings_of
 from pointshade_gl.scene.appearance import Look
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.environment import Environment

@@ -5,8 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.estimation.multi_view import SetReport
-from pointshade_gl.pipeline.findings import findings
-from pointshade_gl.pipeline.report import explain_set
+from pointshade_gl.pipeline.report import explain_set, findings
 from pointshade_gl.scene.noise import Choice
 
 from ..support.view_sets import noisy, pose_at, replaced, seen_from, three_views, write_views

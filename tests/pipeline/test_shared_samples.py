@@ -7,7 +7,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import as_frame, sphere_and_wall, trace
-from pointshade_gl.pipeline import shared_samples
+from pointshade_gl.pipeline import accumulation as shared_samples
 
 NEVER = 1 << 60
 LIGHT = ps.Light(position=(-0.8, -0.9, 0.2))

@@ -7,7 +7,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.files.poses.pose_files import read_poses
-from pointshade_gl.pipeline import pose_track
+from pointshade_gl.pipeline import aligned_poses as pose_track
 from pointshade_gl.rendering.image_sequence import sequence_jobs
 
 from ..support.posed_views import MIDDLE, ball_before_plane, corner, off, turned, view_from

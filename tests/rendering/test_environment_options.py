@@ -7,7 +7,7 @@ import pointshade_gl as ps
 from pointshade_gl.batch.manifest import told
 from pointshade_gl.estimation.ground import LIGHT as GROUND_LIGHT
 from pointshade_gl.estimation.ground import up_and_floor
-from pointshade_gl.pipeline.around import surroundings_of
+from pointshade_gl.pipeline.light_setup import surroundings_of
 from pointshade_gl.rendering.request import RenderRequest
 from pointshade_gl.scene.environment import Environment
 from pointshade_gl.scene.settings import with_environment_turned

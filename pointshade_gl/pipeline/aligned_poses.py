@@ -1,9 +1,11 @@
-"""Corrects the poses of frames before they are drawn as one object, and tells what it did."""
+"""Corrects or finds the poses of frames before they are drawn as one object, and says what it did."""
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
+from math import comb
 from typing import TYPE_CHECKING, Any, NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -11,9 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checks.arguments import Count
+from ..estimation.agreement import ReducedFrame
+from ..estimation.alignment import STEPS, Fit, align
+from ..estimation.pose_search import Found, search_poses
 from ..gpu.drawables import Drawables
 from ..gpu.points.point_objects import ShownSet
 from ..notes.notes import print_note
+from ..notes.words import counted
 from ..scene.appearance import Look
 from ..scene.frame import Frame
 from ..scene.graph import Scene
@@ -108,7 +114,6 @@ class Aligner:
 
     def align(self, frames: Sequence[Frame], look: Look, count: Count) -> Aligned:
         """Return frames with corrected poses; a note tells of each that could not be placed."""
-        from .alignment_notes import notes_on  # only here
 
         fits = self._fits(frames, [frame.pose for frame in frames], look, count)
         for text in notes_on(frames, fits):
@@ -116,8 +121,6 @@ class Aligner:
         return Aligned.of(frames, fits)
 
     def _fits(self, frames: Sequence[Frame], poses: Sequence[Matrix], look: Look, count: Count) -> tuple[Fit, ...]:
-        from ..estimation.alignment import align  # only here
-
         first, reduced = count.done, []
         for frame in frames:
             reduced.append(self._gpu_scene.read_reduced(frame, look))
@@ -202,8 +205,6 @@ class Aligner:
 
 def alignment_steps(frames: int) -> int:
     """Return how many steps aligning so many frames counts: each is read, then there are levels and checks."""
-    from ..estimation.alignment import STEPS  # only here
-
     return frames + STEPS
 
 
@@ -224,3 +225,139 @@ def _between(one: Matrix, other: Matrix, share: float) -> Matrix:
 
 def _asks(part: object) -> bool:
     return isinstance(part, PointObject) and part.look.align and not part.is_single
+
+
+def notes_on(frames: Sequence[Frame], fits: Sequence[Fit]) -> list[str]:
+    """Return sentences about frames whose poses stay as given, in whole or in part, and about their colours."""
+    count = len(fits)
+    kept = [k for k, fit in enumerate(fits) if not fit.placed and count > 1]
+    lonely = [k for k in kept if not fits[k].overlap]
+    unsure = [k for k in kept if fits[k].overlap]
+    notes = []
+    if not all(fit.by_colors for fit in fits):
+        notes.append(
+            "the colours of the frames do not lie on their depth, which alone aligns them: are depth and colour "
+            "pictures registered?"
+        )
+    if lonely:
+        notes.append(f"{_named(lonely, count, 'shares', 'share')} too little with the others: {_stays(lonely)}")
+    if unsure:
+        near = "its given pose" if len(unsure) == 1 else "their given poses"
+        notes.append(
+            f"{_named(unsure, count)} could not be aligned, for near {near} too little agrees with the others: "
+            f"{_stays(unsure)}"
+        )
+    for few in sorted({len(fit.loose) for fit in fits if fit.placed} - {0}):
+        loose = [k for k, fit in enumerate(fits) if fit.placed and len(fit.loose) == few]
+        motions = _motions(frames[loose[0]], fits[loose[0]])
+        whose = "" if len(loose) == 1 else f"of frame {loose[0]}: "
+        notes.append(
+            f"{_named(loose, count)}: neither depth nor colours fix {counted(few, 'motion')} of 6 ({whose}{motions}): "
+            f"there {_stays(loose)}"
+        )
+    return notes
+
+
+def _named(numbers: Sequence[int], count: int, one: str = "", several: str = "") -> str:
+    """Return `frame 3 of 8 shares` or `frames 3, 5 of 8 share`."""
+    names, words = ", ".join(map(str, numbers)), ("frame", one) if len(numbers) == 1 else ("frames", several)
+    return f"{words[0]} {names} of {count} {words[1]}".rstrip()
+
+
+def _stays(numbers: Sequence[int]) -> str:
+    return "the given pose stays" if len(numbers) == 1 else "the given poses stay"
+
+
+def _motions(frame: Frame, fit: Fit) -> str:
+    """Return which motions of a frame nothing fixes, in its camera's axes."""
+    axes = frame.pose[:3, :3].T
+    texts = []
+    for motion in fit.loose:
+        turn, shift = axes @ motion[:3], axes @ motion[3:]
+        kind, axis = ("turns about", turn) if np.linalg.norm(turn) > np.linalg.norm(shift) else ("shifts along", shift)
+        axis = axis / np.linalg.norm(axis) * np.sign(axis[np.argmax(np.abs(axis))])
+        texts.append(kind + " ({:.1f}, {:.1f}, {:.1f})".format(*(axis + 0.0)))
+    return ", ".join(texts)
+
+
+MOST_SEARCHED = 8  # frames: each is searched for beside each other
+
+
+def search(gpu_scene: GpuScene, frames: Sequence[Frame], look: Look, count: Count) -> list[Found]:
+    """Return the poses of frames of which nothing is known; the first keeps its own. Raises ValueError for too many."""
+    if len(frames) > MOST_SEARCHED:
+        raise ValueError(f"poses are searched for at most {MOST_SEARCHED} frames at once, got {len(frames)}")
+    reduced = []
+    for frame in frames:
+        reduced.append(gpu_scene.read_reduced(frame, look))
+        count.step()
+    found = search_poses(reduced, [frame.pose for frame in frames], count.step)
+    count.step(count.all - count.done)  # if there was less to do
+    return found
+
+
+def search_steps(frames: int) -> int:
+    """Return how many steps a search counts: each frame is read, each pair is compared, then all are aligned."""
+    return frames + comb(frames, 2) + STEPS
+
+
+def notes_on_search(found: Sequence[Found]) -> list[str]:
+    """Return a sentence for each frame that was not found, or not surely."""
+    notes = []
+    for k, one in enumerate(found):
+        if one.doubt and k:
+            said = "is doubtful" if one.fit.placed else "was not found and stays as given"
+            notes.append(f"the pose of frame {k} of {len(found)} {said}: {one.doubt}")
+    return notes
+
+
+NEAREST = 3  # keyframes that a frame is aligned to
+MOST_KEYFRAMES = 16  # that are remembered, of about 6 MB each
+NEW_KEYFRAME = 0.7  # overlap with the others below which a frame becomes one
+LOST = 5  # frames one after the other that fit none, of which the last becomes one: the camera is elsewhere
+ROUND = 1.0  # turn, radians, that counts as much as a shift by the scene's distance
+
+
+class _Keyframe(NamedTuple):
+    reduced: ReducedFrame
+    pose: Matrix  # corrected
+
+
+class PoseTrack:
+    """The corrected poses of one sequence: that of its first frame stays."""
+
+    def __init__(self, gpu_scene: GpuScene, look: Look):
+        self._gpu_scene, self._look = gpu_scene, look
+        self._keyframes: deque[_Keyframe] = deque(maxlen=MOST_KEYFRAMES)
+        self._correction = np.eye(4)  # of the last frame: from its given pose to the one that was found
+        self._lost = 0  # frames up to now, one after the other, that fit no keyframe
+
+    def follow(self, frame: Frame) -> Frame:
+        """Return the next frame at its corrected pose; where it fits no keyframe, it is moved as the one before.
+
+        The given pose is expected to be off by what the last one was: drift grows slowly.
+        """
+        reduced, start = self._gpu_scene.read_reduced(frame, self._look), self._correction @ frame.pose
+        if not self._keyframes:
+            if reduced.points_known:
+                self._keyframes.append(_Keyframe(reduced, start))
+            return frame
+        near = sorted(self._keyframes, key=lambda one: _apart(one.pose, start, reduced))[:NEAREST]
+        poses = [*(one.pose for one in near), start]
+        *_, fit = align([*(one.reduced for one in near), reduced], poses, known=len(near))
+        self._lost = 0 if fit.placed else self._lost + 1
+        if self._lost == 1:
+            print_note(
+                "a frame of the sequence fits none before it: until one fits, poses are corrected as the last one"
+            )
+        if reduced.points_known and (fit.overlap < NEW_KEYFRAME if fit.placed else self._lost % LOST == 0):
+            self._keyframes.append(_Keyframe(reduced, fit.pose))
+        self._correction = fit.pose @ np.linalg.inv(frame.pose)
+        return frame.at(fit.pose)
+
+
+def _apart(pose: Matrix, other: Matrix, frame: ReducedFrame) -> float:
+    """Return how differently two poses show a frame's scene."""
+    cosine = np.clip((np.trace(pose[:3, :3].T @ other[:3, :3]) - 1) / 2, -1, 1)
+    scale = float(np.linalg.norm(frame.middle)) or 1.0
+    return float(np.linalg.norm(pose[:3, 3] - other[:3, 3])) / scale + float(np.arccos(cosine)) / ROUND

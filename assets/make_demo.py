@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pointshade_gl.bench.vase import UPRIGHT, VASE_POSE
-from pointshade_gl.files.access.safe_paths import Folder
+from pointshade_gl.files.access.folders import Folder
 from pointshade_gl.files.gltf import save_scene
 from pointshade_gl.files.gltf.cameras_and_lights import FLIP, light_place
-from pointshade_gl.files.gltf.frames import read_frame
+from pointshade_gl.files.gltf.stored_points import read_frame
 from pointshade_gl.scene.appearance import Material
 from pointshade_gl.scene.camera import Camera, orbit_pose
 from pointshade_gl.scene.graph import Scene

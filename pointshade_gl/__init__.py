@@ -8,21 +8,18 @@ from .notes.version import __version__ as __version__
 if TYPE_CHECKING:
     from . import batch as batch
     from . import files as files
+    from .files import frame_sources as sources
     from .files import gltf as gltf
-    from .files import live_set as _live
-    from .files import sources as sources
-    from .files.clouds.load import load_cloud
+    from .files import live as _live
+    from .files.clouds.load_cloud import load_cloud
+    from .files.frame_sources import open_source, prefetched
     from .files.frames.frame_files import load_frame
     from .files.gltf import load_scene, save_scene
-    from .files.live_set import live_set
-    from .files.pictures.environment_files import load_environment
+    from .files.live import RealSenseSource, live_set
+    from .files.pictures.hdr_files import load_environment
     from .files.pictures.picture_files import save_image
-    from .files.realsense import RealSenseSource
-    from .files.sources import open_source, prefetched
-    from .files.writing.depth_and_normal_maps import save_depth, save_normals
     from .files.writing.film import Film
-    from .files.writing.point_clouds import save_points
-    from .files.writing.poses import save_poses
+    from .files.writing.maps_and_points import save_depth, save_normals, save_points, save_poses
     from .notes.errors import Cancelled, ContextError, ShaderError
     from .page import save_page, show
     from .rendering.renderer import Renderer
@@ -115,7 +112,7 @@ _LATER = {
     "Node": ".scene.node",
     "PointCloud": ".scene.cloud",
     "PointObject": ".scene.objects",
-    "RealSenseSource": ".files.realsense",
+    "RealSenseSource": ".files.live",
     "Renderer": ".rendering.renderer",
     "RendererPool": ".rendering.renderer_pool",
     "Scene": ".scene.graph",
@@ -124,24 +121,24 @@ _LATER = {
     "align_frames": ".rendering.thread_renderer",
     "estimate_albedo": ".rendering.thread_renderer",
     "estimate_normals": ".rendering.thread_renderer",
-    "live_set": ".files.live_set",
-    "load_cloud": ".files.clouds.load",
-    "load_environment": ".files.pictures.environment_files",
+    "live_set": ".files.live",
+    "load_cloud": ".files.clouds.load_cloud",
+    "load_environment": ".files.pictures.hdr_files",
     "load_frame": ".files.frames.frame_files",
     "load_scene": ".files.gltf",
-    "open_source": ".files.sources",
+    "open_source": ".files.frame_sources",
     "orbit_pose": ".scene.camera",
-    "prefetched": ".files.sources",
+    "prefetched": ".files.frame_sources",
     "release": ".rendering.thread_renderer",
     "render": ".rendering.thread_renderer",
     "render_depth": ".rendering.thread_renderer",
     "render_points": ".rendering.thread_renderer",
-    "save_depth": ".files.writing.depth_and_normal_maps",
+    "save_depth": ".files.writing.maps_and_points",
     "save_image": ".files.pictures.picture_files",
-    "save_normals": ".files.writing.depth_and_normal_maps",
+    "save_normals": ".files.writing.maps_and_points",
     "save_page": ".page",
-    "save_points": ".files.writing.point_clouds",
-    "save_poses": ".files.writing.poses",
+    "save_points": ".files.writing.maps_and_points",
+    "save_poses": ".files.writing.maps_and_points",
     "save_scene": ".files.gltf",
     "show": ".page",
     "use_device": ".rendering.thread_renderer",
@@ -151,8 +148,8 @@ _MODULES = {
     "batch": ".batch",
     "files": ".files",
     "gltf": ".files.gltf",
-    "live": ".files.live_set",
-    "sources": ".files.sources",
+    "live": ".files.live",
+    "sources": ".files.frame_sources",
 }
 
 if not TYPE_CHECKING:  # a type checker knows the names above, and no others

@@ -2,6 +2,6 @@
 
 import sys
 
-from .files import sources
+from .files import frame_sources as sources
 
 sys.modules[__name__] = sources

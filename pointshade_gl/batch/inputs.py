@@ -8,8 +8,8 @@ from functools import lru_cache
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
-from ..files.access.builtin import FRAMES, SCENES
-from ..files.access.file_name_patterns import (
+from ..files.access.folders import LEVELS, Folder, Item, Listing, from_root, words_of
+from ..files.access.known_names import (
     CAMERAS,
     COLOR,
     COLOR_LISTS,
@@ -18,20 +18,20 @@ from ..files.access.file_name_patterns import (
     DEPTH_SUFFIXES,
     FRAME_CAMERAS,
     FRAME_POSES,
+    FRAMES,
     NEITHER,
     NOT_PICTURES,
     PAIR_LISTS,
     PICTURE_SUFFIXES,
     POSES,
+    SCENES,
     SHOWN_DEPTH,
     SPARSE,
     TRANSFORMS,
 )
-from ..files.access.folder_listing import LEVELS, Item, Listing, words_of
-from ..files.access.safe_paths import Folder, from_root
 from ..files.clouds.recognise import CLOUD_SUFFIXES, is_cloud
-from ..files.index.folders import check_folder, find_frames
-from ..files.sources import SCENE_FILES
+from ..files.finding.folder_frames import check_folder, find_frames
+from ..files.frame_sources import SCENE_FILES
 
 _ALONE = (".r3d", ".heic", ".heif")  # files of which each is a source, where no depth lies beside them
 _OF_SEQUENCES = DEPTH | COLOR | SHOWN_DEPTH | NEITHER | SPARSE | FRAME_CAMERAS | FRAME_POSES  # words for their folders

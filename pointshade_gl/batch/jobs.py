@@ -9,16 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from ..files.access.atomic_write import naming_written, sha256_of
-from ..files.access.builtin import builtin_folder
-from ..files.access.written_suffixes import BATCH_FILMS as FILMS
-from ..files.access.written_suffixes import BATCH_NORMALS as NORMALS
-from ..files.access.written_suffixes import BATCH_PAGE as PAGE
+from ..files.access.known_names import BATCH_FILMS as FILMS
+from ..files.access.known_names import BATCH_NORMALS as NORMALS
+from ..files.access.known_names import BATCH_PAGE as PAGE
+from ..files.access.known_names import builtin_folder
+from ..files.frame_sources import is_cloud, is_scene, load_any
 from ..files.frames.frame_parts import ReadOptions
-from ..files.frames.frame_sequence import FrameSequence
-from ..files.frames.sequences import first_readable, open_frames
+from ..files.frames.sequences import FrameSequence, first_readable, open_frames
 from ..files.pictures.picture_files import AxesName, save_image
-from ..files.sources import is_cloud, is_scene, load_any
-from ..files.writing.depth_and_normal_maps import save_normals
+from ..files.writing.maps_and_points import save_normals
 from ..notes.notes import once, print_note, taken
 from ..notes.words import option
 from ..rendering.image_sequence import jobs_of, write_series

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checks.arguments import Count, Progress, check_count, check_flag, check_number, check_type, is_a
-from ..files.access.builtin import builtin_folder, builtin_name
-from ..files.frames.frame_sequence import FrameSequence
-from ..files.sources import is_cloud, is_scene, open_source
+from ..files.access.known_names import builtin_folder, builtin_name
+from ..files.frame_sources import is_cloud, is_scene, open_source
+from ..files.frames.sequences import FrameSequence
 from ..notes.errors import Bug, ShaderError, check_function, error_text, is_expected
 from ..notes.notes import Note, once, print_note, taken
 from ..notes.words import shown

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..files.access.atomic_write import name_key, tells_case_apart
-from ..files.access.folder_listing import Listing
+from ..files.access.folders import Listing
 from ..notes.errors import error_text
 from ..notes.version import __version__
 from .inputs import Source

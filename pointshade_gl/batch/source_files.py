@@ -13,18 +13,15 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..files.access.builtin import builtin_folder, builtin_scene
-from ..files.access.content import note_read
-from ..files.access.file_name_patterns import CAMERA_SUFFIXES, POSE_SUFFIXES
-from ..files.access.folder_listing import LEVELS, Listing
-from ..files.access.limits import MAX_PIXELS
-from ..files.access.safe_paths import Folder
+from ..files.access.content import MAX_PIXELS, note_read
+from ..files.access.folders import LEVELS, Folder, Listing
+from ..files.access.known_names import CAMERA_SUFFIXES, POSE_SUFFIXES, builtin_folder, builtin_scene
 from ..files.clouds.recognise import is_cloud
+from ..files.finding.folder_frames import find_frames, is_container
+from ..files.frame_sources import SCENE_FILES, is_scene
 from ..files.frames.frame_parts import ReadOptions
 from ..files.frames.sequences import open_frames
-from ..files.gltf.container import read_container
-from ..files.index.folders import find_frames, is_container
-from ..files.sources import SCENE_FILES, is_scene
+from ..files.gltf.buffers import read_container
 from .inputs import Source, is_about_frames
 
 

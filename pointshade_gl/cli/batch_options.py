@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ..files.access.written_suffixes import BATCH as KINDS
+from ..files.access.known_names import BATCH as KINDS
 from ..notes.words import option
 from ..scene.option_fields import BATCH
 from .completion import complete_input

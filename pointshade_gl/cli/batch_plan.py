@@ -16,12 +16,12 @@ from ..batch.plan import Failure, Planned, plan, shard_of
 from ..checks.arguments import check_choice, check_fps
 from ..files.access.atomic_write import check_place
 from ..files.access.content import check_not_read
-from ..files.access.folder_listing import Listing
-from ..files.access.written_suffixes import BATCH as KINDS
+from ..files.access.folders import Listing
+from ..files.access.known_names import BATCH as KINDS
+from ..files.frame_sources import is_cloud, is_scene
 from ..files.pictures.picture_files import check_writable
-from ..files.sources import is_cloud, is_scene
-from ..files.writing.depth_and_normal_maps import check_normals_path
 from ..files.writing.film import check_film
+from ..files.writing.maps_and_points import check_normals_path
 from ..notes.words import option
 from ..scene.graph import check_of_clouds, given_by
 from ..scene.viewpoint import View, check_turntable, moves_camera

@@ -6,8 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from ..files.clouds.examine import cloud_facts
-from ..files.clouds.fitting_options import check_cloud_options
+from ..files.clouds.load_cloud import check_cloud_options, cloud_facts
 from ..notes.words import counted, option
 from ..scene.cloud import axes_in_words
 from .options import FrameOptions

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 
-from ..files.access.builtin import FRAMES, SCENES
+from ..files.access.known_names import FRAMES, SCENES
 
 
 def one_of(known: Iterable[str]) -> Callable[[str], list[str]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..files.depth.depth_kinds import METRIC
-from ..files.frames.examine import examine, facts
+from ..files.frames.frame_files import examine, facts
 from ..files.pictures.picture_files import check_writable, save_image
 from ..rendering.contact_sheet import contact_sheet
 from ..scene.noise import Choice, describe

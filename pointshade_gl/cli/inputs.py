@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..files.access.builtin import FRAMES
+from ..files.access.known_names import FRAMES
 from ..notes.words import option
 from ..scene.appearance import Look
 from ..scene.cloud import PointCloud
@@ -45,9 +45,9 @@ def load(frame: FrameOptions, sequence: bool = False, scene: bool = False, pose:
 
     pose  (4, 4) of all frames; None: those in the files
     """
-    from ..files.clouds.fitting_options import check_frame_options
+    from ..files.clouds.load_cloud import check_frame_options
+    from ..files.frame_sources import is_cloud, is_scene, load_any, open_source
     from ..files.frames.frame_files import load_frame
-    from ..files.sources import is_cloud, is_scene, load_any, open_source
 
     source, options = frame.input, frame.load_options | ({} if pose is None else {"pose": pose})
     if not scene:
@@ -77,7 +77,7 @@ def load_clouds(frame: FrameOptions, look: Look, plain: Look, inputs: Sequence[s
 
 def are_clouds(frame: FrameOptions, inputs: Sequence[str]) -> bool:
     """Whether the INPUTs are point clouds. Raises ValueError where only some are."""
-    from ..files.sources import is_cloud
+    from ..files.frame_sources import is_cloud
 
     paths = [frame.input, *inputs]
     clouds = [path for path in paths if is_cloud(path)]
@@ -121,7 +121,7 @@ def _numbered(source: Any, number: int) -> Frame:
 
 def load_views(frame: FrameOptions, look: Look, views: str) -> Together:
     """Frames of a sequence as one object."""
-    from ..files.sources import views_of
+    from ..files.frame_sources import views_of
 
     count = views_from(views)
     check_frame(frame)
@@ -138,8 +138,8 @@ def load_several(frame: FrameOptions, inputs: Sequence[str], names: Sequence[str
 
     Raises ValueError without poses.
     """
-    from ..files.index.given_poses import poses_of_inputs
-    from ..files.sources import check_posed
+    from ..files.finding.folder_poses import poses_of_inputs
+    from ..files.frame_sources import check_posed
 
     if frame.depth or frame.color:
         raise ValueError(f"pass {option('depth')} or {option('color')} with one INPUT")
@@ -156,7 +156,7 @@ def load_several(frame: FrameOptions, inputs: Sequence[str], names: Sequence[str
 
 def check_frame(frame: FrameOptions) -> None:
     """Raises ValueError for a scene, and for a point cloud."""
-    from ..files.sources import is_cloud, is_scene
+    from ..files.frame_sources import is_cloud, is_scene
 
     for is_kind, kind in ((is_scene, "a scene"), (is_cloud, "a point cloud")):
         if is_kind(frame.input):

@@ -15,13 +15,12 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
-from ..files.access.content import allow_overwriting
-from ..files.access.limits import MAX_PIXELS
-from ..files.access.written_suffixes import DEPTH, FILMS, FOUND_POSES, IMAGES, NORMALS, POINTS, RENDERED
-from ..files.clouds.found_points import COLOR_BY
+from ..files.access.content import MAX_PIXELS, allow_overwriting
+from ..files.access.known_names import DEPTH_MAPS, FILMS, FOUND_POSES, IMAGES, NORMALS, POINTS, RENDERED
+from ..files.clouds.cloud_columns import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
-from ..files.depth_models.families import PIXELS
-from ..files.frames.film_scale import SCALES
+from ..files.depth.scale_over_time import SCALES
+from ..files.networks.model_options import PIXELS
 from ..notes.notes import note_new_name, silence
 from ..notes.words import option
 from ..scene.appearance import Look
@@ -45,7 +44,7 @@ RenderOutput = Annotated[
     Path | None, _output(RENDERED, "The file to write, such as out.png (default: a new one here, called like INPUT)")
 ]
 NormalsOutput = Annotated[Path, _output((*NORMALS, *POINTS))]
-DepthOutput = Annotated[Path, _output(DEPTH)]
+DepthOutput = Annotated[Path, _output(DEPTH_MAPS)]
 AlbedoOutput = Annotated[Path, _output(IMAGES)]
 PosesOutput = Annotated[Path, _output(FOUND_POSES, "The file to write, such as poses.json")]
 SheetOutput = Annotated[Path | None, _output(IMAGES, "Also write a contact sheet (colour, depth, normals, lit)")]

@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import NoReturn
 
 from ..checks.arguments import Progress
-from ..files.access.builtin import FRAMES
 from ..files.access.content import check_not_read
-from ..files.access.numbered_names import existing_files, is_numbered
+from ..files.access.known_names import FRAMES, existing_files, is_numbered
 from ..notes.notes import print_note, print_warning
 from ..notes.words import printable
 from ..rendering.renderer import Renderer

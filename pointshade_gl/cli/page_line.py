@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..files.access.builtin import FRAMES
+from ..files.access.known_names import FRAMES
 from ..notes.words import option
 from .command_words import words_of
 from .look_options import LookOptions

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from ..checks.arguments import Count
-from ..files.access.written_suffixes import PAGES
+from ..files.access.known_names import PAGES
 from ..notes.words import option
 from ..rendering.renderer import Renderer
 from ..rendering.request import RenderRequest

@@ -54,7 +54,7 @@ def frames_from(text: str, count: int) -> list[int]:
 
 def pose_from(text: str) -> NDArray[np.float64]:
     """(4, 4) from numbers, or from a file that holds them. Raises OSError or ValueError."""
-    from ..files.poses.pose_files import load_pose, pose_of
+    from ..files.cameras.pose_files import load_pose, pose_of
 
     if (numbers := split_numbers(text)) is not None and not Path(text).exists():
         return pose_of(np.array(numbers), option("pose"))
@@ -64,7 +64,7 @@ def pose_from(text: str) -> NDArray[np.float64]:
 
 def environment_from(text: str) -> Any:
     """The environment of a name or a file. Raises OSError or ValueError."""
-    from ..files.pictures.environment_files import find_environment
+    from ..files.pictures.hdr_files import find_environment
 
     return find_environment(text)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from ..files.access.written_suffixes import FILMS
+from ..files.access.known_names import FILMS
 from ..files.writing.film import BACKGROUND
 from ..notes.words import option
 from ..scene.environment import Environment

@@ -11,8 +11,8 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from ..files.access.written_suffixes import POSES
-from ..files.frames.frame_sequence import FrameSequence
+from ..files.access.known_names import POSE_LISTS
+from ..files.frames.sequences import FrameSequence
 from ..notes.words import counted, option
 from ..rendering.image_sequence import Job
 from ..rendering.renderer import Renderer
@@ -25,7 +25,7 @@ SavePoses = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help=f"Also write the poses that --align found: a {', '.join(POSES)} of TUM's form, which --poses reads.",
+        help=f"Also write the poses that --align found: a {', '.join(POSE_LISTS)} of TUM's form, which --poses reads.",
         rich_help_panel=SETS,
     ),
 ]
@@ -33,7 +33,7 @@ SavePoses = Annotated[
 
 def check_saved(path: Path, aligns: bool) -> None:
     """Raises ValueError or OSError unless poses can be written there, and some are corrected."""
-    from ..files.writing.poses import check_poses_path
+    from ..files.writing.maps_and_points import check_poses_path
 
     if not aligns:
         raise ValueError(f"{option('save_poses')} writes the poses that {option('align', True)} finds: add it")
@@ -74,7 +74,7 @@ def poses_saved(
 
 
 def _save(path: Path, poses: Mapping[int, NDArray[np.float64]]) -> None:
-    from ..files.writing.poses import save_numbered_poses
+    from ..files.writing.maps_and_points import save_numbered_poses
 
     save_numbered_poses(path, poses)
     print_line(f"{path}: {counted(len(poses), 'pose')}")

@@ -11,8 +11,8 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from ..checks.arguments import check_path
-from ..files.access.builtin import FRAMES, SCENES
 from ..files.access.content import split_numbers
+from ..files.access.known_names import FRAMES, SCENES
 from ..notes.words import did_you_mean, listed_beside, meant_option, near_path, option
 from .light_words import FIELDS
 
@@ -83,7 +83,7 @@ def check_folders(inputs: Sequence[str]) -> None:
 
     FileNotFoundError if it does not exist.
     """
-    from ..files.sources import is_cloud
+    from ..files.frame_sources import is_cloud
 
     for path in inputs:
         is_path = split_numbers(path) is None and not _LIGHT_WORD.search(path) and path not in (*FRAMES, *SCENES)

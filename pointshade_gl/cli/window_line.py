@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..files.sources import is_cloud
+from ..files.frame_sources import is_cloud
 from ..scene.appearance import CLOUD_SPLATS
 from ..scene.cloud import CLOUD_SHADINGS, PointCloud
 from ..scene.graph import Scene, scene_of

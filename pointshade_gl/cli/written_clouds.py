@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ..files.access.written_suffixes import CLOUD_NORMALS, POINTS, check_suffix
+from ..files.access.known_names import CLOUD_NORMALS, POINTS, check_suffix
 from ..files.pictures.picture_files import check_writable, save_image
-from ..files.writing.point_clouds import check_points_path, save_points
+from ..files.writing.maps_and_points import check_points_path, save_points
 from ..notes.words import counted, option
 from ..scene.appearance import Look
 from ..scene.cloud import PointCloud

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from ..checks.arguments import Count
-from ..files.access.numbered_names import is_numbered
-from ..files.writing.depth_and_normal_maps import save_depth, save_normals
-from ..files.writing.point_clouds import save_points
+from ..files.access.known_names import is_numbered
+from ..files.writing.maps_and_points import save_depth, save_normals, save_points
 from ..notes.notes import once, print_note
 from ..rendering.image_sequence import jobs_of, write_numbered
 from ..rendering.renderer import Renderer

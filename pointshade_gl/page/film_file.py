@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..checks.arguments import Count, check_fps, is_a
-from ..files.sources import open_source
+from ..files.frame_sources import open_source
 from ..gpu.points.point_objects import ShownPoints
 from ..notes.notes import print_note
 from ..notes.words import option, shown

@@ -13,8 +13,8 @@ import numpy as np
 
 from ..checks.arguments import Count, Progress, check_choice, check_count, check_path, is_a
 from ..files.access.atomic_write import check_place, written_whole
-from ..files.access.written_suffixes import PAGES, check_suffix
-from ..files.sources import prefetched
+from ..files.access.known_names import PAGES, check_suffix
+from ..files.frame_sources import prefetched
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.drawables import Drawable
 from ..gpu.meshes.mesh_objects import PlacedMesh

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checks.arguments import Count, Progress, check_type
-from ..files.access.numbered_names import is_numbered, numbered
+from ..files.access.known_names import is_numbered, numbered
+from ..files.frame_sources import prefetched
 from ..files.pictures.picture_files import save_image
-from ..files.sources import prefetched
 from ..files.writing.film import Film
 from ..notes.notes import print_note
 from ..notes.words import counted, option

@@ -152,13 +152,7 @@ class Renderer:
         names : sequence of str
             Names of the frames of one object; by default their numbers.
         """
-        from ..pipeline.report import (  # only here  # only here
-            explain,
-            explain_alignment,
-            explain_lights,
-            findings,
-            lights,
-        )
+        from ..pipeline.report import explain, explain_alignment, explain_lights, findings, lights
 
         with self._in_use():
             gpu_scene = self._pipeline.gpu_scene
@@ -608,10 +602,7 @@ class Renderer:
         Pairs of frames are compared by how far the points of one lie off the planes of the other (Chen, Medioni 1991),
         and by their brightness (Park, Zhou, Koltun 2017); robust Gauss-Newton steps move all frames at once.
         """
-        from ..pipeline.aligned_poses import (
-            Aligned,  # only here
-            notes_on_search,  # only here
-        )
+        from ..pipeline.aligned_poses import Aligned, notes_on_search
 
         checked, look = check_frames(frames), uniform(Look(**options))
         with taken_by(notes), self._in_use():

@@ -204,7 +204,7 @@ def loaded(source: Any) -> Any:
     """Return the frame or scene itself; of a path or a built-in name, what is there."""
     if not is_a(source, str, PathLike):
         return source
-    from ..files.sources import load_any  # which imports the readers of all files
+    from ..files.frame_sources import load_any  # which imports the readers of all files
 
     return load_any(source)
 
@@ -213,7 +213,7 @@ def _found(environment: Any) -> Any:
     """Return the environment that a file or a name stands for."""
     if not is_a(environment, str, PathLike):
         return environment
-    from ..files.pictures.environment_files import find_environment  # which imports the readers of pictures
+    from ..files.pictures.hdr_files import find_environment  # which imports the readers of pictures
 
     return find_environment(environment)
 

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..checks.arguments import check_fps, items_of
-from ..files.access.file_name_patterns import COLOR_SUFFIXES, DEPTH_SUFFIXES, ONLY_DEPTH, VIDEO_SUFFIXES
-from ..files.access.folder_listing import Item
+from ..files.access.folders import Item
+from ..files.access.known_names import COLOR_SUFFIXES, DEPTH_SUFFIXES, ONLY_DEPTH, VIDEO_SUFFIXES
+from ..files.frame_sources import check_posed, is_cloud, is_scene, load_any, open_source
 from ..files.frames.frame_files import load_frame
-from ..files.pictures.picture_heads import is_deep_grey
-from ..files.sources import check_posed, is_cloud, is_scene, load_any, open_source
+from ..files.pictures.picture_files import is_deep_grey
 from ..notes.words import option, shown
 from ..scene.frame import Frame
 from ..scene.graph import Scene, scene_of

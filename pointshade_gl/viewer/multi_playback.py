@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from ..files.frames.frame_sequence import FrameSequence
+from ..files.frames.sequences import FrameSequence
 from ..scene.frame import Frame
 from .playback import Playback
 from .views import Views

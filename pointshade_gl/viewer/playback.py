@@ -181,7 +181,7 @@ class Playback:
             hand_over(error)
 
     def _read(self, hand_over: Callable[[Any], None], stop: threading.Event, index: int) -> None:
-        from ..files.sources import prefetched
+        from ..files.frame_sources import prefetched
 
         while True:
             came = False

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from ..files.depth.colormaps import ramp
+from ..files.depth.depth_files import ramp
 from ..scene.frame import Frame
 from ..scene.values import BLUE, ColorScale
 from .messages import BACKDROP, BRIGHT, POINTS

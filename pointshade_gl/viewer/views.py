@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checks.arguments import check_count
-from ..files.sources import choose_views
+from ..files.frame_sources import choose_views
 from ..notes.words import option
 from ..scene.camera import Camera
 from ..scene.frame import Frame

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.files.poses.pose_files import read_poses
+from pointshade_gl.files.cameras.pose_files import read_poses
 
 from ..support.posed_views import CAMERA, corner, off, plain, two_planes, views
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pointshade_gl.files.access.builtin import FRAMES, SCENES
+from pointshade_gl.files.access.known_names import FRAMES, SCENES
 from pointshade_gl.files.depth.depth_kinds import KINDS
 from pointshade_gl.scene.appearance import SHADINGS, SPLATS
 from pointshade_gl.scene.noise import METHODS

@@ -12,7 +12,7 @@ from typer.main import get_command
 import pointshade_gl as ps
 from pointshade_gl.cli.help_words import EXAMPLES, FIRST
 from pointshade_gl.cli.main import COMMANDS, command_line
-from pointshade_gl.files.access.builtin import asset
+from pointshade_gl.files.access.known_names import asset
 from pointshade_gl.scene.option_fields import PANELS
 
 from ..support import frames

@@ -11,7 +11,7 @@ from PIL import Image
 import pointshade_gl as ps
 from pointshade_gl.files.access.atomic_write import written_whole
 from pointshade_gl.files.access.content import check_not_read, noting_reads, read_bytes, read_head
-from pointshade_gl.files.access.numbered_names import existing_files
+from pointshade_gl.files.access.known_names import existing_files
 
 from ..support.command import run
 

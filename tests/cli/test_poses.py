@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.files.poses.pose_files import WRITTEN, read_poses
+from pointshade_gl.files.cameras.pose_files import WRITTEN, read_poses
 
 from ..support.posed_views import corner, disturbed, off, views
 from ..support.view_sets import write_views

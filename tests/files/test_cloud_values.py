@@ -163,7 +163,7 @@ class TestLimits:
         with pytest.raises(
             ValueError, match=r"a\.npy has 400 points, the limit is 399: pass max_pixels=400 to allow it"
         ):
-            monkeypatch.setattr("pointshade_gl.files.access.limits.MAX_PIXELS", 1)
+            monkeypatch.setattr("pointshade_gl.files.access.content.MAX_PIXELS", 1)
             ps.load_cloud(tmp_path / "a.npy", max_pixels=399, **SOME)
 
     def test_what_is_no_number(self, tmp_path):

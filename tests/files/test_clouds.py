@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.files.arrays.lzf import unpack
+from pointshade_gl.files.arrays.compression import unpack_lzf
 
 from ..support import cloud_files as made
 
@@ -118,7 +118,7 @@ class TestPcd:
         "data", [b"", b"a", b"ab" * 3000, bytes(9999), b"abcabcabd" * 40 + b"xyz", bytes(range(256)) * 40]
     )
     def test_what_was_packed_is_unpacked(self, data):
-        assert unpack(made.lzf(data), len(data)) == data
+        assert unpack_lzf(made.lzf(data), len(data)) == data
 
 
 class TestText:
@@ -364,7 +364,7 @@ class TestBroken:
     )
     def test_packed_bytes_that_are_damaged(self, packed, size, fact):
         with pytest.raises(ValueError, match=fact):
-            unpack(packed, size)
+            unpack_lzf(packed, size)
 
     def test_a_packed_size_that_promises_too_much(self, tmp_path):
         data = made.pcd(XYZ, "binary_compressed")

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image, ImageCms
 
 import pointshade_gl as ps
-from pointshade_gl.files.frames.color_files import read_color
+from pointshade_gl.files.frames.assembly import read_color
 
 from ..support.color_profiles import ADOBE_RGB, SRGB, add_chunks, icc
 from ..support.heic_files import heic

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pointshade_gl.files.access.builtin import asset
-from pointshade_gl.files.depth.colormaps import MAPS, read_levels
+from pointshade_gl.files.access.known_names import asset
 from pointshade_gl.files.depth.depth_coding import decode
-from pointshade_gl.files.depth.depth_files import read_depth
+from pointshade_gl.files.depth.depth_files import MAPS, read_depth, read_levels
 from pointshade_gl.files.depth.depth_kinds import Said
 from pointshade_gl.files.frames.frame_parts import ReadOptions
 from pointshade_gl.files.frames.sequences import open_frames

@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.files.depth.enlarged_depth import reduced, times_enlarged
+from pointshade_gl.files.depth.depth_kinds import reduced, times_enlarged
 
 H, W = 480, 640
 HOW = {"bilinear": Image.Resampling.BILINEAR, "cubic": Image.Resampling.BICUBIC, "area": Image.Resampling.BOX}

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.files.pictures.environment_files import find_environment
-from pointshade_gl.files.pictures.exr import write_exr
+from pointshade_gl.files.pictures.hdr_files import find_environment, read_radiance, write_exr
 from pointshade_gl.files.pictures.picture_files import save_image
-from pointshade_gl.files.pictures.radiance import read_radiance
 from pointshade_gl.notes.notes import taken
 from pointshade_gl.scene.values import srgb_to_linear
 

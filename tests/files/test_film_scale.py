@@ -86,7 +86,7 @@ def test_metres_are_as_they_are(made, tmp_path, suffix):
 
 
 def test_nobody_waits_for_metres_that_do_not_breathe(made, tmp_path, monkeypatch):
-    from pointshade_gl.files.frames import frame_sequence
+    from pointshade_gl.files.frames import sequences as frame_sequence
 
     for k in range(20):
         np.save(tmp_path / f"depth_{k:02d}.npy", made.depth[k % 10].astype(np.float32))

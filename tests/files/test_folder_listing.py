@@ -16,8 +16,8 @@ from pointshade_gl.batch.inputs import find_sources
 from pointshade_gl.batch.jobs import Job
 from pointshade_gl.batch.plan import plan
 from pointshade_gl.batch.source_files import parts_of
-from pointshade_gl.files.access import folder_listing as listing
-from pointshade_gl.files.access.folder_listing import Listing
+from pointshade_gl.files.access import folders as listing
+from pointshade_gl.files.access.folders import Listing
 
 VIEW = ps.View()
 

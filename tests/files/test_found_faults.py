@@ -9,13 +9,11 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.files.cameras.camera_files import read_intrinsics
-from pointshade_gl.files.cameras.camera_key_names import from_colmap
-from pointshade_gl.files.cameras.colmap_model import read_colmap_images
-from pointshade_gl.files.cameras.intrinsics import Intrinsics, place_camera
-from pointshade_gl.files.depth.depth_units import scale_of_values
+from pointshade_gl.files.cameras.camera_files import read_colmap_images, read_intrinsics
+from pointshade_gl.files.cameras.intrinsics import Intrinsics, from_colmap, place_camera
+from pointshade_gl.files.cameras.pose_files import read_poses
+from pointshade_gl.files.depth.missing_depth import scale_of_values
 from pointshade_gl.files.pictures.video import read_video_frame
-from pointshade_gl.files.poses.pose_files import read_poses
 from pointshade_gl.scene.settings import Finish
 
 from ..support.hostile_files import DEPTH, sequence

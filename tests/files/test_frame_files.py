@@ -9,10 +9,10 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.files.access.builtin import builtin_folder
-from pointshade_gl.files.frames.color_files import read_color
-from pointshade_gl.files.poses.pose_files import load_pose
-from pointshade_gl.files.sources import load_any
+from pointshade_gl.files.access.known_names import builtin_folder
+from pointshade_gl.files.cameras.pose_files import load_pose
+from pointshade_gl.files.frame_sources import load_any
+from pointshade_gl.files.frames.assembly import read_color
 
 V, U = np.mgrid[0:30, 0:40]
 DEEP = (900 + 3 * U + 5 * V).astype(np.uint16)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pointshade_gl.files.depth.frame_scale import FrameScale
+from pointshade_gl.files.depth.scale_over_time import FrameScale
 
 from ..support.network_films import film
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.files.index.given_poses import poses_of_inputs
-from pointshade_gl.files.poses.pose_files import WRITTEN, read_poses
-from pointshade_gl.files.writing.poses import check_poses_path
+from pointshade_gl.files.cameras.pose_files import WRITTEN, read_poses
+from pointshade_gl.files.finding.folder_poses import poses_of_inputs
+from pointshade_gl.files.writing.maps_and_points import check_poses_path
 
 from ..support import frames
 from ..support.layouts.writing import as_json, text, tum_poses

@@ -5,9 +5,9 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.files.cameras.exif import camera_from_exif
+from pointshade_gl.files.cameras.intrinsics import camera_from_exif
 from pointshade_gl.files.containers.opening import open_container
-from pointshade_gl.files.frames.color_files import read_color
+from pointshade_gl.files.frames.assembly import read_color
 
 from ..support.heic_files import heic
 

@@ -10,7 +10,7 @@ from imageio_ffmpeg import get_ffmpeg_exe
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.files.writing.depth_and_normal_maps import check_depth_path, check_normals_path
+from pointshade_gl.files.writing.maps_and_points import check_depth_path, check_normals_path
 
 RNG = np.random.default_rng(5)
 DEPTH = RNG.uniform(0.4, 9, (5, 7)).astype(np.float32)

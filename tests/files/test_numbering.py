@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pointshade_gl.files.access.numbered_names import first_of, is_numbered, numbered
+from pointshade_gl.files.access.known_names import first_of, is_numbered, numbered
 from pointshade_gl.files.writing.film import check_series
 
 

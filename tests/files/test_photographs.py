@@ -8,7 +8,7 @@ from onnx import TensorProto, helper
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.files.depth_models import onnx_network
+from pointshade_gl.files.networks import onnx_network
 from pointshade_gl.files.writing.film import Film
 
 from ..support.networks import MEAN, node, save_constant, save_linear, save_mean, save_network

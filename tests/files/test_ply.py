@@ -10,7 +10,7 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as some
 
-from pointshade_gl.files.arrays.ply import read_ply, write_ply
+from pointshade_gl.files.arrays.ply_and_pcd import read_ply, write_ply
 
 KINDS = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4"}
 KINDS |= {"double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"}
@@ -180,7 +180,7 @@ def test_a_header_asks_for_no_memory(tmp_path):
 
 
 def test_more_text_than_the_limit_is_told_with_its_option(tmp_path, monkeypatch):
-    monkeypatch.setattr("pointshade_gl.files.arrays.ply.CLOUD_TEXT", 2**-20)
+    monkeypatch.setattr("pointshade_gl.files.arrays.ply_and_pcd.CLOUD_TEXT", 2**-20)
     with pytest.raises(
         ValueError, match=r"a\.ply has 135 bytes of text, the limit is 128: pass max_pixels=\d+ to allow"
     ):

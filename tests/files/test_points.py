@@ -6,7 +6,7 @@ import trimesh
 from scipy.spatial import cKDTree
 
 import pointshade_gl as ps
-from pointshade_gl.files.arrays.ply import read_ply
+from pointshade_gl.files.arrays.ply_and_pcd import read_ply
 
 from ..support import frames
 from ..support.posed_views import corner, disturbed, views
@@ -255,7 +255,7 @@ class TestPly:
         def end(*_):
             raise KeyboardInterrupt
 
-        monkeypatch.setattr("pointshade_gl.files.writing.point_clouds.write_ply", end)
+        monkeypatch.setattr("pointshade_gl.files.writing.maps_and_points.write_ply", end)
         with pytest.raises(KeyboardInterrupt):
             ps.save_points(tmp_path / "a.ply", ps.PointCloud(np.eye(3), np.eye(3), np.zeros((3, 3), np.uint8)))
         assert not list(tmp_path.iterdir())

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.files.poses.pose_convention import Reading, find_reading
+from pointshade_gl.files.cameras.pose_files import Reading, find_reading
 from pointshade_gl.scene.camera import AXES, OPENGL
 
 pytestmark = pytest.mark.data

@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from pointshade_gl.cli.light_words import light_from
-from pointshade_gl.files.access.folder_listing import key_of, natural, numbers_in, words_of
+from pointshade_gl.files.access.folders import key_of, natural, numbers_in, words_of
 from pointshade_gl.files.cameras.camera_files import read_intrinsics
-from pointshade_gl.files.containers.heic import _PACKET
-from pointshade_gl.files.poses.pose_files import read_poses
+from pointshade_gl.files.cameras.pose_files import read_poses
+from pointshade_gl.files.containers.phones import _PACKET
 from pointshade_gl.scene.noise import noise_words
 
 ALLOWED = 2**29  # pixels: the limits of texts rise with them

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.files.realsense import RealSenseSource
-from pointshade_gl.files.sources import prefetched
+from pointshade_gl.files.frame_sources import prefetched
+from pointshade_gl.files.live import RealSenseSource
 
 COLOR = np.random.default_rng(1).integers(0, 256, (3, 4, 3), np.uint8)
 DEPTH = np.array([[0, 1000, 2000, 3000]] * 3, np.uint16)

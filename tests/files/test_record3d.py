@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pointshade_gl.files.containers.opening import open_container
-from pointshade_gl.files.containers.zip_folder import is_zip_folder, unpack_folder
+from pointshade_gl.files.containers.opening import is_zip_folder, open_container, unpack_folder
 
 W, H, DW, DH = 24, 32, 6, 8
 K = [30.0, 0, 0, 0, 31.0, 0, 11.5, 16.5, 1]  # column by column

@@ -11,9 +11,9 @@ from PIL import Image
 from pytest import approx
 
 import pointshade_gl as ps
-from pointshade_gl.files.cameras.transforms_json import read_transforms
-from pointshade_gl.files.frames.frame_sequence import FrameSequence
-from pointshade_gl.files.sources import open_source, prefetched
+from pointshade_gl.files.cameras.camera_files import read_transforms
+from pointshade_gl.files.frame_sources import open_source, prefetched
+from pointshade_gl.files.frames.sequences import FrameSequence
 
 DEEP = (900 + 3 * np.arange(40) + 5 * np.arange(30)[:, None]).astype(np.uint16)
 COLOR = np.zeros((30, 40, 3), np.uint8)

@@ -12,11 +12,10 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.files.frames.camera_choice import choose_camera
+from pointshade_gl.files.finding import folder_frames as best_group
+from pointshade_gl.files.frames.assembly import choose_camera
 from pointshade_gl.files.frames.frame_parts import Parts, ReadOptions, is_path
-from pointshade_gl.files.frames.frame_sequence import FrameSequence
-from pointshade_gl.files.frames.sequences import open_frames
-from pointshade_gl.files.index import best_group
+from pointshade_gl.files.frames.sequences import FrameSequence, open_frames
 
 from ..support.layouts import MAKERS
 from ..support.layouts.room import Room

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.files.access import written_suffixes as known
-from pointshade_gl.files.sources import SCENE_FILES
+from pointshade_gl.files.access import known_names as known
+from pointshade_gl.files.frame_sources import SCENE_FILES
 
 from ..support import frames
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.files.depth.colormaps import ramp
+from pointshade_gl.files.depth.depth_files import ramp
 from pointshade_gl.scene.values import BLUE, SHOWS, scale_of_depths
 
 from ..support import frames

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.files.access.builtin import asset
+from pointshade_gl.files.access.known_names import asset
 from pointshade_gl.scene.graph import Scene
 
 from ..support import frames

@@ -14,7 +14,7 @@ import numpy as np
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.files.access.builtin import asset
+from pointshade_gl.files.access.known_names import asset
 
 from .cloud_ball import ball
 from .cloud_files import las

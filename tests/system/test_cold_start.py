@@ -29,7 +29,7 @@ NOT_NEEDED = (
     "ray",
     "pointshade_gl.batch",
     "pointshade_gl.files.gltf",
-    "pointshade_gl.files.access.folder_listing",
+    "pointshade_gl.files.access.folders",
     "pointshade_gl.estimation.alignment",
     "pointshade_gl.estimation.light_fit",
     "pointshade_gl.gpu.surface.refinement",

@@ -98,6 +98,6 @@ def test_the_limit_is_raised_by_its_option(tmp_path):
 
 
 def test_planned_frames_pass_the_limit():
-    from pointshade_gl.files.access.limits import MAX_PIXELS, check_pixels
+    from pointshade_gl.files.access.content import MAX_PIXELS, check_pixels
 
     check_pixels(12_288, 8_192, "a frame", MAX_PIXELS)

@@ -16,7 +16,7 @@ from pointshade_gl.cli.command_words import words_of
 from pointshade_gl.cli.look_options import LookOptions
 from pointshade_gl.cli.options import FrameOptions, ViewOptions
 from pointshade_gl.cli.window_line import Typed, render_line
-from pointshade_gl.files.sources import load_any, open_source
+from pointshade_gl.files.frame_sources import load_any, open_source
 from pointshade_gl.scene.orbit import State
 from pointshade_gl.viewer.events import Command, RemoveLight
 from pointshade_gl.viewer.lights import as_kind, placed

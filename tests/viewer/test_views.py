@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.files.sources import choose_views
+from pointshade_gl.files.frame_sources import choose_views
 from pointshade_gl.scene.orbit import marker_place
 from pointshade_gl.viewer import panel_sections
 from pointshade_gl.viewer.events import Event, StepFrames

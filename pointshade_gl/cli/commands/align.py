@@ -12,7 +12,7 @@ import typer
 from numpy.typing import NDArray
 
 from ...estimation.pose_search import Found
-from ...files.writing.poses import check_found_path, save_found_poses
+from ...files.writing.maps_and_points import check_found_path, save_found_poses
 from ...notes.notes import print_note
 from ...notes.words import counted, option
 from ...scene.frame import Frame

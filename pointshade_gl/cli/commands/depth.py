@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...files.access.numbered_names import first_of, is_numbered
+from ...files.access.known_names import first_of, is_numbered
 from ...scene.graph import Scene
 from ..inputs import as_scene, check_look, load
 from ..look_options import NormalOptions
@@ -23,7 +23,7 @@ def depth(
 
     Write all frames of a sequence to numbered files such as %04d.png. Missing depth is 0.
     """
-    from ...files.writing.depth_and_normal_maps import check_depth_path
+    from ...files.writing.maps_and_points import check_depth_path
     from ..written_maps import write_depth
 
     check_depth_path(first_of(output))

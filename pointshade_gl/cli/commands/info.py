@@ -24,8 +24,8 @@ def info(
 ) -> None:
     """Print what is in a file or folder, and how it would be read; without INPUT, what draws: GL vendor, limits."""
     if frame.input or frame.depth or frame.color:
-        from ...files.clouds.fitting_options import check_frame_options
-        from ...files.sources import is_cloud
+        from ...files.clouds.load_cloud import check_frame_options
+        from ...files.frame_sources import is_cloud
 
         if is_cloud(frame.input):
             from ..cloud_report import show_cloud

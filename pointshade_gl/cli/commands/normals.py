@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...files.access.numbered_names import first_of, is_numbered
+from ...files.access.known_names import first_of, is_numbered
 from ...notes.words import option
 from ...scene.viewpoint import View
 from ..inputs import load
@@ -27,8 +27,8 @@ def normals(
     Of a point cloud, write a .ply of its points with normals, turned outwards, or the normals alone to an .npy.
     Write all frames of a sequence to numbered files such as %04d.png.
     """
-    from ...files.sources import is_cloud
-    from ...files.writing.depth_and_normal_maps import check_normals_path
+    from ...files.frame_sources import is_cloud
+    from ...files.writing.maps_and_points import check_normals_path
     from ..written_clouds import check_cloud_output, write_cloud
     from ..written_maps import write_normals
 

@@ -9,8 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from ...files.access.numbered_names import first_of, is_numbered
-from ...files.access.written_suffixes import FILMS, NUMBERED, POINTS, RENDERED, check_suffix
+from ...files.access.known_names import FILMS, NUMBERED, POINTS, RENDERED, check_suffix, first_of, is_numbered
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing.film import check_series, is_series
 from ...notes.notes import print_note
@@ -94,7 +93,7 @@ class Asked:
     @cached_property
     def is_scene(self) -> bool:
         """Whether INPUT is one."""
-        from ...files.sources import is_scene
+        from ...files.frame_sources import is_scene
 
         return is_scene(self.frame.input)
 
@@ -264,7 +263,7 @@ def _write_page(asked: Asked, view: View) -> None:
 
 def _write_points(asked: Asked, view: View) -> None:
     """The points of a frame, or of each frame of a sequence, in world coordinates."""
-    from ...files.writing.point_clouds import check_points_path
+    from ...files.writing.maps_and_points import check_points_path
     from ..written_maps import write_points
 
     output, film = asked.output, asked.film

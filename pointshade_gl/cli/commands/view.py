@@ -8,8 +8,8 @@ from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from ...files.access.builtin import FRAMES
 from ...files.access.content import check_not_read
+from ...files.access.known_names import FRAMES
 from ...notes.notes import print_note
 from ...notes.words import option
 from ...scene.appearance import Look

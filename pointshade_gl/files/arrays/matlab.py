@@ -1,9 +1,4 @@
-"""Reads arrays of numbers from MATLAB's .mat files of version 5 and, as small matrices, of 7.3, which is HDF5.
-
-Version 5 is read here (MathWorks, "MAT-File Format", 2018): SciPy's reader crashes the program on damaged files. A file
-is a row of elements, each with a tag of type and size; an array is an element of four others: flags, sides, name,
-values. An element may be packed by zlib: of each only the first bytes are unpacked until its values are asked for.
-"""
+"""Reads arrays from MATLAB's .mat files and from HDF5."""
 
 from __future__ import annotations
 
@@ -16,10 +11,59 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..access.content import FilePath, naming, open_regular, read_head
-from ..access.limits import FILE_BYTES, MAX_PIXELS, PARTS, check_limit
-from .hdf5 import MATLAB_73, hdf5_arrays
-from .stored_arrays import Stored
+from ..access.content import (
+    FILE_BYTES,
+    MAX_PIXELS,
+    PARTS,
+    FilePath,
+    check_limit,
+    import_extra,
+    naming,
+    open_regular,
+    read_head,
+)
+from .numpy_files import Stored
+
+HDF5 = b"\x89HDF\r\n\x1a\n"
+MATLAB_73 = b"MATLAB 7.3"
+
+
+def hdf5_arrays(path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str, Stored]:
+    """The arrays of numbers of an HDF5 file, by their paths inside. Links to other files are not followed."""
+    h5py, arrays = import_extra("h5py", "hdf5", f"{path} is an HDF5 file"), {}
+
+    def visit(name: str, item: Any) -> None:
+        if not isinstance(item, h5py.Dataset) or item.dtype.kind not in "biuf" or item.shape is None:
+            return
+        check_limit(len(arrays), f"{path} has {len(arrays)} arrays", max_pixels, PARTS)
+        if not item.external and not item.is_virtual and item.attrs.get("MATLAB_class") != b"char":
+            arrays[name] = _Dataset(path, name, item, max_pixels)
+
+    open_regular(path).close()
+    kinds = OSError, ValueError, RuntimeError, KeyError
+    with naming(path, "is a broken or truncated HDF5 file", kinds), h5py.File(path, "r") as file:
+        file.visititems(visit)  # follows no links
+    return arrays
+
+
+class _Dataset:
+    """An array in an HDF5 file, which is open only while a part is read."""
+
+    def __init__(self, path: FilePath, name: str, item: Any, max_pixels: float):
+        self._path, self._name, self._max_pixels = path, name, max_pixels
+        self.shape: tuple[int, ...] = item.shape
+        self.dtype: np.dtype = item.dtype
+        self._block = math.prod(item.chunks or ())  # is unpacked as a whole
+
+    def part(self, index: tuple[int, ...]) -> NDArray[Any]:
+        size = max(math.prod(self.shape[len(index) :]), self._block) * self.dtype.itemsize
+        title = f"{self._path}/{self._name}"
+        check_limit(size, f"{title} has {size} bytes of shape {self.shape}", self._max_pixels, FILE_BYTES)
+        h5py = import_extra("h5py", "hdf5", f"{self._path} is an HDF5 file")
+        kinds = OSError, RuntimeError, KeyError
+        with naming(title, "is broken or truncated", kinds), h5py.File(self._path, "r") as file:
+            return np.asarray(file[self._name][index])
+
 
 MATLAB_5 = b"MATLAB 5.0"
 _HEADER = 128  # bytes before the first element; the last two of them say the order of bytes

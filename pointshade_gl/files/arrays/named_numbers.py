@@ -10,8 +10,7 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import Any
 
-from ..access.content import FilePath, parse_object, split_numbers
-from ..access.limits import MAX_PIXELS
+from ..access.content import MAX_PIXELS, FilePath, parse_object, split_numbers
 
 Named = dict[str, list[float]]  # by path: "camera_matrix.data", "frames.0.fl_x"
 _MOST = 65_536  # names that are looked at: a file of a thousand frames has their cameras too

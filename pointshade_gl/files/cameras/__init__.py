@@ -1,1 +1,3 @@
-"""Reads camera intrinsics from files of many programs."""
+"""Reads camera intrinsics and poses from files of many programs."""
+
+from __future__ import annotations

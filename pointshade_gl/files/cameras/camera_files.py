@@ -1,12 +1,13 @@
-"""Reads camera intrinsics from whatever holds them: numbers, a matrix, text, JSON, YAML, .npy, .mat."""
+"""Reads camera intrinsics from whatever holds them: numbers, a matrix, text, JSON, COLMAP, nerfstudio."""
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,16 +15,65 @@ from numpy.typing import NDArray
 from ...checks.arguments import as_array
 from ...notes.notes import Note
 from ...notes.words import cut, option, shown
-from ...scene.camera import Camera
-from ..access.content import MATLAB, parse_object, read_head, read_text, split_numbers
-from ..access.limits import MAX_PIXELS
-from ..arrays.array_files import NUMPY, read_numbers
-from ..arrays.named_numbers import Named, read_named
-from ..arrays.sintel import SINTEL, read_cam
-from .camera_key_names import DISTORTION, FX, from_colmap, from_named, from_realsense, word
-from .camera_numbers import from_matrix, from_numbers
-from .colmap_model import read_colmap_cameras
-from .intrinsics import Intrinsics
+from ...scene.camera import OPENGL, Camera, Matrices, from_quaternions, inverted
+from ..access.content import MATLAB, MAX_PIXELS, parse_object, read_bytes, read_head, read_text, split_numbers
+from ..access.folders import natural
+from ..arrays.named_numbers import Named, named_of, read_named
+from ..arrays.numpy_files import NUMPY, SINTEL, read_cam, read_numbers
+from .intrinsics import (
+    DISTORTION,
+    FX,
+    Intrinsics,
+    from_colmap,
+    from_matrix,
+    from_named,
+    from_numbers,
+    from_realsense,
+    merged,
+    word,
+)
+
+# Numbers of each camera model, by COLMAP's number of the model. Where they begin f, cx, cy there is one focal length.
+_SINGLE = {0: 3, 2: 4, 3: 5, 8: 4, 9: 5}
+_DOUBLE = {1: 4, 4: 8, 5: 8, 6: 12, 7: 5, 10: 12}
+
+
+def read_colmap_cameras(path: Path, max_pixels: float = MAX_PIXELS) -> list[Intrinsics]:
+    """The cameras in their order, lens distortion left out. Raises ValueError for any other content."""
+    data, found = read_bytes(path, max_pixels), []
+    try:
+        (count,), at = struct.unpack_from("<Q", data), 8
+        for _ in range(count):
+            _, model, width, height = struct.unpack_from("<iiQQ", data, at)
+            size = _SINGLE.get(model) or _DOUBLE[model]
+            numbers = struct.unpack_from(f"<{size}d", data, at + 24)
+            fx, fy, cx, cy = (numbers[0], *numbers[:3]) if model in _SINGLE else numbers[:4]
+            # COLMAP counts from the picture's corner
+            found.append(Intrinsics(str(path), (fx, fy, cx - 0.5, cy - 0.5), (width, height)))
+            at += 24 + 8 * size
+    except (struct.error, KeyError):
+        raise ValueError(f"{path} holds no cameras of COLMAP's") from None
+    if not found:
+        raise ValueError(f"{path} holds no camera")
+    return found
+
+
+def read_colmap_images(path: Path, max_pixels: float = MAX_PIXELS) -> tuple[Matrices, list[str]]:
+    """(n, 4, 4) camera-to-world in OpenCV axes, and the pictures' names. Raises ValueError for any other content."""
+    data, rows, names = read_bytes(path, max_pixels), [], []
+    try:
+        (count,), at = struct.unpack_from("<Q", data), 8
+        for _ in range(count):
+            rows.append(struct.unpack_from("<7d", data, at + 4))
+            end = data.index(b"\0", at + 64)
+            names.append(data[at + 64 : end].decode("utf-8", "replace"))
+            (points,) = struct.unpack_from("<Q", data, end + 1)
+            at = end + 9 + 24 * points
+    except (struct.error, ValueError, OverflowError):
+        raise ValueError(f"{path} holds no images of COLMAP's") from None
+    turned: NDArray[np.float64] = np.array(rows, np.float64).reshape(-1, 7)
+    return inverted(from_quaternions(turned[:, 4:], turned[:, [1, 2, 3, 0]])), names
+
 
 _CELLS = {"k00": "fx", "k11": "fy", "k02": "cx", "k12": "cy"}  # of a matrix, spelt K[0,0]
 _EXPECTED = "a file, 'fx,fy,cx,cy', four numbers, a 3x3 or 4x4 matrix or a Camera"
@@ -125,3 +175,44 @@ def _from_numbers(numbers: Sequence[float] | NDArray[np.float64], name: str, not
         read = "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]"
         note(f"{name}: rows and columns of the matrix are exchanged, it is read as {read}")
     return found
+
+
+class Entry(NamedTuple):
+    """One frame: names of its files, (4, 4) camera-to-world in OpenCV axes, its own camera if the file has several."""
+
+    color: str | None
+    depth: str | None
+    pose: NDArray[np.float64]
+    camera: Intrinsics | None
+
+
+def read_transforms(path: Path, max_pixels: float = MAX_PIXELS) -> list[Entry]:
+    """The frames of a transforms.json, by the numbers in their names. Raises ValueError for another content."""
+    data = parse_object(read_text(path, max_pixels), path, max_pixels)
+    frames, scale = data.get("frames", []), data.get("applied_scale")
+    if not isinstance(frames, list):
+        raise ValueError(f"{path}: frames must be a list, got {shown(frames)}")
+    per_metre = scale if isinstance(scale, int | float) and scale > 0 else 1.0
+    shared = from_named(named_of({key: value for key, value in data.items() if key != "frames"}), str(path))
+    entries = [_entry(frame, per_metre, path) for frame in frames]
+    if shared:  # it may say the unit of the depth for all
+        entries = [one._replace(camera=merged(one.camera, shared[0])) if one.camera else one for one in entries]
+    return sorted(entries, key=lambda one: natural(one.color or one.depth or ""))
+
+
+@np.errstate(invalid="ignore", over="ignore")  # poses are checked later
+def _entry(frame: Any, per_metre: float, path: Path) -> Entry:
+    try:
+        pose = np.array(frame["transform_matrix"], np.float64).reshape(4, 4) @ OPENGL
+        pose[:3, 3] /= per_metre
+    except (KeyError, TypeError, ValueError, OverflowError):
+        raise ValueError(f"{path}: every frame must have a transform_matrix of 4x4 numbers") from None
+    color, depth = frame.get("file_path"), frame.get("depth_file_path", frame.get("depth_path"))
+    own = {key: value for key, value in frame.items() if key != "transform_matrix"}
+    cameras = from_named(named_of(own), str(path)) if "fl_x" in own else []
+    return Entry(
+        color if isinstance(color, str) else None,
+        depth if isinstance(depth, str) else None,
+        pose,
+        cameras[0] if cameras else None,
+    )

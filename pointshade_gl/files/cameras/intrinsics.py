@@ -1,15 +1,24 @@
-"""Intrinsics as a file states them, and the camera that follows from them for the depth image."""
+"""Intrinsics as a file states them, by the names that programs give their numbers, or by a photograph's EXIF."""
 
 from __future__ import annotations
 
 import math
+import re
+from collections import ChainMap
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ...notes.notes import Note
 from ...notes.words import option
 from ...scene.camera import Camera
+from ..access.content import LONGEST_SIDE, MAX_PIXELS, FilePath, check_size, open_regular, read_head
+from ..arrays.named_numbers import Named
+from ..pictures.picture_files import TURNED, opened_picture
 
 Size = tuple[int, int]  # width, height
 Numbers = tuple[float, float, float, float]  # fx, fy, cx, cy
@@ -135,3 +144,298 @@ def _guess_size(intrinsics: Intrinsics, depth: Size, color: Size | None, note: N
 
 def _text(size: Size) -> str:
     return f"{size[0]}x{size[1]}"
+
+
+EXIF = 0x8769  # the tag under which the others lie
+_FOCAL_35, _WIDTH, _HEIGHT = 0xA405, 0xA002, 0xA003
+_DIAGONAL_35 = math.hypot(36, 24)  # mm; cameras compare diagonals (CIPA DCG-001): a phone's 4:3 has no width of 36 mm
+_SAME_SHAPE = 0.02
+
+
+def camera_from_exif(path: FilePath, max_pixels: float = MAX_PIXELS) -> Intrinsics | None:
+    """The camera of a picture with EXIF FocalLengthIn35mmFilm, upright, its principal point in the middle.
+
+    Whole millimetres make it right to a few per cent. None if the picture does not say it, or was cropped.
+    """
+    head = read_head(path)
+    with open_regular(path) as file:
+        check_size(file, path, max_pixels)
+        try:
+            with opened_picture(file, head) as image:
+                return camera_of_lens(str(path), image.getexif(), image.size)
+        except Exception:  # broken bytes make Pillow raise of everything: then the picture does not say it
+            return None
+
+
+def camera_of_lens(name: str, exif: Any, size: tuple[int, int]) -> Intrinsics | None:
+    """The same from EXIF data (`PIL.Image.Exif`) of a picture of this width and height, not yet turned."""
+    tags = exif.get_ifd(EXIF)
+    focal, width, height = (_number(tags.get(key)) for key in (_FOCAL_35, _WIDTH, _HEIGHT))
+    if not 1 <= focal <= 10_000 or not all(1 <= side <= LONGEST_SIDE for side in size):
+        return None
+    if width > 0 and height > 0 and abs(_elongation(*size) / _elongation(width, height) - 1) > _SAME_SHAPE:
+        return None
+    if exif.get(TURNED, 1) in (5, 6, 7, 8):
+        size = size[1], size[0]
+    pixels = focal / _DIAGONAL_35 * math.hypot(*size)
+    return Intrinsics(name, (pixels, pixels, (size[0] - 1) / 2, (size[1] - 1) / 2), size)
+
+
+def _elongation(width: float, height: float) -> float:
+    return max(width, height) / min(width, height)
+
+
+def _number(value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError, ZeroDivisionError, OverflowError):
+        return 0.0
+
+
+_SQUARE = 0.05  # fx and fy of a lens differ by less
+_APART = 0.2  # and from cx or cy by more, where the order of four numbers is to be found
+
+
+def from_matrix(values: Sequence[float] | NDArray[np.float64]) -> Numbers | None:
+    """fx, fy, cx, cy of a 3x3, 3x4 or 4x4 matrix, by rows or by columns, or of four numbers; None for anything else."""
+    array = np.asarray(values, np.float64).ravel()
+    if array.size == 4:
+        return _of_four(*array.tolist())
+    if array.size not in (9, 12, 16):
+        return None
+    k = array.reshape((3, -1) if array.size == 12 else (int(array.size**0.5), -1))[:3, :3]
+    if k[2, 0] and k[2, 1] and not (k[0, 2] or k[1, 2]):
+        k = k.T  # written by columns
+    if abs(k[2] - (0, 0, 1)).max() > 1e-6 or k[1, 0] != 0 or not (k[0, 0] and k[1, 1]):
+        return None
+    return float(k[0, 0]), float(k[1, 1]), float(k[0, 2]), float(k[1, 2])
+
+
+def _of_four(a: float, b: float, c: float, d: float) -> Numbers:
+    """fx, fy, cx, cy; or fx, cx, fy, cy, as OpenLORIS writes them: the two focal lengths are alike."""
+    is_crossed = abs(c) and abs(a / c - 1) < _SQUARE and abs(b) and abs(a / b - 1) > _APART
+    return (a, c, b, d) if is_crossed else (a, b, c, d)
+
+
+def from_numbers(values: NDArray[np.float64], name: str) -> Intrinsics | None:
+    """A camera of nothing but numbers: a focal length, four, a matrix, one with a baseline, a range or a size; or None.
+
+    With a size: `width height fx fy cx cy` (ARKitScenes; Matterport3D with five of distortion) or `fx fy cx cy width
+    height`.
+    """
+    if values.size == 1 and values[0] > 1:
+        return Intrinsics(name, (float(values[0]), math.nan, math.nan, math.nan))
+    if values.size == 10 and (matrix := from_matrix(values[:9])):  # FoundationStereo's K.txt
+        return Intrinsics(name, matrix, baseline=float(values[9]))
+    if values.size == 12 and values[9] >= 1 and values[10] == 0 < values[11] and (matrix := from_matrix(values[:9])):
+        # of Peng et al., "Depth super-resolution meets uncalibrated photometric stereo", 2017: a factor, and the least
+        # and the largest millimetres, which 16 bits fill
+        return Intrinsics(name, matrix, depth_scale=65535 / (float(values[11]) / 1000))
+    first = values[:6].tolist() if values.size in (6, 11) else []
+    for width, height, fx, fy, cx, cy in (first, (*first[4:], *first[:4])) if first else ():
+        if width % 1 == height % 1 == 0 and 0 < cx < width and 0 < cy < height and fx > 0 and fy > 0:
+            return Intrinsics(name, (fx, fy, cx, cy), (int(width), int(height)))
+    four = from_matrix(values)
+    return Intrinsics(name, four) if four else None
+
+
+Words = Mapping[str, list[float]]  # numbers of a group by their last word
+
+
+# What others call it, in lower case, without blanks, dashes and underscores. Of several in a file the earlier wins.
+FX = ("fx", "flx", "focalx", "focallengthx", "fxdepth", "depthfx", "fxd", "fxrgb", "fxcolor")
+FY = ("fy", "fly", "focaly", "focallengthy", "fydepth", "depthfy", "fyd", "fyrgb", "fycolor")
+CX = ("cx", "ppx", "px", "u0", "principalx", "principalpointx", "cxdepth", "mxdepth", "cxd", "cxrgb", "mxcolor")
+CY = ("cy", "ppy", "py", "v0", "principaly", "principalpointy", "cydepth", "mydepth", "cyd", "cyrgb", "mycolor")
+FOCAL = ("f", "fl", "focal", "focallength", "focallengthpx", "focalpx", "focallengthpixels")
+MATRIX = (
+    "depthintrinsics", "depthintrinsic", "kdepth", "depthk", "intrinsicmatrix", "intrinsics", "intrinsic", "k",
+    "cameramatrix", "cameraintrinsics", "cameraintrinsic", "camk", "kcam", "kmatrix", "camintrinsics", "cam0",
+    "prect02", "p2", "prect00", "p0", "intrinsicdepth", "kcolor", "krgb", "intrinsicscolor", "rgbintrinsics", "p",
+    "intrinsicsmatrix", "camerakmatrix",
+)  # fmt: skip
+WIDTH = ("width", "w", "imagewidth", "imgwidth", "imw", "depthwidth", "dw", "resx", "camerawidth", "cols")
+HEIGHT = ("height", "h", "imageheight", "imgheight", "imh", "depthheight", "dh", "resy", "cameraheight", "rows")
+SIZE = (
+    "dimension", "renderproductresolution", "resolution", "imagesize", "imgsize", "size", "imsize", "srect02",
+    "srect00",
+)  # fmt: skip
+PER_METRE = ("depthscale", "depthmapfactor", "factordepth", "depthfactor", "pngdepthscale", "scale", "depthshift")
+METRES_EACH = ("depthunitscalefactor", "integerdepthscale", "depthunit", "depthunits", "metersperunit", "metresperunit")
+FOV_X, FOV_Y = ("fovx", "hfov", "fovh", "horizontalfov"), ("fovy", "vfov", "fovv", "verticalfov", "yfov")
+ANGLE_X, ANGLE_Y = ("cameraanglex",), ("cameraangley",)  # radians, nerf's own
+CENTER = ("principalpoint", "principalpoints")  # cx, cy
+ASPECT = ("pixelaspectratio",)  # fy/fx
+APERTURE, LENS = ("cameraaperture",), ("camerafocallength",)  # Omniverse: both in the same unit
+SENSOR = ("sensorwidth", "sensorwidthmm")  # Blender, Kubric: beside a focal length in millimetres
+BASELINE, DOFFS = ("baseline",), ("doffs",)
+DISTORTION = ("k1", "k2", "k3", "k4", "p1", "p2")
+
+_BOP = "camk"
+_SHORTEST = 0.15  # of the width: 147 degrees
+_CORNER = ("flx", "cameraanglex", "pixelaspectratio")  # nerfstudio, nerf and nerfies count from the picture's corner
+_REALSENSE = re.compile(r"(\d{2,5})x(\d{2,5})\s+p\[([\d.]+) ([\d.]+)\]\s+f\[([\d.]+) ([\d.]+)\]")  # in one line
+_OTHERS = re.compile(r"(?i)(right|infra|imu|distort|rectif|project|extrin|(?<![a-z])ir(?![a-z]))")  # not the depth's
+_SENS = re.compile(r"m_(?:calibration)?(color|depth)(\w+)", re.IGNORECASE)  # ScanNet's and BundleFusion's info.txt
+_DEPTH, _COLOR = re.compile(r"(?i)depth|tof|left|cam0"), re.compile(r"(?i)colou?r|rgb|cam1|second")
+
+
+def word(name: str) -> str:
+    """The last part of a name, as the rows above spell it."""
+    return re.sub(r"[^a-z0-9]", "", name.rsplit(".", 1)[-1].lower())
+
+
+def from_named(named: Named, name: str, of_color: bool = False) -> list[Intrinsics]:
+    """The cameras that named numbers describe: the depth's own before others, colour cameras last.
+
+    of_color  the colour camera first: the depth was brought to it
+    """
+    named = {_SENS.sub(r"\1.\2", key): numbers for key, numbers in named.items()}
+    grouped = _grouped(named)
+    groups = [(grouped.get(group, {}), _around(grouped, group)) for group in _groups(named, of_color)]
+    outside = next((numbers[0] for key, numbers in named.items() if word(key) in BASELINE), None)
+    found = [_from_group(*words, name) for words in groups]
+    found = [camera and replace(camera, baseline=camera.baseline or outside) for camera in found]
+    if not any(found):
+        found = [_from_angles(words, name) for words, _ in groups]
+    return [camera for camera in found if camera]
+
+
+def _groups(named: Named, of_color: bool) -> list[str]:
+    """The names under which other names lie; "" is the top. Cameras that took neither picture are left out."""
+    groups = dict.fromkeys(["", *(key.rpartition(".")[0] for key in named)])
+    own = [group for group in groups if not _OTHERS.search(group)]
+    first, last = (_COLOR, _DEPTH) if of_color else (_DEPTH, _COLOR)
+    return sorted(own, key=lambda group: (bool(last.search(group)), not first.search(group), group.count(".")))
+
+
+def _grouped(named: Named) -> dict[str, dict[str, list[float]]]:
+    """The words of each group. ROS and OpenCV put the numbers of a matrix one level deeper, as `data`."""
+    found: dict[str, dict[str, list[float]]] = {}
+    for key, numbers in named.items():
+        group, _, last = key.removesuffix(".data").rpartition(".")
+        if not _OTHERS.search(last):
+            found.setdefault(group, {}).setdefault(word(last), numbers)
+    return found
+
+
+def _around(grouped: dict[str, dict[str, list[float]]], group: str) -> Words:
+    """The words of a group with what stands further up: sizes and units often do."""
+    levels = [grouped.get(group, {})]
+    while group:
+        group = group.rpartition(".")[0]
+        levels.append(grouped.get(group, {}))
+    return ChainMap(*levels)
+
+
+def _from_group(words: Words, around: Words, name: str) -> Intrinsics | None:
+    sensor, lens = _first(words, SENSOR), _first(words, FOCAL)
+    if sensor and lens and sensor > 0 and lens > 0:
+        return Intrinsics(name, (lens / sensor, math.nan, 0.0, 0.0), NORMALIZED)
+    if not any(key in words for key in (*FX, *FOCAL, *MATRIX, *LENS, "matrix")):
+        return None
+    size = _size_of(around, name)
+    numbers = _numbers_of(words, size)
+    if numbers is None:
+        return None
+    if any(key in words for key in _CORNER):
+        numbers = (numbers[0], numbers[1], numbers[2] - 0.5, numbers[3] - 0.5)
+    scale, each = _first(around, PER_METRE), _first(around, METRES_EACH)
+    baseline, doffs = _first(around, BASELINE), _first(around, DOFFS)
+    if doffs is not None and baseline is not None:  # Middlebury, where the baseline is in millimetres
+        baseline /= 1000
+    if baseline is None:
+        baseline = _between(words)
+    if scale and _BOP in words:
+        scale = 1000 / scale  # BOP's is millimetres for each unit
+    return Intrinsics(name, numbers, size, 1 / each if each else scale, None, baseline, doffs)
+
+
+def _between(words: Words) -> float | None:
+    """Metres between KITTI's two colour cameras: the fourth number of a projection is -fx times its place."""
+    for left, right in (("prect02", "prect03"), ("p2", "p3")):
+        if len(words.get(left, ())) == len(words.get(right, ())) == 12 and words[left][0]:
+            return (words[left][3] - words[right][3]) / words[left][0]
+    return None
+
+
+def _numbers_of(words: Words, size: Size | None) -> Numbers | None:
+    """fx, fy, cx, cy: as four numbers, as a matrix, as one focal length, or as angles of view."""
+    fx, fy, cx, cy = (_first(words, keys) for keys in (FX, FY, CX, CY))
+    if fx is not None and cx is not None and cy is not None:
+        return fx, fx if fy is None else fy, cx, cy
+    projection, sides = words.get("matrix", ()), words.get("dimension", ())
+    if len(projection) == 9 and len(sides) == 2:  # Unity Perception's: from the middle, in halves of the picture
+        width, height = sides
+        return projection[0] * width / 2, projection[4] * height / 2, (width - 1) / 2, (height - 1) / 2
+    for key in MATRIX:
+        if (matrix := words.get(key)) and (found := from_matrix(matrix)):
+            return found
+    if size is None:
+        return None
+    middle = (size[0] - 1) / 2, (size[1] - 1) / 2
+    lens, aperture = _first(words, LENS), next((words[key] for key in APERTURE if key in words), None)
+    if lens and aperture:
+        return lens / aperture[0] * size[0], lens / aperture[0] * size[0], *middle
+    focal = _first(words, FOCAL) if fx is None else fx
+    if focal is None or focal < _SHORTEST * size[0]:
+        return None  # too short to be in pixels: millimetres of an unknown sensor
+    fy = focal * (_first(words, ASPECT) or 1) if fy is None else fy
+    center = next((words[key] for key in CENTER if len(words.get(key, ())) == 2), None)
+    if center is None:
+        center = middle if cx is None or cy is None else (cx, cy)
+    return focal, fy, center[0], center[1]
+
+
+def _first(words: Words, keys: Sequence[str]) -> float | None:
+    return next((words[key][0] for key in keys if len(words.get(key, ())) == 1), None)
+
+
+def _size_of(words: Words, name: str) -> Size | None:
+    width, height = _first(words, WIDTH), _first(words, HEIGHT)
+    if width is None or height is None:
+        width, height = next((words[key] for key in SIZE if len(words.get(key, ())) == 2), (None, None))
+    if width is None or height is None:
+        return None
+    if not (width >= 1 and height >= 1 and width % 1 == height % 1 == 0):
+        raise ValueError(f"{name}: width and height must be whole numbers of pixels above 0, got {width:g}x{height:g}")
+    return int(width), int(height)
+
+
+def _from_angles(words: Words, name: str) -> Intrinsics | None:
+    """The camera of a file that gives no more than its horizontal field of view, or both."""
+    wide, high = _first(words, FOV_X), _first(words, FOV_Y)
+    x, y = (None if angle is None else math.radians(angle) for angle in (wide, high))
+    x, y = x or _first(words, ANGLE_X), y or _first(words, ANGLE_Y)
+    if x is None or not all(0 < angle < math.pi for angle in (x, y or x)):
+        return None
+    fx, fy = (math.nan if angle is None else 0.5 / math.tan(angle / 2) for angle in (x, y))
+    return Intrinsics(name, (fx, fy, 0.0, 0.0), NORMALIZED)
+
+
+def from_realsense(text: str, name: str) -> Intrinsics | None:
+    """The camera in pyrealsense2's own words: `[ 640x480  p[cx cy]  f[fx fy]  Brown Conrady [0 0 0 0 0] ]`."""
+    found = _REALSENSE.search(text)
+    if found is None:
+        return None
+    cx, cy, fx, fy = (float(number) for number in found.groups()[2:])
+    return Intrinsics(name, (fx, fy, cx, cy), (int(found[1]), int(found[2])))
+
+
+def from_colmap(text: str, name: str) -> dict[str, Intrinsics]:
+    """The cameras of COLMAP's cameras.txt, by number: `1 PINHOLE 640 480 fx fy cx cy`; none for any other text."""
+    found: dict[str, Intrinsics] = {}
+    for line in text.splitlines():
+        words = line.partition("#")[0].split()
+        if len(words) < 7 or not re.fullmatch(r"[A-Z_]+", words[1]):
+            continue
+        single = words[1].startswith(("SIMPLE", "RADIAL"))  # one focal length for both directions
+        try:
+            size = int(float(words[2])), int(float(words[3]))
+            rest = [float(part) for part in words[4:]]
+            fx, fy, cx, cy = (rest[0], *rest[:3]) if single else rest[:4]
+        except (ValueError, OverflowError):
+            continue
+        # COLMAP counts from the picture's corner
+        found[words[0]] = Intrinsics(name, (fx, fy, cx - 0.5, cy - 0.5), size)
+    return found

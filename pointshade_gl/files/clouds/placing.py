@@ -1,21 +1,25 @@
-"""Chooses the points that are kept, and where positions count from, so that float32 tells them apart."""
+"""The points of a cloud that are kept, where positions count from, which axis points up, and colours."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...checks.arguments import LARGEST
 from ...notes.notes import Note
-from ...notes.words import counted
-from ...scene.cloud import STRAY
-from .found_points import FoundPoints
+from ...notes.words import counted, option
+from ...scene.cloud import STRAY, Up
+from ...scene.values import linear_to_bytes
+from ..depth.depth_files import ramp
+from .cloud_columns import COLOR_BY, ColorBy, FoundPoints
 
 _LOSS = 1e-3  # of the points' spacing may be lost by float32
 _COARSE = 5e-4  # units that float32 may be off in any case: half a millimetre
 _FAR = 2.0  # sizes of a cloud from zero: nearer, another origin gains nothing
 _HALF_STEP = 2.0**-24  # of a number: what float32 rounds it by at most
-_SAMPLE = 1 << 16  # points that the box is taken from
+_BOX_SAMPLE = 1 << 16  # points that the box is taken from
 _NEIGHBOURS = 1500  # points that are compared with each other
 _NEAREST = 0.47  # of sqrt(area / n) is the median way to the nearest of points that lie at random
 _SEED = 31
@@ -77,7 +81,7 @@ def _is_lost(positions: NDArray[np.floating]) -> bool:
 
 def main_box(positions: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Lower and upper corner (3,) of the box of all points but stray ones."""
-    some = positions[:: -(-len(positions) // _SAMPLE)].astype(np.float64)
+    some = positions[:: -(-len(positions) // _BOX_SAMPLE)].astype(np.float64)
     low, high = np.quantile(some, (STRAY, 1 - STRAY), axis=0)
     return low, high
 
@@ -93,3 +97,156 @@ def spacing_of(positions: NDArray[np.floating]) -> float:
     nearest = np.sqrt(np.where(squared > 0, squared, np.inf).min(1))
     middle = float(np.median(nearest))
     return middle / _NEAREST * float(np.sqrt(count / len(positions))) if np.isfinite(middle) else 0.0
+
+
+_FLAT = 0.4  # of both other sides is the height of a terrain or a street, at most
+_UP_SAMPLE = 60_000  # points whose planes are looked at
+_CELLS = 24  # of the longest side
+_FEWEST = 6  # points of a cell that show its plane
+_PLANES = 30  # that must be there to decide
+_THIN = 0.15  # of its width is the thickness of such a plane
+_UPRIGHT = np.cos(np.radians(10))
+_CLEAR = 0.3  # of the planes face along one axis
+_AHEAD = 1.5  # times as many as along the next
+_WIDEST = 1.2  # slope of a camera's rays, which see up to 100 degrees
+_DEEP = 0.1  # of the farthest point's distance lies between the nearest and it: a terrain from above has less
+_RANDOM = 7  # seed
+
+
+def guess_up(positions: NDArray[np.floating], is_far: bool) -> tuple[Up, str]:
+    """Which axis points up, and why. is_far: the positions are those of a map, where z is the height."""
+    if is_far:
+        return "z", "its coordinates are those of a map"
+    if len(positions) < _FEWEST:
+        return "y", "nothing shows it"
+    low, high = main_box(positions)
+    sides = high - low
+    least, middle = np.argsort(sides)[:2]
+    if least != 0 and sides[least] < _FLAT * sides[middle]:
+        return _directed("xyz"[least], positions, least), "it is least high there"
+    normals = _planes(positions, low, sides.max())
+    votes = (np.abs(normals) > _UPRIGHT).mean(0) if len(normals) >= _PLANES else np.zeros(3)
+    first = int(np.argmax(votes[1:])) + 1
+    if votes[first] > _CLEAR and votes[first] > _AHEAD * np.delete(votes, first).max():
+        return _directed("xyz"[first], positions, first), "most of its planes lie level so"
+    return "y", "nothing shows it"
+
+
+def is_before_camera(positions: NDArray[np.floating]) -> bool:
+    """Whether all points lie in the view of a camera at the origin that looks along z, as those of depth cameras do."""
+    some = positions[:: -(-len(positions) // _UP_SAMPLE)] if len(positions) else positions
+    some = some[np.isfinite(some).all(1)].astype(np.float64)
+    if len(some) < _FEWEST or some[:, 2].min() <= 0:
+        return False
+    slopes = np.abs(some[:, :2] / some[:, 2:])
+    return bool(slopes.max() < _WIDEST and np.ptp(some[:, 2]) > _DEEP * some[:, 2].max())
+
+
+def _directed(axis: str, positions: NDArray[np.floating], k: int) -> Up:
+    """The axis with its sign. y points down where most points lie in its upper half, as ground does; z never does."""
+    if axis == "z":
+        return "z"
+    some = positions[:: -(-len(positions) // _UP_SAMPLE), k].astype(np.float64)
+    low, middle, high = np.quantile(some, (0.02, 0.5, 0.98))
+    return "-y" if high - middle < 0.5 * (middle - low) else "y"
+
+
+def _planes(positions: NDArray[np.floating], low: NDArray[np.float64], size: float) -> NDArray[np.float64]:
+    """(m, 3) unit normals of the cells of a coarse grid in which the points lie in a plane."""
+    chosen = np.random.default_rng(_RANDOM).integers(0, len(positions), min(_UP_SAMPLE, len(positions)))
+    some = (positions[chosen] - low) / (size or 1.0) * _CELLS
+    some = some[(np.abs(some) < 2 * _CELLS).all(1)]
+    cells = np.floor(some).astype(np.int64)
+    _, cell, counts = np.unique(cells @ np.array([1, 10**3, 10**6]), return_inverse=True, return_counts=True)
+    middle = np.stack([np.bincount(cell, some[:, k], len(counts)) for k in range(3)], -1) / counts[:, None]
+    away = some - middle[cell]
+    products = [
+        np.bincount(cell, away[:, i] * away[:, j], len(counts))
+        for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+    ]
+    enough = counts >= _FEWEST
+    xx, xy, xz, yy, yz, zz = (one[enough] for one in products)
+    values, vectors = np.linalg.eigh(np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], -1).reshape(-1, 3, 3))
+    is_flat = (values[:, 0] < _THIN**2 * values[:, 1]) & (values[:, 1] > 0)
+    return vectors[is_flat, :, 0]
+
+
+_ENDS = 0.02, 0.98  # quantiles of the intensity that become the darkest grey and white
+DARKEST = 0.05  # linear: what is black answers no light
+_SAMPLE = 1 << 16
+_OTHER = (150, 150, 150)
+_CLASSES = {  # of ASPRS, LAS 1.4
+    2: (160, 120, 80), 3: (150, 190, 90), 4: (100, 165, 70), 5: (45, 120, 50), 6: (205, 85, 65), 7: (230, 60, 200),
+    8: (230, 170, 60), 9: (60, 120, 215), 10: (120, 80, 160), 11: (95, 95, 105), 13: (240, 220, 90),
+    14: (240, 200, 40), 15: (200, 140, 220), 16: (250, 230, 130), 17: (190, 190, 215), 18: (250, 30, 60),
+}  # fmt: skip
+
+
+def colors_of(found: FoundPoints, color_by: ColorBy | None, up: Up, name: str) -> NDArray[np.uint8] | None:
+    """The colours, None for a cloud without any. Raises ValueError for a choice that the file does not have."""
+    if color_by and color_by not in choices(found):
+        raise ValueError(f"{name} has no {color_by} for {option('color_by')}, only {', '.join(choices(found))}")
+    if color_by == "height":
+        return _by_height(found.positions, up)
+    if color_by == "class":
+        return _table()[np.asarray(found.classes).astype(np.int64).clip(0, 255)]
+    if color_by == "intensity":
+        return _grey(np.asarray(found.intensity))
+    if found.colors is None:
+        return None if found.intensity is None or _is_uniform(found.intensity) else _grey(found.intensity)
+    return _bytes(found.colors)
+
+
+def choices(found: FoundPoints) -> list[ColorBy]:
+    """What a file's points can be coloured by."""
+    columns = {"rgb": found.colors, "intensity": found.intensity, "class": found.classes, "height": found.positions}
+    return [one for one in COLOR_BY if columns[one] is not None]
+
+
+def _is_uniform(intensity: NDArray[Any]) -> bool:
+    """Whether most points have the least or the largest intensity, which tells nothing about the surface."""
+    low, middle, high = np.nan_to_num(np.quantile(_some(intensity), (_ENDS[0], 0.5, _ENDS[1])))
+    return bool(middle in (low, high))
+
+
+def _some(values: NDArray[Any]) -> NDArray[Any]:
+    return values[:: -(-len(values) // _SAMPLE)] if len(values) else np.zeros(1)
+
+
+def _bytes(colors: NDArray[Any]) -> NDArray[np.uint8]:
+    """Colours of 8 bits, of 16 bits, of 0 to 1 or of 0 to 255: the largest value says which."""
+    if colors.dtype == np.uint8 or not colors.size:
+        return colors.astype(np.uint8, copy=False)
+    largest = np.nanmax(colors)
+    if colors.dtype.kind == "f":
+        scale = 255.0 if largest <= 1 else 1.0 if largest <= 255 else 1 / 257
+    else:
+        scale = 1.0 if largest <= 255 else 1 / 257
+    return np.rint(np.nan_to_num(colors.astype(np.float32) * np.float32(scale)).clip(0, 255)).astype(np.uint8)
+
+
+def _grey(intensity: NDArray[Any]) -> NDArray[np.uint8]:
+    values = np.nan_to_num(intensity.astype(np.float32), posinf=0, neginf=0)
+    if not values.size:
+        return np.empty((0, 3), np.uint8)
+    low, high = np.quantile(_some(values), _ENDS)
+    share = ((values - np.float32(low)) / np.float32(high - low if high > low else 1.0)).clip(0, 1)
+    table = linear_to_bytes(DARKEST + (1 - DARKEST) * np.arange(256) / 255)  # reflected light is linear
+    return np.repeat(table[np.rint(255 * share).astype(np.uint8)][:, None], 3, 1)
+
+
+def _by_height(positions: NDArray[Any], up: Up) -> NDArray[np.uint8]:
+    """From the lowest point, dark blue, to the highest, yellow; stray points have the colours of the ends."""
+    axis = "xyz".index(up[-1])
+    if not len(positions):
+        return np.empty((0, 3), np.uint8)
+    low, high = (corner[axis] for corner in main_box(positions))
+    share = (positions[:, axis] - low) / ((high - low) or 1.0)
+    share = 1 - share if up[0] == "-" else share
+    return ramp("viridis")[(share * 255).clip(0, 255).astype(np.uint8)]
+
+
+def _table() -> NDArray[np.uint8]:
+    table = np.full((256, 3), _OTHER, np.uint8)
+    table[[*_CLASSES]] = [*_CLASSES.values()]
+    return table

@@ -17,22 +17,15 @@ from typing import TypeGuard
 
 import numpy as np
 
-from ..access.builtin import builtin_name
 from ..access.content import FilePath, naming, read_head
-from ..access.file_name_patterns import NOT_PICTURES
-from ..arrays.array_files import BROKEN, NUMPY, read_header
-from ..arrays.array_roles import SURFACES, find_roles, is_named
-from ..arrays.pcd import is_pcd
-from ..arrays.stored_arrays import npz_arrays
-from ..arrays.zip_archive import ZIP, Archive
-from ..containers.organised import is_organised
-from .array_points import POSITIONS
-from .e57_points import E57
-from .field_names import has_positions
-from .las_points import LAS
-from .lidar_points import lidar_columns
-from .numbered_columns import COUNTS
-from .text_points import TEXTS, read_text_head
+from ..access.known_names import NOT_PICTURES, builtin_name
+from ..arrays.compression import ZIP, Archive
+from ..arrays.numpy_files import BROKEN, NUMPY, SURFACES, find_roles, is_named, npz_arrays, read_header
+from ..arrays.ply_and_pcd import is_pcd
+from ..containers.array_frames import is_organised
+from .cloud_arrays import POSITIONS, lidar_columns
+from .cloud_columns import COUNTS, TEXTS, has_positions, read_text_head
+from .scans import E57, LAS
 
 _HEAD = 1 << 16  # bytes that are looked at
 _MANY = 100  # rows: no picture is so much higher than wide

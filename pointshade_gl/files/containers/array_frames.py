@@ -1,23 +1,57 @@
-"""Assembles one frame from named arrays: its depth, camera, pose, colour, normals and validity mask."""
+"""Assembles frames from named arrays: of NumPy, HDF5, MATLAB, networks and data sets; and organised clouds."""
 
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...notes.notes import Note
-from ...notes.words import shown
-from ..access.limits import check_pixels
+from ...notes.notes import Note, once
+from ...notes.words import option, shown
+from ..access.content import MAX_PIXELS, PARTS, FilePath, check_limit, check_pixels, open_regular
+from ..arrays.matlab import hdf5_arrays
+from ..arrays.numpy_files import MAYBE_ERROR, MAYBE_INVERSE, SURFACES, Stored, find_roles, is_named, list_arrays
+from ..arrays.ply_and_pcd import PCD_HEADER, Pcd, read_pcd, read_pcd_header
 from ..cameras.intrinsics import Intrinsics, Numbers, Size
-from .color_values import as_color
-from .contents import SURE, Contents
-from .items import Item
-from .normal_axes import turn_normals
-from .pinhole import MOST_OFF, fit_pinhole
+from .container_contents import NUMBERS, PLANES, SURE, Contents, Frames, Item, as_color, turn_normals
+
+_LOOKED_AT = 50_000  # points
+MOST_OFF = 0.02  # of the picture's width; networks' points are off by less, those in other axes by more
+_FEWEST = 16
+
+
+def fit_pinhole(points: NDArray[np.floating]) -> tuple[tuple[float, float, float, float], float]:
+    """(fx, fy, cx, cy) by least squares from (h, w, 3) points in the camera's axes, and how far pixels are from it.
+
+    u = fx*x/z + cx and v = fy*y/z + cy, each a straight line. The distance is the root mean square, as a share of the
+    width; it is infinite if hardly any point is in front of the camera.
+    """
+    height, width = points.shape[:2]
+    step = max(1, int(np.sqrt(height * width / _LOOKED_AT)))
+    some = points[::step, ::step].astype(np.float64)
+    rows, columns = np.mgrid[0:height:step, 0:width:step]
+    seen = np.isfinite(some).all(axis=2) & (some[..., 2] > 0)
+    nothing = (0.0, 0.0, 0.0, 0.0), float("inf")
+    if np.count_nonzero(seen) < max(_FEWEST, seen.size / 100):
+        return nothing
+    x, y, z = some[seen].T
+    (fx, cx, off_x), (fy, cy, off_y) = _line(x / z, columns[seen]), _line(y / z, rows[seen])
+    return ((fx, fy, cx, cy), float(np.hypot(off_x, off_y)) / width) if fx > 0 and fy != 0 else nothing
+
+
+def _line(slopes: NDArray[np.float64], pixels: NDArray[np.intp]) -> tuple[float, float, float]:
+    """The line pixel = a*slope + b, and the root mean square of what is left."""
+    centred = slopes - slopes.mean()
+    spread = float(centred @ centred)
+    a = float(centred @ pixels) / spread if spread else 0.0
+    b = float(pixels.mean()) - a * float(slopes.mean())
+    return a, b, float(np.sqrt(np.mean((a * slopes + b - pixels) ** 2)))
 
 
 @dataclass(frozen=True)
@@ -170,3 +204,162 @@ def _size(depth: tuple[int, ...], color: tuple[int, ...] | None, numbers: Number
     """(width, height) of the picture that a camera is of; None if that is not certain."""
     is_one = color is None or color[:2] == depth
     return (depth[1], depth[0]) if is_one and 0 < numbers[2] < depth[1] and 0 < numbers[3] < depth[0] else None
+
+
+_LONGEST = 4  # times as high as wide is a picture of depth at most
+
+
+def open_arrays(
+    name: str,
+    arrays: dict[str, Stored],
+    note: Note,
+    max_pixels: float = MAX_PIXELS,
+    is_transposed: bool = False,
+    usual: Intrinsics | None = None,
+) -> Frames:
+    """The frames that arrays of these names make. Raises ValueError if none is a depth, or if it has too many pixels.
+
+    name           of the file, for messages
+    is_transposed  (w, h) instead of (h, w), and so on: MATLAB's arrays in HDF5
+    usual          the camera if the arrays do not say it
+    """
+    roles = find_roles(arrays)
+    items = {role: Item(role, arrays[key]) for role, key in roles.items()}
+    surface = next((role for role in SURFACES if role in items and items[role].lead is not None), None)
+    if surface is None:
+        listed = list_arrays({key: array.shape for key, array in arrays.items()})
+        raise ValueError(
+            f"{name} has no array called depth or points, only {listed or 'nothing'}: "
+            f"save the depth alone as .npy and pass it as {option('depth', 'FILE')}"
+        )
+    _check_surface(name, roles[surface], items[surface], max_pixels)
+    for role, item in list(items.items()):
+        if not _fits(role, item, items[surface]):
+            note(f"{name}: {list_arrays({roles[role]: item.array.shape})} does not fit the depth and is not used")
+            del items[role]
+    _doubt_depth(name, roles[surface], surface, items, usual, note)
+    _doubt_confidence(name, roles, items, note)
+    assembly = Assembly(name, items, surface, is_transposed, usual, once(note), max_pixels)
+    return Frames(items[surface].count, assembly.read)
+
+
+def _check_surface(name: str, key: str, item: Item, max_pixels: float) -> None:
+    """Raises ValueError for too many pixels or frames, and if the last axis seems to count frames."""
+    height, width = item.size
+    check_pixels(width, height, f"{name}/{key}", max_pixels)
+    check_limit(item.count, f"{name} has {item.count} frames", max_pixels, PARTS)
+    if item.count > 1 and _LONGEST * width < min(height, item.count):
+        raise ValueError(
+            f"{name}: {list_arrays({key: item.array.shape})} must have the shape (h, w) or (n, h, w): "
+            "move the axis that counts frames to the front"
+        )
+
+
+def _fits(role: str, item: Item, surface: Item) -> bool:
+    """Return whether an array is for one or for all frames, and of the depth's size if it belongs to its pixels."""
+    if role in NUMBERS:
+        return True
+    is_same = role not in (*PLANES, "normals") or item.size == surface.size
+    return item.lead is not None and item.count in (1, surface.count) and is_same
+
+
+def _doubt_depth(
+    name: str, key: str, surface: str, items: dict[str, Item], usual: Intrinsics | None, note: Note
+) -> None:
+    """Print a note if the numbers may be inverse: by their name, or as videos of floats without a camera often are."""
+    is_video = surface == "depth" and items[surface].count > 1 and items[surface].array.dtype.kind == "f"
+    has_camera = usual is not None or "intrinsics" in items or "focal" in items
+    if is_named(key, MAYBE_INVERSE) or (is_video and not has_camera):
+        kind = option("depth_kind", "inverse")
+        note(f"{name}: {key} is read as distances; pass {kind} for Depth Anything, DepthCrafter or MiDaS")
+
+
+def _doubt_confidence(name: str, roles: dict[str, str], items: dict[str, Item], note: Note) -> None:
+    """Leave out confidence that may be an error instead."""
+    key = roles.get("confidence", "")
+    if "confidence" in items and is_named(key, MAYBE_ERROR) and items["confidence"].array.dtype.kind == "f":
+        note(f"{name}: {key} is not used, it may be an expected error as UniDepth's is")
+        del items["confidence"]
+
+
+_HYPERSIM = "depth_meters"  # in the file's name; its only array is called dataset
+_HYPERSIM_FOCAL = 886.81  # pixels of 1024x768 (Roberts et al. 2021)
+_NYU = 518.857901, 519.469611, 325.582449, 253.736166  # the colour camera (Silberman et al. 2012)
+
+
+def open_hdf5(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS, is_matlab: bool = False) -> Frames:
+    """The frames of an HDF5 file. Raises ValueError without the extra, for a broken file and without any depth."""
+    arrays = hdf5_arrays(path, max_pixels)
+    usual = _usual_camera(Path(path), arrays, note, is_matlab)
+    if list(arrays) == ["dataset"] and "depth" in Path(path).name:
+        arrays = {"ray_depth" if _HYPERSIM in Path(path).name else "depth": arrays["dataset"]}
+    return open_arrays(str(path), arrays, note, max_pixels, is_matlab, usual)
+
+
+def _usual_camera(path: Path, arrays: dict[str, Stored], note: Note, is_matlab: bool) -> Intrinsics | None:
+    """The camera of data sets whose files do not say it."""
+    shapes = {name: array.shape for name, array in arrays.items()}
+    if is_matlab and shapes.get("depths", ())[-2:] == (640, 480) and "images" in shapes:
+        note(f"{path}: the camera is taken as NYU Depth v2's, fx {_NYU[0]:.1f} at 640x480")
+        return Intrinsics(f"{path} (NYU Depth v2)", _NYU, (640, 480))
+    if shapes == {"dataset": (768, 1024)} and _HYPERSIM in path.name:
+        note(f"{path}: the camera is taken as Hypersim's usual one, fx {_HYPERSIM_FOCAL} at 1024x768")
+        numbers = _HYPERSIM_FOCAL, _HYPERSIM_FOCAL, 511.5, 383.5
+        return Intrinsics(f"{path} (Hypersim)", numbers, (1024, 768), None, "ray")
+    return None
+
+
+_AXES = ("x", "y", "z")
+_COLORS = ("rgb", "rgba")  # four bytes: blue, green, red, and one more
+
+
+class _Held:
+    """An array in memory, as one in a file."""
+
+    def __init__(self, array: NDArray[Any]):
+        self._array, self.shape, self.dtype = array, array.shape, array.dtype
+
+    def part(self, index: tuple[int, ...]) -> NDArray[Any]:
+        return self._array[index]
+
+
+def open_pcd(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> Frames:
+    """The frame of an organised PCD file. Raises ValueError for any other."""
+    pcd = read_pcd(path, max_pixels)
+    points = _points(pcd)
+    if points is None or not _is_seen(points):
+        raise ValueError(f"{path} is a point cloud, no depth: `pointshade render` draws it, load_cloud reads it")
+    arrays = {"points": _Held(points)}
+    color = next((pcd.columns[name] for name in _COLORS if name in pcd.columns), None)
+    if color is not None and color.dtype.itemsize == 4:
+        blue_first = np.ascontiguousarray(color).view(np.uint8).reshape(*points.shape[:2], 4)
+        arrays["color"] = _Held(np.ascontiguousarray(blue_first[..., 2::-1]))
+    return open_arrays(str(path), dict(arrays), note, max_pixels)
+
+
+def is_organised(path: FilePath, max_pixels: float = MAX_PIXELS) -> bool:
+    """Whether a PCD file's points are a picture that a pinhole camera sees. Raises OSError, or ValueError if broken."""
+    with open_regular(path) as file:
+        header = read_pcd_header(file.read(PCD_HEADER))
+        status = os.fstat(file.fileno())
+    is_picture = min(header.width, header.height) > 1
+    return is_picture and _is_small_enough(str(path), status.st_mtime_ns, status.st_size, max_pixels)
+
+
+@lru_cache(64)
+def _is_small_enough(path: str, changed: int, size: int, max_pixels: float) -> bool:
+    points = _points(read_pcd(path, max_pixels))
+    return points is not None and _is_seen(points)
+
+
+def _points(pcd: Pcd) -> NDArray[Any] | None:
+    """(h, w, 3), None for points that lie in no picture."""
+    width, height, columns = pcd.header.width, pcd.header.height, pcd.columns
+    if min(width, height) < 2 or any(name not in columns or columns[name].ndim > 1 for name in _AXES):
+        return None
+    return np.stack([columns[name] for name in _AXES], -1).reshape(height, width, 3)
+
+
+@np.errstate(all="ignore")  # what is missing may be infinite, or anything else
+def _is_seen(points: NDArray[Any]) -> bool:
+    return points.dtype.kind == "f" and fit_pinhole(points)[1] < MOST_OFF

@@ -1,32 +1,28 @@
-"""Opens container files: depth with colour, camera, pose or mask, for one or more frames.
-
-A container is known by its first bytes, then by the names inside. A new kind is a row of _READERS.
-"""
+"""Opens container files: depth with colour, camera, pose or mask, of one frame or many; and zipped folders."""
 
 from __future__ import annotations
 
+import atexit
 import math
+import re
+import shutil
+import tempfile
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from ...notes.notes import Note
-from ..access.content import FilePath, read_head
-from ..access.limits import MAX_PIXELS
-from ..arrays.array_files import NUMPY
-from ..arrays.array_roles import MAYBE_INVERSE, find_roles, is_named
-from ..arrays.hdf5 import HDF5, MATLAB_73
-from ..arrays.matlab import MATLAB_5, matlab_5_arrays
-from ..arrays.pcd import is_pcd
-from ..arrays.stored_arrays import NpyArray, Stored, npz_arrays
-from ..arrays.zip_archive import ZIP, Archive
-from .contents import Contents
-from .data_sets import open_hdf5
-from .heic import is_heic, open_heic
-from .networks import open_arrays
-from .organised import open_pcd
-from .record3d import Unpacked, open_record3d
+from ...notes.words import shown
+from ..access.content import FILE_BYTES, MAX_PIXELS, FilePath, check_limit, open_regular, read_head
+from ..arrays.compression import ZIP, Archive
+from ..arrays.matlab import HDF5, MATLAB_5, MATLAB_73, matlab_5_arrays
+from ..arrays.numpy_files import MAYBE_INVERSE, NUMPY, NpyArray, Stored, find_roles, is_named, npz_arrays
+from ..arrays.ply_and_pcd import is_pcd
+from .array_frames import open_arrays, open_hdf5, open_pcd
+from .container_contents import Contents
+from .phones import Unpacked, is_heic, open_heic, open_record3d
 
 _Reader = Callable[[FilePath, Note, float], "Sequence[Contents] | None"]
 
@@ -89,3 +85,44 @@ _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (
     (is_heic, open_heic),
     (is_pcd, open_pcd),
 )
+
+
+_OUTSIDE = re.compile(r"[/\0]|[A-Za-z]:|(?:.*/)?\.\.(?:/|$)")  # absolute, with a drive, or upwards
+_LEFT_OUT = re.compile(r"(?:.*/)?(?:__MACOSX/|\.)")  # hidden files, and macOS's twins
+_REMEMBERED = 8  # archives
+
+
+def is_zip_folder(path: FilePath, max_pixels: float = MAX_PIXELS) -> bool:
+    """Whether a file is a zip archive of files, not of NumPy's arrays. Raises OSError, ValueError as `Archive` does."""
+    if not read_head(path).startswith(ZIP):
+        return False
+    return any(not name.endswith(".npy") for name in Archive(path, max_pixels).names)
+
+
+def unpack_folder(path: FilePath, max_pixels: float = MAX_PIXELS) -> Path:
+    """The only folder of a zip archive, or its top; unpacked once. Raises as `Archive`, and for unsafe contents."""
+    open_regular(path).close()
+    state = Path(path).stat()
+    return _unpack(Path(path).absolute(), (state.st_mtime_ns, state.st_size), max_pixels)
+
+
+@lru_cache(_REMEMBERED)
+def _unpack(path: Path, version: tuple[int, int], max_pixels: float) -> Path:
+    """version  is another one when the file was written again"""
+    archive = Archive(path, max_pixels)
+    names = {name: name.replace("\\", "/") for name in archive.names}
+    for name, plain in names.items():
+        if _OUTSIDE.match(plain):
+            raise ValueError(f"{path} names {shown(name)}, which lies outside it: it is not unpacked")
+    names = {name: plain for name, plain in names.items() if not _LEFT_OUT.match(plain)}
+    size = sum(map(archive.size, names))
+    check_limit(size, f"{path} has {size} bytes when unpacked", max_pixels, FILE_BYTES)
+    folder = Path(tempfile.mkdtemp(prefix="pointshade-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    for name, plain in names.items():
+        place = folder / plain
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(archive.read(name))
+    while len(entries := list(folder.iterdir())) == 1 and entries[0].is_dir():
+        folder = entries[0]
+    return folder

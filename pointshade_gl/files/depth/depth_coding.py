@@ -1,12 +1,10 @@
-"""Finds out what the raw numbers of a depth image mean: depth kind, unit, and special bit encodings.
-
-What the caller says is taken as it is. What the camera's file says comes next, unless it cannot be; then the values
-themselves. Every guess is a note that names the option which ends it.
-"""
+"""Finds out what the raw numbers of a depth image mean: kind, unit, or depth without absolute distances."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,25 +13,265 @@ from numpy.typing import NDArray
 from ...checks.arguments import check_positive
 from ...notes.notes import Note
 from ...notes.words import option
-from .depth_bits import (
+from ..networks.model_options import how_to_make_depth
+from .depth_files import (
+    CARLA,
+    CHANNELS,
+    CONFIDENCE,
+    HALF,
+    HIGH_BYTE,
     KINECT_MISSING,
+    LEVELS,
+    MAPS,
+    REVERSED,
+    ROTATED,
+    SWAPPED,
     Codes,
     Counts,
     as_codes,
     count_codes,
+    find_channels,
     has_confidence,
     is_half,
     is_kinect,
     is_rotated,
     is_swapped,
+    read_levels,
+    repaired,
 )
-from .depth_channels import CARLA, find_channels
-from .depth_kinds import METRIC, Coding, Decoded, Said
-from .depth_relative import disparity_scale, read_8_bits, read_colors, read_relative
-from .depth_repairs import CHANNELS, CONFIDENCE, HALF, HIGH_BYTE, ROTATED, SWAPPED, repaired
-from .depth_units import FARTHEST, NEAREST, is_plausible, is_whole, middle, scale_of_file, scale_of_values
-from .missing_depth import FAR
-from .not_depth import LABELS, is_of_labels
+from .depth_kinds import METRIC, Coding, Decoded, Said, measure_bending
+from .missing_depth import (
+    FAR,
+    FARTHEST,
+    NEAREST,
+    is_plausible,
+    is_whole,
+    middle,
+    scale_of_file,
+    scale_of_values,
+    some_values,
+)
+
+_WIDTH = 640  # a wider picture is thinned first: a large photograph is smooth from pixel to pixel
+_ROUGH = 0.22  # of the pixels bend by 3 levels or more: photographs 0.27 to 0.74, depth up to 0.19 even as JPEG
+_FEWEST_LEVELS, LABELS = 5, 64  # different values of a map of labels
+_EVEN = 0.9  # of its neighbours are equal
+_NEXT = 0.5  # of its steps lead from one value to the next: depth goes through all of them
+
+
+def what_instead(image: NDArray[np.uint8]) -> str | None:
+    """What a picture (h, w) of 8 bits shows instead of depth, None if it may be depth."""
+    thin = _thinned(image)
+    values = np.unique(thin)
+    if values.size < _FEWEST_LEVELS:
+        return f"a mask (different values: {values.size})"
+    if is_of_labels(thin):
+        return f"a map of labels (flat values: {values.size})"
+    bends = np.abs(np.diff(thin.astype(np.int16), 2, axis=1))
+    return "a photograph (neighbouring pixels differ too much)" if _share(bends >= 3) > _ROUGH else None
+
+
+def is_of_labels(image: NDArray[Any]) -> bool:
+    """Whether a picture (h, w) has few values, in flat areas, and jumps between any two of them."""
+    thin = _thinned(image)
+    values = np.unique(thin)
+    if not _FEWEST_LEVELS <= values.size <= LABELS:
+        return False
+    steps = np.diff(np.searchsorted(values, thin).astype(np.int16), axis=1)
+    changes = np.abs(steps[steps != 0])
+    return changes.size < (1 - _EVEN) * steps.size and _share(changes == 1) < _NEXT
+
+
+def _thinned(image: NDArray[Any]) -> NDArray[Any]:
+    step = max(1, image.shape[1] // _WIDTH)
+    return image[::step, ::step]
+
+
+def _share(found: NDArray[Any]) -> float:
+    return float(found.mean()) if found.size else 0.0
+
+
+_DISPARITY = re.compile(r"(?:^|[^a-z])disp(?:arity|arities)?(?:[^a-z]|$)")  # in a file's name
+_DEPTH_NAME = re.compile(r"depth|disp")
+_MIDDLE = 2.0  # metres: where the middle of a depth without a scale is put
+_KITTI = 256.0  # raw values a pixel of disparity
+_GAP = 0.1  # of the range of all other values: between them and a 0 that says missing
+_END = 1966  # codes, 3 % of 16 bits
+_FLAT, _BENT, _ROUND = 0.8, 0.5, 0.5  # bending: of inverse depth at most, of depth at least; across to along on planes
+
+
+def read_colors(image: NDArray[np.uint8], name: str, said: Said, note: Note) -> Decoded:
+    """Read a colour-mapped picture (h, w, 3|4). Raises ValueError if its map is not known."""
+    levels = read_levels(image)
+    if levels is None and not _DEPTH_NAME.search(Path(name).stem.lower()):
+        raise ValueError(
+            f"{name} is a photograph: {how_to_make_depth()}; or pass it as {option('color', 'FILE')} and its depth as "
+            f"{option('depth', 'FILE')}"
+        )
+    if levels is None:
+        raise ValueError(
+            f"{name} is a colour picture, not depth, nor depth colour-mapped by {', '.join(MAPS)}: pass depth (16-bit "
+            f"PNG, .npy or EXR) as {option('depth', 'FILE')}, and the photograph as {option('color', 'FILE')}"
+        )
+    values, end = levels.values, MAPS[levels.name]
+    read = f"{name} is a colour-mapped picture of depth ({levels.name}), read back in 256 steps"
+    if not said.is_silent:
+        note(f"{read}, {end} is the highest")
+        return _read_levels(values, said, (LEVELS,))
+    direction = _direction(values, np.isfinite(values))
+    if not direction:
+        note(f"{read} as inverse depth: {end} is taken as near; pass {option('depth_kind', 'z')} if it is far")
+        return Decoded(values, Coding("inverse", None, f"colours of {levels.name}", (LEVELS,)))
+    where = "far" if direction > 0 else "near"
+    note(
+        f"{read} as depth: {end} is {where}, as the planes in it show; "
+        f"pass {option('depth_kind', 'inverse')} if it is inverse depth and {end} is near"
+    )
+    if direction > 0:
+        return _without_scale(values, f"colours of {levels.name}", (LEVELS,))
+    return _without_scale(255 - values, f"colours of {levels.name}", (LEVELS, REVERSED))
+
+
+def read_8_bits(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded:
+    """Read a grey picture (h, w) of 256 levels. Raises ValueError for a photograph, a mask and a map of labels."""
+    filed = said.filed_scale
+    if said.scale is None and said.any_kind in (None, *METRIC) and filed and filed < 256:  # else all is within 1 m
+        _refuse_what_is_none(raw, name)
+        return Decoded(raw, Coding(said.any_kind or "z", filed, "the camera's file"))
+    if said.any_kind == "disparity" and said.scale is None:
+        return Decoded(raw, Coding("disparity", disparity_scale(raw, said, note), "as said"))
+    if not said.is_silent:
+        return _read_levels(raw, said)
+    if _DISPARITY.search(Path(name).stem.lower()):
+        return _read_disparity(raw, name, said, note)
+    _refuse_what_is_none(raw, name)
+    if _direction(raw, raw > 0) > 0:
+        note(
+            f"{name} has 8 bits: taken as depth without a scale, bright is far, as the planes in it show; "
+            f"pass {option('depth_kind', 'inverse')} if bright is near"
+        )
+        return _without_scale(raw, "8 bits, by its planes")
+    note(
+        f"{name} has 8 bits: taken as a network's inverse depth, bright is near; "
+        f"pass {option('depth_kind', 'z')} if bright is far"
+    )
+    return Decoded(raw, Coding("inverse", None, "8 bits"))
+
+
+def _refuse_what_is_none(raw: NDArray[Any], name: str) -> None:
+    """Raise ValueError for a photograph, a mask and a map of labels."""
+    instead = what_instead(raw)
+    if instead:
+        raise ValueError(
+            f"{name} has 8 bits and looks like {instead}, expected depth: pass another file, "
+            f"or {option('depth_kind', 'inverse', 'z')} to use its 256 levels as they are"
+        )
+
+
+def read_relative(raw: NDArray[Any], counts: Counts | None, name: str, said: Said, note: Note) -> Decoded | None:
+    """Recognise disparity by its name, a network's depth or inverse depth by its planes; return None for anything else.
+
+    counts  of the codes, for 16 bits
+    """
+    if _DISPARITY.search(Path(name).stem.lower()):
+        return _read_disparity(raw, name, said, note)
+    is_filled = _is_filled(raw, counts)
+    if said.filed_scale is not None or not (raw.dtype.kind == "f" or is_filled):
+        return None
+    if _is_inverse(raw):
+        if said.has_baseline:
+            return _read_disparity(raw, name, said, note)
+        note(
+            f"{name} is taken as a network's inverse depth, as the planes in it show; "
+            f"pass {option('depth_kind', 'z')} if it is distances"
+        )
+        return Decoded(raw, Coding("inverse", None, "planes bend as in inverse depth"))
+    if not is_filled:
+        return None
+    filled = f"{name} fills its whole range, as networks write depth without a scale"
+    if _direction(raw, np.isfinite(raw)) > 0:
+        note(f"{filled}: taken as such; pass {option('depth_scale')} if it has one")
+        return _without_scale(raw, "a filled range, by its planes")
+    note(f"{filled}: pass {option('depth_kind', 'inverse')} if large values are near")
+    return None
+
+
+def disparity_scale(raw: NDArray[Any], said: Said, note: Note) -> float:
+    """Return the values per pixel of disparity, where the caller does not give it."""
+    if said.filed_scale is not None and said.filed_kind == "disparity":
+        return said.filed_scale
+    if raw.dtype.kind == "f":
+        return 1.0
+    if middle(raw) > raw.shape[1]:
+        note(f"disparity is larger than the picture is wide: divided by {_KITTI:g}, as in KITTI")
+        return _KITTI
+    note(f"disparity is of integers, without {option('depth_scale')}: taken as pixels")
+    return 1.0
+
+
+def _read_disparity(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded:
+    """Disparity: in pixels if there is a baseline, else true in shape only."""
+    if said.has_baseline:
+        note(f"{name} is taken as disparity; pass {option('depth_kind', 'z')} if it is distances")
+        scale = disparity_scale(raw, said, note)
+        return Decoded(raw, Coding("disparity", scale, "its name or its planes, and the baseline"))
+    note(
+        f"{name} is taken as disparity, by its name: without {option('baseline')} (metres between the cameras) its "
+        f"size is unknown, its middle is put at {_MIDDLE:g} m"
+    )
+    return Decoded(raw, Coding("inverse", _MIDDLE * middle(raw), "its name"))
+
+
+def _read_levels(values: NDArray[Any], said: Said, repairs: tuple[str, ...] = ()) -> Decoded:
+    """Return 256 levels whose kind or scale is given."""
+    kind = said.any_kind or "z"
+    if said.scale is None and kind == "z":
+        return _without_scale(values, "as said", repairs)
+    if said.scale is None and kind != "inverse":
+        raise ValueError(
+            f"depth has 256 levels, too few for distances of kind {kind}: pass {option('depth_scale')} "
+            f"(levels per metre), or {option('depth_kind', 'inverse')} for a network's output"
+        )
+    return Decoded(values, Coding(kind, said.scale, "as said", repairs))
+
+
+def _without_scale(values: NDArray[Any], why: str, repairs: tuple[str, ...] = ()) -> Decoded:
+    """Return depth z of unknown unit. If 0 is far from all other values it means missing, and is no distance at all."""
+    known = some_values(values)
+    rest = known[known > 0]
+    has_zero = known.min(initial=1) == 0 and rest.size > 0 and rest.min() > _GAP * np.ptp(rest)
+    return Decoded(values, Coding("z", middle(values) / _MIDDLE if has_zero else None, why, repairs))
+
+
+def _direction(values: NDArray[Any], known: NDArray[np.bool_]) -> int:
+    """Return 1 if planes bend as in depth with any offset, -1 if as in its reverse; 0 for inverse or unknown depth."""
+    bending = measure_bending(values, known, None)
+    if bending is None:
+        return 0
+    is_plane = abs(bending.across) < _ROUND * abs(bending.along)  # objects are not just round
+    is_bent = is_plane and abs(bending.along) - 2 * bending.error > _BENT
+    return int(np.sign(bending.along)) if is_bent else 0
+
+
+def _is_inverse(raw: NDArray[Any]) -> bool:
+    """Return whether planes are so flat in the values that these cannot be depth, even with an unknown offset."""
+    known = np.isfinite(raw)
+    has_negative = bool(raw.min(where=known, initial=0) < 0)
+    for zero in (None,) if has_negative else (0.0, None):
+        bending = measure_bending(raw, known if has_negative else known & (raw > 0), zero)
+        if bending is None or not bending.is_surely(-_FLAT, _FLAT):
+            return False
+    return True
+
+
+def _is_filled(raw: NDArray[Any], counts: Counts | None) -> bool:
+    """Return whether values were stretched to 0..65535 or to 0..1. A marker would stand alone at the end."""
+    if counts is not None:
+        next_to_end = np.count_nonzero(counts[-_END:-1])
+        return bool(next_to_end >= 3 and 0 < counts[-1] < 0.002 * counts.sum() and counts[:_END].any())
+    values = some_values(raw)
+    return raw.dtype.kind == "f" and bool(values.size and 0 <= values.min() < 0.02 and 0.98 < values.max() <= 1)
+
 
 _FEWEST = 30  # different values of an 8-bit picture that was stored in 16 bits
 _WORTH_A_HINT = 8.0  # metres: farther middles of millimetres are often another unit

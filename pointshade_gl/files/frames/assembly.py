@@ -1,8 +1,10 @@
-"""Assembles one frame from files or arrays: depth in metres, colours, camera and pose."""
+"""Assembles one frame from files or arrays: depth in metres, colours, and a camera, which it chooses."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+import math
+import re
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,28 +12,151 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...checks.arguments import check_choice, check_positive, depth_as_given
+from ...checks.arguments import as_given, check_choice, check_positive, depth_as_given
+from ...checks.foreign_arrays import way_to
 from ...notes.notes import Note, taken
 from ...notes.words import option
 from ...scene.camera import Camera
 from ...scene.frame import Frame
-from ..access.content import read_head
-from ..access.file_name_patterns import COLOR_SUFFIXES, RAW_SUFFIXES
-from ..arrays.colmap_depth import is_colmap_depth, read_colmap_depth
-from ..cameras.intrinsics import Intrinsics, merged
-from ..containers.contents import SURE
+from ..access.content import MAX_PIXELS, FilePath, read_head
+from ..access.folders import Folder, places_of
+from ..access.known_names import CODINGS, COLOR_SUFFIXES, COMMON_CAMERAS, RAW_SUFFIXES, VIDEO_SUFFIXES
+from ..arrays.numpy_files import is_colmap_depth, read_colmap_depth
+from ..cameras.camera_files import read_intrinsics
+from ..cameras.intrinsics import Intrinsics, Size, merged, place_camera, shows_the_same
+from ..cameras.pose_files import Reading, load_pose
+from ..containers.container_contents import SURE
 from ..depth.depth_coding import decode
 from ..depth.depth_files import one_channel, read_depth, read_raw
-from ..depth.depth_kinds import KINDS, Coding, Decoded, Said, to_metres
-from ..depth.enlarged_depth import reduced, times_enlarged
-from ..depth.ray_lengths import is_ray_length
-from ..pictures.picture_heads import is_picture
-from ..poses.pose_convention import Reading
-from ..poses.pose_files import load_pose
-from .camera_choice import assumed_camera, choose_camera, make_camera
-from .color_files import read_colors_of
-from .film_scale import Laid
+from ..depth.depth_kinds import KINDS, Coding, Decoded, Said, is_ray_length, reduced, times_enlarged, to_metres
+from ..depth.scale_over_time import Laid
+from ..finding.folder_cameras import Cameras, find_cameras
+from ..finding.folder_frames import FrameFiles
+from ..pictures.picture_files import is_picture, read_image
 from .frame_parts import Assembled, Found, Parts, ReadOptions, is_path
+
+ASSUMED = "the assumed camera"
+_USUAL_FOV = 60.0  # degrees
+_NAMES = 5  # folders of a path by which a data set is known
+
+
+def choose_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics | None:
+    """Return the caller's camera, with what the file beside the pictures adds; else the file's, or the photo's lens."""
+    source, name = _said_camera(parts, options, note), parts.name
+    if source is None or not name or options.depth_scale or options.depth_kind or source.depth_scale:
+        return source
+    # what neither its file nor the caller says about the depth is that of a data set known by names
+    seen = "\n".join("/".join(one.parts[-_NAMES:]) for one in places_of(Path(name))).lower()
+    known = next((one for one in CODINGS if re.search(one.known_by, seen)), None)
+    if known is None or source.depth_kind:
+        return source
+    taken = option("depth_kind", known.depth_kind)
+    if known.depth_scale is not None:
+        taken += f", {option('depth_scale', known.depth_scale)}"
+    note(f"{Path(name).name} looks like {known.title}: taken as {taken}")
+    return replace(source, depth_scale=known.depth_scale, depth_kind=known.depth_kind)
+
+
+def _said_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics | None:
+    if options.intrinsics is not None:
+        return merged(read_intrinsics(options.intrinsics, note, options.max_pixels), parts.filed)
+    if parts.filed is None and options.fov is None and is_path(parts.color):
+        from ..cameras.intrinsics import camera_from_exif  # only here
+
+        found = camera_from_exif(parts.color, options.max_pixels)
+        if found:
+            focal = f"focal length {found.numbers[0]:.0f} px"
+            note(f"no camera is known, the lens of {Path(parts.color).name} is taken (EXIF): {focal}")
+        return found
+    return parts.filed
+
+
+def find_filed(place: Folder, files: Sequence[FrameFiles], options: ReadOptions, note: Note) -> Cameras:
+    """Return the cameras in a folder; beside a caller's camera intrinsics.json may still state what the depth is."""
+    if options.intrinsics is None and options.fov is None:
+        return find_cameras(place, files, note, options.max_pixels)
+    if not (place.path / "intrinsics.json").is_file():
+        return Cameras(None)
+    try:
+        return Cameras(find_cameras(place, (), lambda _: None, options.max_pixels).shared)
+    except ValueError:
+        note(f"{place.path / 'intrinsics.json'} is no camera file, and is not used")
+        return Cameras(None)
+
+
+def assumed_camera(size: Size, is_of_sensor: bool, missing: str, note: Note) -> Intrinsics:
+    """Return a camera that is usual for a picture of this size, and say so: depth in metres alone does not tell it.
+
+    is_of_sensor  whether depth has a unit, so that it may be a depth camera's; else it is seen as by a phone
+    missing       why no file has a camera
+    """
+    width, height = size
+    way_out = f"pass {option('intrinsics')} (fx,fy,cx,cy or a file) or {option('fov')} (vertical degrees)"
+    if is_of_sensor and size in COMMON_CAMERAS:
+        title, text = COMMON_CAMERAS[size]
+        note(f"no camera is known{missing}: that of {title} is assumed, usual for {width}x{height} ({text}); {way_out}")
+        fx, fy, cx, cy = map(float, text.split(","))
+        return Intrinsics(ASSUMED, (fx, fy, cx, cy), size)
+    focal = max(size) / 2 / math.tan(math.radians(_USUAL_FOV) / 2)
+    note(
+        f"no camera is known{missing}: a field of view of {_USUAL_FOV:g} degrees across the longer side is assumed; "
+        f"{way_out}"
+    )
+    return Intrinsics(ASSUMED, (focal, focal, (width - 1) / 2, (height - 1) / 2), size)
+
+
+def make_camera(source: Intrinsics | None, fov: float | None, depth: Size, color: Size | None, note: Note) -> Camera:
+    """The camera of a depth picture under colours of these sizes. Raises ValueError if it is of neither.
+
+    source  None only with a field of view
+    """
+    if color and not shows_the_same(color, depth):
+        note(
+            f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, of another aspect ratio: "
+            f"they do not look registered; pass the right colour as {option('color', 'FILE')}"
+        )
+    if fov is not None:
+        return Camera.from_fov(fov, *depth)
+    assert source is not None, "one is assumed where none is known"
+    return place_camera(source, depth, color, note)
+
+
+def read_colors_of(parts: Parts, max_pixels: float, note: Note = lambda _: None) -> NDArray[Any] | None:
+    """The colours of a frame in sRGB, (h, w, 3|4) uint8; None without any."""
+    if parts.color is None:
+        return None
+    if not is_path(parts.color):
+        return _check_color(parts.color)
+    if Path(parts.color).suffix.lower() in VIDEO_SUFFIXES:
+        from ..pictures.video import read_video_frame  # only here
+
+        return read_video_frame(parts.color, parts.number, max_pixels)
+    return read_color(parts.color, max_pixels, note)
+
+
+def read_color(path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None) -> NDArray[np.uint8]:
+    """(h, w, 3|4) uint8 of any picture: palettes are looked up, grey is repeated, 16 bits become 8.
+
+    to_srgb  convert colours of other colour spaces, and say so
+    """
+    return to_color(read_image(path, max_pixels, to_srgb), str(path))
+
+
+def to_color(image: NDArray[Any], name: str) -> NDArray[np.uint8]:
+    """(h, w, 3|4) uint8 of a picture's values. Raises ValueError, with the name, for floating point."""
+    if image.dtype.kind == "f":
+        raise ValueError(f"{name} is a floating point picture, expected colours of 8 or 16 bits")
+    if image.dtype != np.uint8:
+        image = ((np.clip(image, 0, 65535).astype(np.uint32) * 255 + 32767) // 65535).astype(np.uint8)
+    return np.repeat(image[..., None], 3, axis=2) if image.ndim == 2 else image
+
+
+def _check_color(color: Any) -> NDArray[Any]:
+    expected = "color must have shape (h, w, 3) or (h, w, 4)"
+    array = as_given(color, expected)
+    if array.ndim != 3 or 0 in array.shape:
+        raise ValueError(f"{expected}, got {array.shape}{way_to(array.shape, 'color', color, (3, 4))}")
+    return array
 
 
 def assemble(

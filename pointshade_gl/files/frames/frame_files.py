@@ -1,9 +1,10 @@
-"""Loads a frame: finds its pictures, camera and pose, reads them, and prints every guess."""
+"""Loads frames, and says what files and folders hold."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,20 +14,16 @@ from ...notes.notes import Note, print_note
 from ...notes.words import all_of_them, option
 from ...scene.camera import Camera
 from ...scene.frame import Frame
-from ..access.builtin import builtin_folder
-from ..access.content import FilePath
-from ..access.limits import MAX_PIXELS
-from ..access.safe_paths import Folder
+from ..access.content import MAX_PIXELS, FilePath
+from ..access.folders import Folder
+from ..access.known_names import builtin_folder
 from ..depth.depth_files import one_channel
 from ..depth.depth_kinds import DepthKind
-from ..depth_models.families import PixelsName
-from ..depth_models.model_options import Model, is_model
-from ..index.folders import FrameFiles, check_folder, find_color
-from .assembly import assemble
-from .camera_choice import find_filed
-from .film_scale import ScaleName
-from .frame_parts import Assembled, Parts, ReadOptions, is_path
-from .registration import check_registration
+from ..depth.scale_over_time import ScaleName
+from ..finding.folder_frames import FrameFiles, check_folder, find_color
+from ..networks.model_options import Model, PixelsName, is_model
+from .assembly import assemble, find_filed
+from .frame_parts import Assembled, Parts, ReadOptions, check_registration, is_path
 from .sequences import first_readable, open_folder, open_frames
 
 
@@ -151,7 +148,7 @@ def _from_photo(
     source: FilePath | Folder | None, depth: Any, color: Any, options: ReadOptions, allow_outside: bool, note: Note
 ) -> Assembled:
     """A frame of a photograph that the caller gives as the colour."""
-    from .photographs import open_photographs  # only here
+    from .sequences import open_photographs  # only here
 
     if depth is not None:
         raise ValueError(f"pass {option('depth')} or {option('depth_model')}, not both")
@@ -189,3 +186,56 @@ def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, not
     read = assemble(parts, options, note)
     check_registration(read.frame, note)
     return read
+
+
+class Examined(NamedTuple):
+    """A frame, how its files were understood, and the notes that reading it gave."""
+
+    read: Assembled
+    notes: list[str]
+
+    @property
+    def frame(self) -> Frame:
+        return self.read.frame
+
+
+def examine(source: FilePath | None, allow_outside: bool = False, **load_options: Any) -> Examined:
+    """Reads a frame as `load_frame` does, and raises as it does. Of a sequence that is its first readable frame.
+
+    load_options  those of `load_frame`, except notes
+    """
+    notes: list[str] = []
+    color, depth = load_options.pop("color", None), load_options.pop("depth", None)
+    options = ReadOptions(**load_options)
+    return Examined(read_frame(source, depth, color, options, allow_outside, notes.append), notes)
+
+
+def facts(examined: Examined) -> dict[str, dict[str, Any]]:
+    """What was found, by subject; numbers are plain, lengths in metres, so that programs can read it as JSON."""
+    read, frame = examined.read, examined.frame
+    camera, found = frame.camera, read.found
+    known = frame.depth[frame.depth > 0]
+    low, middle, high = (float(f"{value:.6g}") for value in np.quantile(known, (0, 0.5, 1)))
+    sides = (camera.width, camera.fx), (camera.height, camera.fy)
+    color = None if frame.color is None else list(frame.color.shape[1::-1])
+    return {
+        "frames": {"count": found.frames, "shown": found.shown},
+        "depth": {
+            "file": found.depth,
+            "size": [camera.width, camera.height],
+            "stored": read.stored,
+            "kind": read.coding.kind,
+            "units_per_metre": read.coding.scale,
+            "why": read.coding.why,
+            "range": [low, high],
+            "median": middle,
+            "missing": round(1 - frame.points_known / frame.depth.size, 4),
+        },
+        "color": {"file": found.color, "size": color},
+        "camera": {
+            **{key: getattr(camera, key) for key in ("fx", "fy", "cx", "cy")},
+            "fov": [round(math.degrees(2 * math.atan(side / 2 / abs(focal))), 2) for side, focal in sides],
+            "from": read.camera_from,
+        },
+        "poses": {"count": found.poses, "from": found.poses_from or None},
+    }

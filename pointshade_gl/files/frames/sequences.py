@@ -1,41 +1,197 @@
-"""Opens the frames of a folder or a file as a sequence, each read when it is asked for."""
+"""Sequences of frames: of a folder, a file, or photographs whose depth a network makes; each read when asked for."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import weakref
+from collections.abc import Hashable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any, overload
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ...notes.notes import Note
+from ...notes.errors import Bug, error_text, is_expected
+from ...notes.notes import Note, once
 from ...notes.words import counted, option
-from ..access.file_name_patterns import COLOR_SUFFIXES, DEPTH_SUFFIXES
-from ..access.safe_paths import Folder
-from ..containers.contents import Contents
-from ..depth_models.model_options import how_to_make_depth
-from ..index.folder_cameras import Cameras
-from ..index.folder_poses import FoundPoses, find_poses
-from ..index.folders import FrameFiles, check_folder, find_color, find_frames, is_container
-from ..index.given_poses import given_poses
-from .camera_choice import find_filed
-from .frame_parts import Assembled, Parts, ReadOptions
-from .frame_sequence import FrameSequence
-from .registration import check_registration
-from .unsupported_formats import check_readable, what_else
+from ...scene.camera import Camera
+from ...scene.frame import Frame
+from ..access.content import FilePath, note_read
+from ..access.folders import Folder, Listing
+from ..access.known_names import COLOR_SUFFIXES, DEPTH_SUFFIXES, VIDEO_SUFFIXES
+from ..cameras.camera_files import read_intrinsics
+from ..cameras.intrinsics import Intrinsics, Size, camera_from_exif, place_camera
+from ..cameras.pose_files import FAILS, Reading, find_reading
+from ..containers.container_contents import Contents
+from ..depth.depth_kinds import Coding, Decoded
+from ..depth.scale_over_time import FilmScale, Laid
+from ..finding.folder_cameras import Cameras
+from ..finding.folder_frames import FrameFiles, check_folder, find_color, find_frames, find_photographs, is_container
+from ..finding.folder_poses import FoundPoses, find_poses, given_poses
+from ..networks.model_options import how_to_make_depth
+from ..networks.photo_depth import PhotoDepth
+from .assembly import assemble, find_filed, read_colors_of
+from .frame_parts import Assembled, Parts, ReadOptions, check_readable, check_registration, is_path, what_else
+
+_APART = 0.1  # metres, or what a turn of 6 degrees changes: views that are compared are so far apart
+_COMPARED = 3
+
+
+class FrameSequence(Sequence[Frame]):
+    """Frames, each read when it is asked for; slices are sequences too.
+
+    [k] raises ValueError or OSError, in one sentence, for a frame that cannot be read.
+    """
+
+    def __init__(
+        self,
+        place: Folder,
+        parts: Sequence[Parts],
+        options: ReadOptions,
+        note: Note,
+        poses_from: str = "",
+        reading: Reading | None = None,
+        coding: Coding | None = None,
+        stream: Hashable = None,
+        film: tuple[FilmScale, Sequence[int], Sequence[Parts]] | None = None,
+    ):
+        self.folder, self.parts, self.note, self.poses_from, self.reading = place.path, parts, note, poses_from, reading
+        self.posed = sum(one.pose is not None for one in parts)  # how many frames have a pose
+        self._place, self._options = replace(place, listing=Listing()), options  # what was listed is not kept
+        self._stream = stream or (object() if len(parts) > 1 else None)  # what its frames have in common
+        if parts and isinstance(parts[0].color, Path) and parts[0].color.suffix.lower() in VIDEO_SUFFIXES:
+            weakref.finalize(self, _end_video)
+        self._coding = coding  # of the depth of the first frame that was read: the others are read like it
+        note_read(file for one in parts for file in (one.path, one.color, one.valid))
+        self._film = film if film or len(parts) < 2 or options.scale_frames == "keep" else self._as_film()
+
+    @property
+    def is_placed(self) -> bool:
+        """It is known where frames are: by poses of their own, or by one that was given for all."""
+        return self.posed > 0 or self._options.pose is not None
+
+    def __len__(self) -> int:
+        return len(self.parts)
+
+    @overload
+    def __getitem__(self, index: int) -> Frame: ...
+    @overload
+    def __getitem__(self, index: slice) -> FrameSequence: ...
+    def __getitem__(self, index: int | slice) -> Frame | FrameSequence:
+        if isinstance(index, slice):
+            known = self._options, self.note, self.poses_from, self.reading, self._coding, self._stream
+            film = self._film and (self._film[0], self._film[1][index], self._film[2])
+            return FrameSequence(self._place, self.parts[index], *known, film)
+        return self.assembled(index).frame
+
+    def assembled(self, index: int, note: Note | None = None, with_color: bool = True) -> Assembled:
+        """Return a frame, and how its files were understood: all as the first that was read. Raises as [k] does."""
+        parts = self.parts[index]
+        try:
+            for path in (parts.path, parts.color, parts.valid):
+                if isinstance(path, Path):
+                    self._place.check(path)
+            parts = parts if with_color else parts._replace(color=None)
+            if self._film is None or self._film[0].is_over or not with_color:
+                read = self._put_together(parts, note or self.note)
+            else:
+                with self._film[0].lock:
+                    read = self._put_together(parts, note or self.note, partial(self._scale_of, index))
+            if note is None:
+                self._coding = self._coding or read.coding
+        except Exception as error:
+            if len(self) == 1 or isinstance(error, MemoryError):
+                raise
+            if isinstance(error, OSError):
+                raise OSError(f"frame {index}: {_naming(parts, error)}") from None
+            if is_expected(error):
+                raise ValueError(f"frame {index}: {_naming(parts, error)}") from None
+            raise Bug(f"frame {index}: {error_text(error)}") from error
+        found = read.found._replace(frames=len(self), shown=index, poses=self.posed, poses_from=self.poses_from)
+        return read._replace(found=found)
+
+    def _put_together(self, parts: Parts, note: Note, scale_of: Any = None) -> Assembled:
+        return assemble(parts, self._options, note, self.reading, self._coding, self._stream, scale_of)
+
+    def _as_film(self) -> tuple[FilmScale, Sequence[int], Sequence[Parts]]:
+        """Return what finds one scale for all frames, and which of its pictures each is."""
+        is_networks = bool(self.parts[0].maker)
+        return FilmScale(not self.posed or is_networks, is_networks, self.note), range(len(self)), self.parts
+
+    def _scale_of(self, index: int, decoded: Decoded, colors: Any, camera: Camera) -> Laid:
+        """Return how a frame is laid, after those before it in the film."""
+        assert self._film is not None
+        film, numbers, parts = self._film
+
+        def read(number: int) -> None:
+            scale_of = partial(self._scale_in_film, number)
+            self._put_together(parts[number], self.note, scale_of)
+
+        return film.of(numbers[index], decoded, colors, camera, read)
+
+    def _scale_in_film(self, number: int, decoded: Decoded, colors: Any, camera: Camera) -> Laid:
+        assert self._film is not None
+        return self._film[0].of(number, decoded, colors, camera, lambda _: None)
+
+    def settle(self, may_scale: bool, metric_poses: bool) -> None:
+        """Find out how poses and camera are to be understood, from frames that see the same. A note tells any change.
+
+        may_scale     the unit of the depth was guessed
+        metric_poses  the unit of the poses is the metre; else it is anything
+        """
+        try:
+            frames = [self.assembled(k, lambda _: None, with_color=False).frame for k in self._apart()]
+        except (ValueError, OSError):
+            return  # reported when they are asked for
+        found = find_reading(frames, may_scale, metric_poses)
+        if found is None:
+            return
+        if found.reading != Reading():
+            self.reading = found.reading
+            self.note(
+                f"{self.folder}: the views lie over each other only if {found.reading}, so they are read like that "
+                f"(their depths differ by {found.error:.1%} instead of {found.error_as_written:.0%})"
+            )
+        elif found.error > FAILS:
+            self.note(
+                f"{self.folder}: by their poses the views do not lie over each other (their depths differ by "
+                f"{found.error:.0%}): are {option('depth_scale')}, camera and poses right?"
+            )
+
+    def _apart(self) -> list[int]:
+        """Return the first frame, and the next ones that were taken from elsewhere."""
+        found: list[int] = []
+        for index, one in enumerate(self.parts[:5000]):
+            last = self.parts[found[-1]].pose if found else None
+            if one.pose is not None and (last is None or abs(one.pose - last).max() > _APART):
+                found.append(index)
+            if len(found) == _COMPARED:
+                break
+        return found
+
+
+def _end_video() -> None:
+    """End the process that decodes a video, with the sequence."""
+    from ..pictures.video import close_video  # only here
+
+    close_video()
+
+
+def _naming(parts: Parts, error: Exception) -> str:
+    """Return the error's sentence, with the file if it does not name one."""
+    return str(error) if Path(parts.name).name in str(error) else f"{parts.name}: {error}"
 
 
 def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: Note) -> FrameSequence:
     """Open the frames of a folder or file. Raises OSError if there are none, ValueError for impossible content."""
     if options.depth_model is not None:
-        from .photographs import open_photographs  # only here
-
         folder = source.parent if source.is_file() else check_folder(source)
         return open_photographs(Folder(folder, allow_outside), source, options, note)
     if not source.is_file():
         return open_folder(Folder(check_folder(source), allow_outside), options, note)
     check_readable(source)
-    from ..containers.zip_folder import is_zip_folder, unpack_folder  # only here
+    from ..containers.opening import is_zip_folder, unpack_folder  # only here
 
     if is_zip_folder(source, options.max_pixels):
         return open_folder(Folder(unpack_folder(source, options.max_pixels)), options, note)
@@ -161,3 +317,117 @@ def first_readable(sequence: FrameSequence) -> tuple[int, Assembled]:
         check_registration(read.frame, sequence.note)
         return index, read
     return 0, sequence.assembled(0)
+
+
+def open_photographs(place: Folder, source: Any, options: ReadOptions, note: Note) -> FrameSequence:
+    """Open a photograph, a film or a folder of photographs; a network makes depth of each that is asked for.
+
+    place   the folder
+    source  a file in it, the folder itself, or (h, w, 3|4) uint8
+
+    Raises ValueError or OSError for what is no photograph.
+    """
+    network = options.network
+    assert network is not None
+    note = once(note)
+    found = _list(place, source, options, note)
+    filed: Sequence[Intrinsics | None] = [None] * len(found)
+    if is_path(source) and Path(source) == place.path:
+        cameras = find_filed(place, [FrameFiles(Path(one.color)) for one in found], options, note)  # type: ignore[arg-type]
+        filed = [_plain(cameras.of(one.number)) for one in found]
+    poses = FoundPoses([None] * len(found))
+    if options.poses is not None:  # then there is a file or a folder
+        poses = given_poses(options.poses, Path(source), list(map(_files_of, found)), note, options.max_pixels)
+    found = [
+        one._replace(filed=camera, pose=pose, maker=network.title)
+        for one, camera, pose in zip(found, filed, poses.poses, strict=True)
+    ]
+    shown = _Shown(found, options, PhotoDepth(network, note, options.max_pixels), note)
+    parts = [one._replace(contents=partial(shown.contents, index)) for index, one in enumerate(found)]
+    return FrameSequence(place, parts, options, note, poses.source)
+
+
+def _files_of(parts: Parts) -> FrameFiles:
+    """Return the file of a photograph; that of a picture of a video is called by its number."""
+    path = Path(parts.color)  # type: ignore[arg-type]
+    return FrameFiles(path / str(parts.number) if _is_video(path) else path, number=parts.number)
+
+
+def _list(place: Folder, source: Any, options: ReadOptions, note: Note) -> list[Parts]:
+    """Return a part for each photograph, without its depth."""
+    if not is_path(source):
+        return [Parts(None, source)]
+    path = Path(source)
+    colors = find_photographs(place, note) if path == place.path else [path]
+    if len(colors) == 1 and colors[0].suffix.lower() in VIDEO_SUFFIXES:
+        from ..pictures.video import count_pictures  # only here
+
+        return [Parts(None, colors[0], number=k) for k in range(count_pictures(colors[0], options.max_pixels))]
+    if not colors:
+        raise FileNotFoundError(
+            f"{path} has no photographs ({', '.join(COLOR_SUFFIXES[:4])}...) of which {option('depth_model')} could "
+            "make depth"
+        )
+    return [Parts(None, color, number=k) for k, color in enumerate(colors)]
+
+
+def _plain(camera: Intrinsics | None) -> Intrinsics | None:
+    """Return a camera without what its file says about depth, which is another one."""
+    return camera and replace(camera, depth_scale=None, depth_kind=None, baseline=None, doffs=None)
+
+
+class _Shown:
+    """Photographs and the network that is shown them."""
+
+    def __init__(self, parts: Sequence[Parts], options: ReadOptions, depth: PhotoDepth, note: Note):
+        self._parts, self._options, self._depth, self._note = parts, options, depth, note
+
+    def contents(self, index: int) -> Contents:
+        """Return a photograph's depth. A film has one camera: what the network says of its first picture."""
+        found, size, focal = self._seen(index)
+        if focal is not None:
+            return replace(found, intrinsics=None)
+        if index == 0 or found.intrinsics is None:
+            return found
+        first, first_size, _ = self._seen(0)
+        return replace(found, intrinsics=first.intrinsics) if first_size == size else found
+
+    def _seen(self, index: int) -> tuple[Contents, Size, float | None]:
+        """Return a photograph's depth and size, and its focal length where it is known without the network."""
+        parts = self._parts[index]
+        photo = _rgb(read_colors_of(parts, self._options.max_pixels))
+        size = photo.shape[1], photo.shape[0]
+        focal = self._focal(parts, size)
+        path = Path(parts.color) if is_path(parts.color) else None
+        try:
+            return self._depth.of(photo, index, path, focal), size, focal
+        except (ValueError, TypeError) as error:
+            where = "" if path is None or path.name in str(error) else f"{path}: "
+            raise type(error)(f"{where}{error}") from error
+
+    def _focal(self, parts: Parts, size: Size) -> float | None:
+        options = self._options
+        if options.fov is not None:
+            return Camera.from_fov(options.fov, *size).fx
+        source = parts.filed
+        if options.intrinsics is not None:
+            source = read_intrinsics(options.intrinsics, _unheard, options.max_pixels)
+        elif source is None and is_path(parts.color) and not _is_video(parts.color):
+            source = camera_from_exif(parts.color, options.max_pixels)
+        return None if source is None else abs(place_camera(source, size, size, _unheard).fx)
+
+
+def _rgb(color: Any) -> NDArray[np.uint8]:
+    """Return (h, w, 3) uint8 without what is transparent being hidden."""
+    array = np.asarray(color)
+    if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] not in (3, 4):
+        raise ValueError(f"a photograph must have shape (h, w, 3) and be uint8, got {array.dtype} {array.shape}")
+    return np.ascontiguousarray(array[..., :3])
+
+
+def _is_video(path: FilePath) -> bool:
+    return Path(path).suffix.lower() in VIDEO_SUFFIXES
+
+
+def _unheard(_: str) -> None:
+    """What a camera needs is told when the frame is put together."""

@@ -43,14 +43,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..access.limits import MAX_PIXELS
+from ..access.content import MAX_PIXELS
 
 if TYPE_CHECKING:
     from ...notes.notes import Note
     from ...scene.graph import Scene
     from ..access.content import FilePath
     from .cameras_and_lights import Units
-    from .fallbacks import Fallback
+    from .write_gltf import Fallback
 
 
 def load_scene(
@@ -80,7 +80,7 @@ def load_scene(
     KHR_lights_punctual, EXT_lights_image_based, and point objects by `extras` (see the module's documentation). Files
     that the scene names must lie in its folder, also through links. Nothing is fetched or run.
     """
-    from .read import load_scene
+    from .read_gltf import load_scene
 
     return load_scene(path, allow_outside, max_pixels, notes)
 
@@ -132,6 +132,6 @@ def save_scene(
     glTF's y points up. Where the world's y points down, as in a frame's own axes, a node above all turns the scene for
     other programs; `load_scene` leaves it out.
     """
-    from .write import save_scene
+    from .write_gltf import save_scene
 
     save_scene(path, scene, fallback, light_units)

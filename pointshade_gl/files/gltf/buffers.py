@@ -1,25 +1,228 @@
-"""Reads buffers, accessors and images of a glTF file, only from the scene's folder and up to a size limit."""
+"""Reads a glTF file's JSON, extras, buffers, accessors and images, only from the scene's folder."""
 
 from __future__ import annotations
 
 import base64
+import struct
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import unquote, unquote_to_bytes
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...notes.errors import is_expected
 from ...notes.notes import Note
 from ...notes.words import cut, shown
-from ..access.content import followed, read_bytes
-from ..access.limits import SCENE_BYTES, SCENE_CORNERS, SCENE_PIXELS, check_limit
-from ..access.safe_paths import Folder
-from ..frames.color_files import read_color, to_color
+from ..access.content import (
+    SCENE_BYTES,
+    SCENE_CORNERS,
+    SCENE_PIXELS,
+    SCENE_TEXT,
+    check_limit,
+    followed,
+    note_read,
+    parse_json,
+    read_bytes,
+    read_head,
+)
+from ..access.folders import Folder
+from ..frames.assembly import read_color, to_color
 from ..pictures.picture_files import decode_image
-from .checks import label, pick, telling
+
+_WHOLE = 2**63  # no larger number is needed
+_NAMES = {float: "a number", str: "a text", bool: "true or false", int: "a whole number", list: "a list"}
+_NAMED = {"name": str, "extensions": dict, "extras": object}
+_TEXTURE = {"index": int, "texCoord": int}
+_INDICES = {"bufferView": int, "byteOffset": int, "componentType": int}
+_PRIMITIVE = {"attributes": {"": int}, "indices": int, "mode": int, "material": int, "targets": list, "extras": object}
+_SPARSE = {"count": int, "indices": _INDICES, "values": _INDICES}
+_TRANSFORM = {"matrix": [float], "rotation": [float], "scale": [float], "translation": [float]}
+_NODE = _TRANSFORM | {"mesh": int, "camera": int, "children": [int]}
+DOCUMENT: dict[str, Any] = {  # what is read: an object by its keys ("": any), a list by its item, other values by type
+    "asset": {"version": str, "minVersion": str, "generator": str},
+    "extensions": dict,
+    "extensionsUsed": [str],
+    "extensionsRequired": [str],
+    "scene": int,
+    "scenes": [_NAMED | {"nodes": [int]}],
+    "nodes": [_NAMED | _NODE],
+    "meshes": [_NAMED | {"primitives": [_PRIMITIVE]}],
+    "materials": [
+        _NAMED | {"alphaMode": str, "pbrMetallicRoughness": {"baseColorFactor": [float], "baseColorTexture": _TEXTURE}}
+    ],
+    "textures": [_NAMED | {"source": int}],
+    "images": [_NAMED | {"uri": str, "bufferView": int}],
+    "cameras": [_NAMED | {"type": str, "perspective": {"yfov": float, "aspectRatio": float}}],
+    "accessors": [_NAMED | _INDICES | {"count": int, "type": str, "normalized": bool, "sparse": _SPARSE}],
+    "bufferViews": [{"buffer": int, "byteOffset": int, "byteLength": int, "byteStride": int}],
+    "buffers": [{"uri": str, "byteLength": int}],
+    "animations": object,  # only their presence matters
+    "skins": object,
+}
+
+
+def decode(value: Any, kind: Any = DOCUMENT, place: str = "") -> Any:
+    """Return known keys as parts with attributes, None if missing. Raises ValueError, with the place, by wrong type."""
+    if kind is object:
+        return value
+    if isinstance(kind, list):
+        return _list(value, kind[0], place)
+    if not isinstance(kind, dict):
+        return _plain(value, kind, place)
+    if not isinstance(value, dict):
+        raise ValueError(f"{place} must be an object, got {shown(value)}")
+    before = f"{place}." if place else ""
+    if "" in kind:
+        return {key: None if item is None else decode(item, kind[""], before + key) for key, item in value.items()}
+    known = {key: decode(value[key], kind[key], before + key) for key in kind if value.get(key) is not None}
+    return SimpleNamespace(**(dict.fromkeys(kind) | known))
+
+
+def _list(value: Any, kind: Any, place: str) -> list[Any]:
+    """Return the list. A numbered part of the file may be null: `pick` refuses it where it is used."""
+    may_be_null = "." not in place
+    return [
+        None if item is None and may_be_null else decode(item, kind, f"{place}[{k}]")
+        for k, item in enumerate(_plain(value, list, place))
+    ]
+
+
+def _plain(value: Any, kind: type, place: str) -> Any:
+    """Return a value without parts, whole numbers as int."""
+    is_number = kind in (int, float)
+    fits = isinstance(value, (int, float) if is_number else kind) and isinstance(value, bool) == (kind is bool)
+    if not fits or (kind is int and not (value % 1 == 0 and abs(value) <= _WHOLE)):
+        raise ValueError(f"{place} must be {_NAMES.get(kind, 'an object')}, got {shown(value)}")
+    return int(value) if kind is int else value
+
+
+LIGHTS, UNLIT, QUANTIZED = "KHR_lights_punctual", "KHR_materials_unlit", "KHR_mesh_quantization"
+IMAGE_BASED = "EXT_lights_image_based"
+KNOWN = (LIGHTS, IMAGE_BASED, UNLIT, QUANTIZED)
+SPECULAR = "KHR_materials_specular"  # written for other programs: our own values say it better
+GENERATOR = "pointshade_gl"  # what our files say of who wrote them
+_MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
+
+
+def read_container(path: Path, max_pixels: float) -> tuple[SimpleNamespace, memoryview | None]:
+    """Return the parts of a file, see `decode`, and a GLB's binary chunk. Raises ValueError for other than glTF 2.0.
+
+    All files that it names count as read.
+    """
+    is_binary = read_head(path).startswith(_MAGIC)
+    data = memoryview(read_bytes(path, max_pixels, SCENE_BYTES if is_binary else SCENE_TEXT))
+    text, blob = _split(data) if is_binary else (data, None)
+    try:
+        raw = parse_json(str(text, "utf-8-sig"), max_pixels)
+    except UnicodeDecodeError:
+        what = "is a GLB whose JSON is" if is_binary else "is neither glTF nor GLB: it is"
+        raise ValueError(f"{what} not text in UTF-8") from None
+    _check_version(raw)
+    try:
+        gltf = decode(raw)
+    except ValueError as error:
+        raise ValueError(f"is not valid glTF 2.0: {error}") from None
+    unknown = [name for name in gltf.extensionsRequired or () if name not in KNOWN]
+    if unknown:
+        raise ValueError(f"requires the extension {cut(', '.join(unknown))}: known are {', '.join(KNOWN)}")
+    named = [one.uri for one in (*(gltf.images or ()), *(gltf.buffers or ())) if one and one.uri]
+    note_read(path.parent / unquote(uri) for uri in named if not uri.startswith("data:"))
+    return gltf, blob
+
+
+def _split(data: memoryview) -> tuple[memoryview, memoryview | None]:
+    """The JSON and the binary chunk of a GLB."""
+    if len(data) < 20:
+        raise ValueError(f"is a truncated GLB of {len(data)} bytes")
+    version, length = struct.unpack_from("<II", data, 4)
+    if version != 2:
+        raise ValueError(f"is a GLB of version {version}, expected 2")
+    if length > len(data):
+        raise ValueError(f"is a truncated GLB: it has {len(data)} of {length} bytes")
+    chunks: dict[bytes, memoryview] = {}
+    place = 12
+    while place + 8 <= length:
+        size, kind = struct.unpack_from("<I4s", data, place)
+        if place + 8 + size > length:
+            raise ValueError(f"is a broken GLB: a chunk of {size} bytes reaches beyond its end")
+        chunks.setdefault(kind, data[place + 8 : place + 8 + size])
+        place += 8 + size
+    if _JSON not in chunks:
+        raise ValueError("is a GLB without a JSON chunk")
+    return chunks[_JSON], chunks.get(_BIN)
+
+
+def pack(text: bytes, blob: bytes) -> bytes:
+    """A GLB of JSON and the bytes that it refers to; without bytes there is no second chunk."""
+    chunks = [(_JSON, text + b" " * (-len(text) % 4)), (_BIN, blob + bytes(-len(blob) % 4))]
+    body = b"".join(struct.pack("<I4s", len(data), kind) + data for kind, data in chunks if data)
+    return struct.pack("<4sII", _MAGIC, 2, 12 + len(body)) + body
+
+
+def _check_version(raw: Any) -> None:
+    asset = raw.get("asset") if isinstance(raw, dict) else None
+    if not isinstance(asset, dict) or "version" not in asset:
+        raise ValueError("is not glTF: it has no asset.version")
+    for key in ("version", "minVersion"):
+        version = asset.get(key, "2.0")
+        version = version if isinstance(version, str) else shown(version)
+        if version.split(".")[0] != "2" or (key == "minVersion" and version != "2.0"):
+            raise ValueError(f"is glTF of {key} {version[:20]}, expected 2.0")
+
+
+Item = TypeVar("Item")
+FAR = 1e30  # nothing in a scene is larger, and its cube still is a number
+
+
+@contextmanager
+def telling(part: str) -> Iterator[None]:
+    """Every ValueError, TypeError and OSError inside begins with the part's name. Deep nesting is a ValueError."""
+    try:
+        yield
+    except (ValueError, TypeError, OSError) as error:
+        text = str(error).removeprefix("node '': ")  # a Node without a name; the part's number is known here
+        if text.startswith((f"{part}:", f"{part} ")) or not is_expected(error):
+            raise
+        kind = type(error) if isinstance(error, OSError) else ValueError
+        raise kind(f"{part}: {text}") from None
+    except RecursionError:
+        raise ValueError(f"{part}: is nested too deeply") from None
+
+
+def pick(items: Sequence[Item | None] | None, index: Any, what: str) -> Item:
+    """One of the file's numbered parts, or a ValueError."""
+    items = items or ()
+    if isinstance(index, bool) or not isinstance(index, int):
+        raise ValueError(f"a {what} must be named by its number, got {shown(index)}")
+    if not 0 <= index < len(items):
+        raise ValueError(f"there is no {what} {index}, the file has {len(items)}")
+    item = items[index]
+    if item is None:
+        raise ValueError(f"{what} {index} is null")
+    return item
+
+
+def label(what: str, index: int, name: str | None) -> str:
+    """How messages call a part: by its name, else by its number."""
+    return f"{what} {shown(name)}" if name else f"{what} {index}"
+
+
+def numbers(value: Any, shape: tuple[int, ...], what: str) -> NDArray[np.float64]:
+    """Numbers of that shape, finite and below FAR, or a ValueError."""
+    try:
+        array = np.asarray(value, np.float64).reshape(shape)
+    except (TypeError, ValueError, OverflowError):
+        expected = f"{int(np.prod(shape))} numbers" if shape else "a number"
+        raise ValueError(f"{what} must be {expected}, got {shown(value)}") from None
+    if not (np.abs(array) < FAR).all():  # NaN compares false
+        raise ValueError(f"{what} must be finite and below {FAR:g}, got {shown(value)}")
+    return array
+
 
 _TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
@@ -155,3 +358,36 @@ class Parts:
         if not path.is_file():
             raise ValueError(f"{shown(uri)} is not a file")
         return path
+
+
+def options(extras: Any, known: Sequence[str]) -> dict[str, Any]:
+    """What `extras` says under "pointshade", checked for unknown names; {} when it says nothing."""
+    said = extras.get("pointshade") if isinstance(extras, dict) else None
+    if isinstance(said, str):
+        said = from_text(said)
+    if said is None:
+        return {}
+    if not isinstance(said, dict):
+        raise ValueError(f"its extras 'pointshade' must be an object, got {shown(said)}")
+    for key in said:
+        if key not in known:
+            raise ValueError(f"its extras 'pointshade' have an unknown {shown(key)}: known are {', '.join(known)}")
+    return said
+
+
+def from_text(said: str) -> Any:
+    """The object in a text of JSON; any other text names a frame."""
+    if not said.lstrip().startswith("{"):
+        return {"frame": said}
+    try:
+        return parse_json(said)
+    except ValueError as error:
+        raise ValueError(f"its extras 'pointshade': its text {error}") from None
+
+
+def switch(said: dict[str, Any], key: str, default: bool = True) -> bool:
+    """A switch of extras; Blender's older ones are 0 and 1."""
+    value = said.get(key, default)
+    if not isinstance(value, int) or value not in (0, 1):
+        raise ValueError(f"its extras: {key} must be true or false, got {shown(value)}")
+    return bool(value)

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..access.content import FilePath, import_extra, note_read, read_head
-from ..access.limits import MAX_PIXELS, check_pixels
+from ..access.content import MAX_PIXELS, FilePath, check_pixels, import_extra, note_read, read_head
 
 
 class _Open:

@@ -15,8 +15,7 @@ from ...checks.foreign_arrays import AnyArray
 from ...notes.words import option
 from ..access.atomic_write import check_place, error_of, hidden_beside, naming_written
 from ..access.content import FilePath, check_not_read, followed
-from ..access.numbered_names import first_of, is_numbered
-from ..access.written_suffixes import FILMS, check_suffix
+from ..access.known_names import FILMS, check_suffix, first_of, is_numbered
 from ..pictures.picture_files import check_picture, check_writable
 
 if TYPE_CHECKING:

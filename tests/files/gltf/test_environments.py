@@ -9,7 +9,7 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.estimation.environment_light import lobe_map, radiance_bands
-from pointshade_gl.files.gltf.cube_maps import (
+from pointshade_gl.files.gltf.cameras_and_lights import (
     are_mirrored,
     face_directions,
     from_rgbd,

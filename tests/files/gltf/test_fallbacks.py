@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.files.gltf import fallbacks
-from pointshade_gl.files.gltf.frame_surfaces import frame_surface
+from pointshade_gl.files.gltf import write_gltf as fallbacks
+from pointshade_gl.files.gltf.write_gltf import frame_surface
 from pointshade_gl.scene.values import srgb_to_linear
 
 from ...support.frames import all_missing, sphere, step

@@ -1,0 +1,305 @@
+"""What lies in a folder and what its names say; and which files a file may name."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from itertools import islice
+from operator import attrgetter
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ...notes.words import option, shown
+from .content import FOLDER_FILES, followed
+from .known_names import ANY_PICTURE, COLOR, DEPTH, NEITHER, ONLY_DEPTH, REGISTERED, SHOWN_DEPTH
+
+LEVELS = 3  # folders in folders in folders
+_ORDER = attrgetter("order")
+_DIGITS = re.compile(r"(\d+)")
+_remembered = lru_cache(4096)  # the folders of a batch have files of the same names
+_WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
+_BITS = re.compile(r"(?<!\d)\d+bits?")  # of leftImg8bit
+_PARTS = sorted(
+    DEPTH | COLOR - {"wide", "im"} | {"pose", "meta", "intrinsics", "conf", "confidence", "mask"}, key=len, reverse=True
+)
+_ROLE_WORD = re.compile(rf"(?:^|(?<=[\W_])|(?<=\d))(?:{'|'.join([*_PARTS, 'im'])})(?=[\W_]|\d|$)")
+
+
+@dataclass(frozen=True)
+class Item:
+    """A file of a folder. Its name, and the folders that it lies in, say what it is for."""
+
+    path: Path
+    name: str  # relative to the folder, in lower case, with slashes
+
+    @cached_property
+    def suffix(self) -> str:
+        return suffix_of(self.name.rpartition("/")[2])
+
+    @cached_property
+    def stem(self) -> str:
+        """Of its own name, in lower case."""
+        name = self.name.rpartition("/")[2]
+        return name.removesuffix(self.suffix)
+
+    @cached_property
+    def level(self) -> int:
+        return self.name.count("/")
+
+    @cached_property
+    def order(self) -> tuple[tuple[int, str], ...]:
+        """By which 2.png comes before 10.png."""
+        return natural(self.path.name)
+
+    @cached_property
+    def words(self) -> frozenset[str]:
+        """Of its own name."""
+        return words_of(self.path.stem)
+
+    @cached_property
+    def folder_words(self) -> frozenset[str]:
+        """Of the folders in which it lies, below the one that was listed."""
+        return words_of(" ".join(self.path.parts[-1 - self.level : -1]))
+
+    @cached_property
+    def role(self) -> str:
+        """What it is: depth, shown depth (a picture of it, for the eye), color, other; "" if the name does not say."""
+        own = self.words - ANY_PICTURE if self.folder_words & DEPTH else self.words
+        for words in (own, self.folder_words):
+            is_depth, is_color = bool(words & DEPTH), bool(words & COLOR)
+            if words & SHOWN_DEPTH and is_depth:
+                return "shown depth"
+            if words & NEITHER:
+                return "other"
+            if is_depth and words & {"color", "colour", "rgb"} and words is own:
+                return self._first_of_both()
+            if is_depth or (is_color and self.suffix not in ONLY_DEPTH):
+                return "depth" if is_depth else "color"
+        return ""
+
+    def _first_of_both(self) -> str:
+        """Of depth_to_color.png and color_to_depth.png; without the "to" it is a picture of depth in colours."""
+        if "to" not in self.words:
+            return "shown depth"
+        first = re.search(r"depth|colou?r|rgb", self.stem)
+        return "depth" if first and first[0] == "depth" else "color"
+
+    @cached_property
+    def is_registered(self) -> bool:
+        """Whether its name says that it is depth which was brought to the colour's camera."""
+        return REGISTERED.search(self.name) is not None
+
+    @cached_property
+    def key(self) -> str:
+        """What the files of one frame have in common: 0001 of depth_0001.png, frame-0001 of frame-0001.color.png."""
+        return key_of(self.stem)
+
+    @cached_property
+    def numbers(self) -> tuple[int, ...]:
+        """The whole numbers in its name, by which files of one frame are matched where their names differ."""
+        return numbers_in(self.key)
+
+    @cached_property
+    def time(self) -> float | None:
+        """The time stamp, if the name is one."""
+        return float(self.key) if re.fullmatch(r"\d{1,18}(\.\d{0,18})?", self.key) else None
+
+
+@_remembered
+def key_of(stem: str) -> str:
+    """A name without its suffix, in lower case, without the words that say what the file is for."""
+    return _ROLE_WORD.sub("", _BITS.sub("", stem)).strip("._- ")
+
+
+def numbers_in(key: str) -> tuple[int, ...]:
+    """The whole numbers of a name without its suffix."""
+    return tuple(int(number[:18]) for number in re.findall(r"\d+", key))
+
+
+@_remembered
+def words_of(name: str) -> frozenset[str]:
+    """The words in a name, in lower case: depth and map of rawDepth-map_01."""
+    return frozenset(word.lower() for word in _WORD.findall(name))
+
+
+class Listing:
+    """What lies in folders. Each of them is looked at once: what changes afterwards is not seen."""
+
+    def __init__(self) -> None:
+        self._seen: dict[Path, _Seen] = {}
+
+    def files(self, folder: Path, levels: int, suffixes: Collection[str] | None = None) -> list[Item]:
+        """Return all files up to so many folders deep, in natural order: 2.png before 10.png. Hidden ones are left out.
+
+        suffixes  in lower case, "" for none: only files with these
+        """
+        found = self._walk(self._look(folder), "", levels)
+        return sorted((item for item in found if suffixes is None or item.suffix in suffixes), key=_ORDER)
+
+    def folders(self, folder: Path) -> list[Path]:
+        """Return the folders in a folder, in natural order, without hidden ones."""
+        return self._look(folder).folders
+
+    def not_whole(self, folder: Path) -> list[str]:
+        """Return a sentence for each folder, of those looked at in this one and itself, of which something is left out.
+
+        Each begins with its path.
+        """
+        missed = ((path, seen.missed) for path, seen in self._seen.items() if seen.missed)
+        return [f"{path} {why}" for path, why in missed if path.is_relative_to(folder)]
+
+    def _walk(self, seen: _Seen, prefix: str, levels: int) -> Iterator[Item]:
+        """Files first, then what is in the folders."""
+        if prefix not in seen.items:
+            seen.items[prefix] = [Item(path, prefix + path.name.lower()) for path in seen.files]
+        yield from seen.items[prefix]
+        if levels and len(seen.inside) < len(seen.folders):
+            seen.inside.extend(map(self._look, seen.folders))
+        for path, inside in zip(seen.folders, seen.inside, strict=True) if levels else ():
+            yield from self._walk(inside, f"{prefix}{path.name.lower()}/", levels - 1)
+
+    def _look(self, folder: Path) -> _Seen:
+        if folder not in self._seen:
+            self._seen[folder] = _look_into(folder)
+        return self._seen[folder]
+
+
+class _Seen(NamedTuple):
+    """A folder's files, and the folders in it, in natural order.
+
+    missed  why something in it is left out; "" if nothing is
+    inside  the same of its folders, once they were looked at
+    items   its files by what stands before their names, as seen from the folder that was asked for
+    """
+
+    files: list[Path]
+    folders: list[Path]
+    missed: str
+    inside: list[_Seen]
+    items: dict[str, list[Item]]
+
+
+def _look_into(folder: Path) -> _Seen:
+    """What is not hidden: macOS leaves hidden twins such as ._color.png on foreign disks."""
+    try:
+        with os.scandir(folder) as found:
+            entries = list(islice((entry for entry in found if entry.name[0] != "."), FOLDER_FILES + 1))
+    except OSError as error:  # it may not be read, or is gone
+        return _Seen([], [], f"cannot be read ({error.strerror}): what is in it is left out", [], {})
+    missed = ""
+    if len(entries) > FOLDER_FILES:
+        missed = f"has more than {FOLDER_FILES} files: the others are left out; put them into several folders"
+    kinds = [(one.path, _kind_of(one)) for one in entries[:FOLDER_FILES]]
+    folders = [Path(path) for path, kind in kinds if kind == "folder"]
+    folders.sort(key=lambda path: natural(path.name))
+    return _Seen([Path(path) for path, kind in kinds if kind == "file"], folders, missed, [], {})
+
+
+def _kind_of(entry: os.DirEntry[str]) -> str:
+    """ "folder", "file", or "" for all else, such as a link that leads to itself."""
+    try:
+        return "folder" if entry.is_dir() else "file" if entry.is_file() else ""
+    except OSError:
+        return ""
+
+
+def suffix_of(name: str) -> str:
+    """Of a file's own name, with the dot; "" without one."""
+    return name[name.rfind(".") :] if "." in name else ""
+
+
+@_remembered
+def natural(name: str) -> tuple[tuple[int, str], ...]:
+    """Sorts 2.png before 10.png."""
+    parts = ((part, part.lstrip("0")) for part in _DIGITS.split(name))
+    return tuple((len(number), number) if part.isdecimal() else (-1, part) for part, number in parts)
+
+
+_LONGEST = 1024  # characters of a name
+_ABSOLUTE = re.compile(r"[A-Za-z]:|[/\\]")
+_ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:[/\\]")
+
+
+@dataclass(frozen=True)
+class Folder:
+    """A folder, and what the files in it may name.
+
+    allow_outside  names in its files may leave it
+    root           its files must lie in here, also with links followed: the folder of a scene, which came as a whole.
+                   Without a root any link is followed: it is the user's own, perhaps to a data set on another disk.
+    listing        what lies in it and around it, looked at once
+    """
+
+    path: Path
+    allow_outside: bool = False
+    root: Path | None = None
+    listing: Listing = field(default_factory=Listing, compare=False, repr=False)
+
+    def named(self, text: Any) -> Path:
+        """The path for a name in a file here, links not followed. Raises ValueError if it is absolute or leaves."""
+        if not isinstance(text, str) or not 0 < len(text) < _LONGEST or "\0" in text:
+            raise ValueError(f"a file must be named by a text, got {shown(text)}")
+        is_address = _ADDRESS.match(text)
+        if is_address or (_ABSOLUTE.match(text) and not self.allow_outside):
+            way_out = ", and nothing is fetched" if is_address else self._way_out()
+            raise ValueError(
+                f"{shown(text)} is an address or an absolute path, expected a path relative to {self._title}{way_out}"
+            )
+        if self.allow_outside or ".." not in text:
+            return self.path / text
+        if _climbs(text):
+            raise ValueError(f"{shown(text)} leaves {self._title}{self._way_out()}")
+        return self.path / os.path.normpath(text)  # a/.. is nothing here, also where a is a link
+
+    def check(self, path: Path) -> Path:
+        """The path of a file in this folder. Raises ValueError if links lead out of the root."""
+        if self.root is None or self.allow_outside:
+            return path
+        if not followed(path).is_relative_to(followed(self.root)):
+            name = path.relative_to(self.path) if path.is_relative_to(self.path) else path
+            raise ValueError(f"{shown(str(name))} leaves the scene's folder{self._way_out()}")
+        return path
+
+    def own(self, path: Path) -> Path:
+        """The path of a file in this folder as it is listed here, however it is written; any other path itself."""
+        here, rooted = from_root(self.path), from_root(path)
+        return self.path / rooted.relative_to(here) if rooted.is_relative_to(here) else path
+
+    @property
+    def _title(self) -> str:
+        return "the scene's folder" if self.path == self.root else f"the folder {self.path}"
+
+    def _way_out(self) -> str:
+        return f": pass {option('allow_outside', True, beside_file=True)} to allow it"
+
+
+def places_of(path: Path) -> list[Path]:
+    """Where a path lies, from the root; then what it leads to, if there are links on the way.
+
+    What belongs to a file is known by names and neighbours. Those of the place where it lies come first: in a data set
+    that is made of links (git-annex, DVC) what they lead to has neither. Where nothing is found there, as beside a
+    single link to a data set on another disk, those of the file itself count.
+    """
+    return list(dict.fromkeys((from_root(path), followed(path))))
+
+
+def from_root(path: Path) -> Path:
+    """The path from the root, without dots. Links stay, but "link/.." is the folder above what the link leads to."""
+    top, *parts = path.absolute().parts
+    here = Path(top)
+    for part in parts:
+        here = here / part if part != ".." else (followed(here) if here.is_symlink() else here).parent
+    return here
+
+
+def _climbs(text: str) -> bool:
+    """Whether a relative path goes above its start on the way, on any system."""
+    depth = 0
+    for part in re.split(r"[/\\]", text):
+        depth += {"..": -1, ".": 0, "": 0}.get(part, 1)
+        if depth < 0:
+            return True
+    return False

@@ -1,0 +1,452 @@
+"""Reads camera poses from a file of any form, and finds out which convention they follow."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...notes.words import shown
+from ...scene.camera import AXES, OPENGL, Camera, Matrices, check_pose, from_matrices, from_quaternions, inverted
+from ...scene.frame import Frame
+from ..access.content import MATLAB, MAX_PIXELS, FilePath, parse_json, read_head, read_text
+from ..arrays.named_numbers import Named, named_of, read_named
+from ..arrays.numpy_files import NUMPY, SINTEL, read_cam, read_npy, read_numbers
+from .camera_files import read_colmap_images, read_transforms
+from .intrinsics import word
+
+_IN_LIST = re.compile(r"\.\d+\.")  # one of several values, such as the objects that a camera sees
+_POSE_WORDS = {  # whether it leads to the world, and whether its camera has OpenGL's axes
+    "cameraposearframe": (True, True),
+    "alignedpose": (True, False),
+    "camerapose": (True, False),
+    "pose": (True, False),
+    "cam2world": (True, False),
+    "c2w": (True, False),
+    "transformmatrix": (True, True),
+    "cameraviewtransform": (False, True),  # Omniverse
+    "camerartmatrix": (False, False),  # 2D-3D-S
+    "extrinsic": (False, False),
+    "extrinsics": (False, False),
+    "w2c": (False, False),
+    "rotationtranslationmatrix": (False, False),
+}
+
+
+class PoseList(NamedTuple):
+    """The poses of a file in its order, and what says to which frames they belong: names or time stamps, or neither.
+
+    metric   their unit is the metre; structure from motion has any unit
+    numbers  of the frames in their folder, counted from 0, in a file that this package wrote
+    """
+
+    poses: Matrices
+    names: list[str] | None = None
+    times: NDArray[np.float64] | None = None
+    metric: bool = True
+    numbers: list[int] | None = None
+
+
+@np.errstate(invalid="ignore", over="ignore")  # poses are checked later
+def from_text(text: str, path: Path) -> PoseList | None:
+    """Numbers with names: MVSNet's `extrinsic` above its matrix, T-LESS' info.yml. MVSNet's have any unit."""
+    named = read_named(text, path)
+    found = _from_bop(named) or from_words(named)
+    return found._replace(metric="extrinsic" not in named) if found else None
+
+
+@np.errstate(invalid="ignore", over="ignore")  # poses are checked later
+def from_json(data: Any, path: Path, max_pixels: float) -> PoseList | None:
+    if isinstance(data, dict) and "frames" in data:
+        entries = read_transforms(path, max_pixels)
+        names = [entry.color or entry.depth or "" for entry in entries]
+        return PoseList(np.array([entry.pose for entry in entries]).reshape(-1, 4, 4), names, metric=False)
+    for read in (_from_parameters, _from_cells, _from_bop, _from_named_matrices, _from_nerfies, _by_frame, from_words):
+        try:
+            found = read(named_of(data) if read in (from_words, _from_bop) else data)
+        except (KeyError, TypeError, ValueError, OverflowError):
+            continue
+        if found is not None:
+            return found
+    return None
+
+
+def _from_parameters(data: Any) -> PoseList | None:
+    """Open3D's camera parameters, world-to-camera, and its PoseGraph, camera-to-world; matrices are by columns."""
+    if "extrinsic" in data:
+        data = {"parameters": [data]}
+    if "parameters" in data:
+        rows = np.array([one["extrinsic"] for one in data["parameters"]], np.float64)
+        return PoseList(inverted(rows.reshape(-1, 4, 4).transpose(0, 2, 1)))
+    if "nodes" in data:
+        rows = np.array([one["pose"] for one in data["nodes"]], np.float64)
+        return PoseList(rows.reshape(-1, 4, 4).transpose(0, 2, 1))
+    return None
+
+
+def _from_cells(data: Any) -> PoseList | None:
+    """Polycam's camera of one frame: t_00 to t_23, camera-to-world in ARKit's axes."""
+    if "t_00" not in data:
+        return None
+    pose = np.eye(4)
+    pose[:3] = [[data[f"t_{row}{column}"] for column in range(4)] for row in range(3)]
+    return PoseList((pose @ OPENGL)[None])
+
+
+def _from_bop(named: Named) -> PoseList | None:
+    """BOP's scene_camera.json and T-LESS' info.yml: world-to-camera, millimetres, by number."""
+    turned = [name.rpartition(".")[0] for name, part in named.items() if word(name) == "camrw2c" and len(part) == 9]
+    pairs = {group: (named[f"{group}.cam_R_w2c"], named.get(f"{group}.cam_t_w2c", ())) for group in turned}
+    pairs = {group: pair for group, pair in pairs.items() if len(pair[1]) == 3}
+    if not pairs:
+        return None
+    turns = np.array([turn for turn, _ in pairs.values()], np.float64).reshape(-1, 3, 3)
+    places = np.array([place for _, place in pairs.values()], np.float64).reshape(-1, 3, 1) / 1000
+    return PoseList(inverted(from_matrices(np.concatenate([turns, places], 2).reshape(-1, 12))), list(pairs))
+
+
+def _from_nerfies(data: Any) -> PoseList | None:
+    """Nerfies' camera of one frame: the turn is world-to-camera, the position is the camera's."""
+    if not {"orientation", "position"} <= data.keys():
+        return None
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = np.array(data["orientation"], np.float64).reshape(3, 3).T, data["position"]
+    return PoseList(pose[None], metric=False)
+
+
+def _by_frame(data: Any) -> PoseList | None:
+    """An object for each frame, by its name, with a pose in it: ScanNet++."""
+    found = {name: from_words(named_of(one)) for name, one in data.items() if isinstance(one, dict)}
+    poses = {name: one.poses[0] for name, one in found.items() if one is not None}
+    return PoseList(np.array([*poses.values()]), [*poses]) if len(poses) > 1 else None
+
+
+def _from_named_matrices(data: Any) -> PoseList | None:
+    """A matrix by the name of each frame, or a list of matrices."""
+    values = list(data.values()) if isinstance(data, dict) else data
+    rows = np.array(values, np.float64).reshape(len(values), -1)
+    if rows.shape[1] not in (12, 16):
+        return None
+    return PoseList(from_matrices(rows), list(data) if isinstance(data, dict) else None)
+
+
+def from_words(named: Named) -> PoseList | None:
+    """Read one matrix among other values of a frame, by a name that says what it is; the first of the table wins."""
+    own = {name: numbers for name, numbers in named.items() if len(numbers) in (12, 16)}
+    own = {name: numbers for name, numbers in own.items() if not _IN_LIST.search(name)} or own
+    numbers = {word(name): numbers for name, numbers in reversed(own.items())}
+    for key, (to_world, is_opengl) in _POSE_WORDS.items():
+        if key in numbers:
+            pose = _by_rows(from_matrices(np.array([numbers[key]], np.float64)))
+            pose = pose if to_world else inverted(pose)
+            return PoseList(pose @ OPENGL if is_opengl else pose)
+    return None
+
+
+def _by_rows(poses: Matrices) -> Matrices:
+    """Transpose matrices whose translation is in the last row, as programs write them that multiply from the left."""
+    is_turned = (poses[:, :3, 3] == 0).all() and bool(poses[:, 3, :3].any())
+    return poses.transpose(0, 2, 1) if is_turned else poses
+
+
+WRITTEN = "# pointshade_gl: number"  # with this the files begin that this package writes, in TUM's form
+_COLUMNS = 64  # of a row, at most
+
+
+def load_pose(path: FilePath) -> NDArray[np.float64]:
+    """(4, 4) camera-to-world, OpenCV axes, from a file of numbers as for `pose_of`. Raises OSError or ValueError."""
+    return pose_of(read_numbers(path), str(path))
+
+
+def pose_of(numbers: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+    """(4, 4) camera-to-world from 16 or 12 numbers of a matrix, row by row, or from tx ty tz qx qy qz qw, which a time
+    stamp may precede. Raises ValueError, naming it, for anything else.
+    """
+    if numbers.size in (12, 16):
+        return check_pose(from_matrices(numbers.reshape(1, -1))[0], name)
+    if numbers.size not in (7, 8):
+        raise ValueError(
+            f"{name} must hold a matrix of 4x4 or 3x4, or tx ty tz qx qy qz qw, got {numbers.size} numbers"
+        )
+    place, turn = numbers[None, -7:-4], numbers[None, -4:]
+    if not abs(np.linalg.norm(turn) - 1) < 0.01:
+        raise ValueError(f"{name} must end with qx qy qz qw of length 1, got {shown(turn[0].tolist())}")
+    return check_pose(from_quaternions(place, turn)[0], name)
+
+
+def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
+    """All poses of a file. Raises ValueError, naming the file, if it holds none."""
+    head = read_head(path)
+    if head.startswith(MATLAB):
+        from ..arrays.matlab import read_matrix_mat  # only here
+
+        arrays = {name: array.ravel().tolist() for name, array in read_matrix_mat(path, max_pixels).items()}
+        return _checked(from_words(arrays), path, "arrays of other kinds")
+    if head.startswith(NUMPY):
+        array = read_npy(path, max_pixels)
+        columns = array.shape[-2] * array.shape[-1] if array.ndim > 1 else 1
+        found = _from_rows(array.astype(np.float64).reshape(-1, columns))
+        return _checked(found, path, f"an array of shape {array.shape}")
+    if head.startswith(SINTEL):
+        return PoseList(inverted(read_cam(path, max_pixels)[1][None]))
+    if path.suffix.lower() == ".bin":
+        return PoseList(*read_colmap_images(path, max_pixels), metric=False)
+    text = read_text(path, max_pixels)
+    if text.lstrip()[:1] in ("{", "["):
+        try:
+            data = parse_json(text, max_pixels)
+        except ValueError as error:
+            raise ValueError(f"{path} {error}") from None
+        return _checked(from_json(data, path, max_pixels), path, "JSON without poses")
+    if (found := _from_colmap(text) or _from_named_rows(text)) is not None:
+        return found
+    header, rows = _read_rows(text)
+    if text.startswith(WRITTEN) and rows is not None and rows.shape[1] == 8 and np.abs(rows[:, 0]).max() < 2**31:
+        return PoseList(from_quaternions(rows[:, 1:4], rows[:, 4:]), numbers=rows[:, 0].astype(int).tolist())
+    found = (_from_header(header, rows) or _from_rows(rows)) if rows is not None else None
+    found = found or _from_blocks(text) or from_text(text, path)
+    return _checked(found, path, "a text" if rows is None else f"rows of {rows.shape[1]} numbers")
+
+
+def _checked(found: PoseList | None, path: Path, got: str) -> PoseList:
+    if found is None or not len(found.poses):
+        raise ValueError(
+            f"{path} holds no poses: expected t x y z qx qy qz qw, or a matrix of 3x4 or 4x4, for each frame, got {got}"
+        )
+    return found
+
+
+def _read_rows(text: str) -> tuple[list[str], NDArray[np.float64] | None]:
+    """The names in the first line, if it has names, and (n, columns) the numbers; None if rows differ in length."""
+    lines = [line for line in (line.split("#")[0].replace(",", " ").split() for line in text.splitlines()) if line]
+    header = lines.pop(0) if lines and not _all_numbers(lines[0][:_COLUMNS]) else []
+    if not lines or len({len(line) for line in lines}) != 1 or len(lines[0]) > _COLUMNS:
+        return header, None
+    lines = [line for line in lines if _all_numbers(line)]
+    return header, np.array(lines, np.float64) if lines else None
+
+
+def _all_numbers(words: list[str]) -> bool:
+    try:
+        return bool([float(word) for word in words])
+    except ValueError:
+        return False
+
+
+def _from_header(header: list[str], rows: NDArray[np.float64]) -> PoseList | None:
+    """A table whose columns have names, such as StrayScanner's odometry.csv: timestamp, frame, x, ..., qw."""
+    columns = {re.sub(r"[^a-z0-9]", "", name.lower()): k for k, name in enumerate(header)}
+    place = [columns.get(f"t{axis}", columns.get(axis, columns.get(f"p{axis}"))) for axis in "xyz"]
+    turn = [columns.get(f"q{axis}") for axis in "xyzw"]
+    if None in place or None in turn or len(header) != rows.shape[1]:
+        return None
+    poses = from_quaternions(rows[:, place], rows[:, turn])  # type: ignore[index]
+    named = columns.get("frame", columns.get("index", columns.get("id")))
+    names = None if named is None else [f"{number:.0f}" for number in rows[:, named]]
+    time = columns.get("timestamp", columns.get("time"))
+    return PoseList(poses, names, None if time is None else rows[:, time])
+
+
+def _from_rows(rows: NDArray[np.float64]) -> PoseList | None:
+    """A row for each pose: its length says which form it has."""
+    columns = rows.shape[1]
+    if columns == 8 or (columns == 9 and _are_turns(rows[:, 4:8])):  # RTAB-Map adds the number of a node
+        return PoseList(from_quaternions(rows[:, 1:4], rows[:, 4:8]), None, rows[:, 0])
+    if columns == 7:
+        return _from_seven(rows)
+    if columns in (13, 17):
+        return PoseList(from_matrices(rows[:, 1:]), [f"{number:.0f}" for number in rows[:, 0]], rows[:, 0])
+    if columns in (12, 16):
+        return PoseList(from_matrices(rows))
+    if columns == 18:  # Virtual KITTI: frame, camera, world-to-camera
+        rows = rows[rows[:, 1] == rows[0, 1]]
+        return PoseList(inverted(from_matrices(rows[:, 2:])), [f"{number:.0f}" for number in rows[:, 0]])
+    if columns == 4:
+        is_square = len(rows) % 4 == 0 and (len(rows) % 3 or (rows[3::4, :3] == 0).all())
+        side = 16 if is_square else 12
+        return PoseList(from_matrices(rows.reshape(-1, side))) if rows.size % side == 0 else None
+    return None
+
+
+@np.errstate(all="ignore")
+def _are_turns(rows: NDArray[np.float64]) -> bool:
+    """Whether these are quaternions: their length is 1."""
+    return bool(np.median(abs(np.linalg.norm(rows, axis=1) - 1)) < 0.01)
+
+
+def _from_seven(rows: NDArray[np.float64]) -> PoseList:
+    """x y z qx qy qz qw; qw qx qy qz x y z (Washington); or t, turn about an axis, x y z (ARKit: world-to-camera)."""
+    if _are_turns(rows[:, 3:]):
+        return PoseList(from_quaternions(rows[:, :3], rows[:, 3:]))
+    if _are_turns(rows[:, :4]):
+        return PoseList(from_quaternions(rows[:, 4:], rows[:, [1, 2, 3, 0]]))
+    angles = np.linalg.norm(rows[:, 1:4], axis=1, keepdims=True)
+    axes = rows[:, 1:4] / np.maximum(angles, 1e-12)
+    turns = np.hstack([axes * np.sin(angles / 2), np.cos(angles / 2)])
+    return PoseList(inverted(from_quaternions(rows[:, 4:], turns)), None, rows[:, 0])
+
+
+def _from_blocks(text: str) -> PoseList | None:
+    """Open3D's and 3DMatch's log: three numbers, then a 4x4 matrix, for each pose."""
+    numbers = re.sub(r"#[^\n]*", "", text).replace(",", " ").split()
+    if not numbers or len(numbers) % 19 or not _all_numbers(numbers):
+        return None
+    rows = np.array(numbers, np.float64).reshape(-1, 19)
+    return PoseList(rows[:, 3:].reshape(-1, 4, 4))
+
+
+def _from_colmap(text: str) -> PoseList | None:
+    """COLMAP's images.txt: `id qw qx qy qz tx ty tz camera name`, world-to-camera, and a line of points after each."""
+    lines = [line.split() for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    lines = [words for words in lines if len(words) == 10 and _all_numbers(words[:9]) and not _all_numbers(words[9:])]
+    if not lines:
+        return None
+    rows = np.array([words[1:8] for words in lines], np.float64)
+    poses = inverted(from_quaternions(rows[:, 4:], rows[:, [1, 2, 3, 0]]))
+    return PoseList(poses, [words[9] for words in lines], metric=False)
+
+
+def _from_named_rows(text: str) -> PoseList | None:
+    """Lines of one or more pictures' names and a matrix: Matterport3D's `scan depth.png color.jpg 1 0 0 ...`."""
+    names, rows = [], []
+    for line in text.splitlines():
+        words = line.split()
+        if len(words) > 16 and re.fullmatch(r".*\.(png|jpe?g)", words[-17].lower()) and _all_numbers(words[-16:]):
+            names.append(words[-17])
+            rows.append([float(number) for number in words[-16:]])
+    return PoseList(from_matrices(np.array(rows)), names) if rows else None
+
+
+_SURE = 0.005  # of the depth, in the median: no other reading can be much better
+AGREES = 0.03  # poses off by a few centimetres, noise of sensors
+FAILS = 0.08
+_BETTER = 0.4  # another reading must leave less than this share of the error
+_POINTS = 4000  # of a view
+_SEEN = 0.15  # of them must lie in the other view
+_SCALES = (1 / 5, 1000 / 6553.5, 1 / 4, 1 / 10, 1000 / 256, 10.0)  # of depth taken as millimetres: 5000, 6553.5, ...
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How poses and cameras are to be understood: as they are written, or in another convention that programs use.
+
+    to_world    the pose is camera-to-world
+    axes        of the camera that the pose means, one of AXES
+    mirrored    fy has the other sign
+    scale       the depth is to be multiplied by this
+    pose_scale  the places of the poses are to be multiplied by this
+    """
+
+    to_world: bool = True
+    axes: str = "opencv"
+    mirrored: bool = False
+    scale: float = 1.0
+    pose_scale: float = 1.0
+
+    def pose(self, pose: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Convert a pose as it is written to (4, 4) camera-to-world in OpenCV axes."""
+        pose = (pose if self.to_world else inverted(pose[None])[0]) @ AXES[self.axes]
+        pose[:3, 3] *= self.pose_scale
+        return pose
+
+    def camera(self, camera: Camera) -> Camera:
+        return replace(camera, fy=-camera.fy) if self.mirrored else camera
+
+    def __str__(self) -> str:
+        said = [
+            "" if self.to_world else "poses lead from the world to the camera",
+            "" if self.axes == "opencv" else f"the poses' cameras have the axes of {self.axes}",
+            "fy is negative" if self.mirrored else "",
+            "" if self.scale == 1 else f"a metre has {1000 / self.scale:g} depth units",
+            "" if self.pose_scale == 1 else f"the poses are {self.pose_scale:.4g} times as large",
+        ]
+        return ", ".join(part for part in said if part) or "as written"
+
+
+class Finding(NamedTuple):
+    """The reading under which the views agree best, and the median error of both as a share of the depth."""
+
+    reading: Reading
+    error: float
+    error_as_written: float
+
+
+def find_reading(frames: Sequence[Frame], may_scale: bool, metric_poses: bool) -> Finding | None:
+    """Return how the poses of a few overlapping frames are to be understood; None if they do not show it.
+
+    may_scale     the units of the depth were guessed, so that another scale may be right
+    metric_poses  the unit of the poses is the metre; else it is fitted to the depth
+    """
+    pairs = [(frames[k], frames[k + 1]) for k in range(len(frames) - 1) if _moved(frames[k].pose, frames[k + 1].pose)]
+    if not pairs:
+        return None
+    written = _error(pairs, Reading())
+    if written < _SURE:
+        return Finding(Reading(), written, written)
+    scales = _SCALES if may_scale and metric_poses else ()
+    errors = [(_error(pairs, one), one) for one in _readings((1.0, *scales))]
+    least = min(error for error, _ in errors)
+    # of those that fit alike the one with the fewest changes, which comes first
+    error, best = next((error, one) for error, one in errors if error <= 1.1 * least)
+    if error > AGREES and not metric_poses:
+        error, best = _fit_pose_scale(pairs)
+    if error < AGREES and error < _BETTER * written:
+        return Finding(best, error, written)
+    return Finding(Reading(), written, written) if written < 1 else None
+
+
+def _readings(scales: Sequence[float]) -> list[Reading]:
+    """Return all conventions of poses and cameras, those with the fewest changes first."""
+    return [
+        Reading(to_world, axes, mirrored, scale)
+        for scale in scales
+        for mirrored in (False, True)
+        for axes in AXES
+        for to_world in (True, False)
+    ]
+
+
+def _fit_pose_scale(pairs: Sequence[tuple[Frame, Frame]]) -> tuple[float, Reading]:
+    """Return the error of the reading that fits best with a factor on the positions of the poses, and that reading."""
+    readings = [Reading(to_world, axes) for axes in AXES for to_world in (True, False)]
+    step = 1.25
+    for smaller, larger in ((37, 18), (6, 6), (6, 6), (6, 6)):  # 1/3850 (millimetres) to 55 times, then finer and finer
+        factors = [step**k for k in range(-smaller, larger + 1)]
+        tried = [replace(one, pose_scale=one.pose_scale * factor) for one in readings for factor in factors]
+        error, best = min(((_error(pairs, one), one) for one in tried), key=lambda found: found[0])
+        readings, step = [best], step ** (1 / 5)
+    return error, best
+
+
+def _moved(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
+    """Return whether two poses differ enough to distinguish one reading from another."""
+    return bool(np.isfinite(a).all() and np.isfinite(b).all() and abs(a - b).max() > 0.01)
+
+
+def _error(pairs: Sequence[tuple[Frame, Frame]], reading: Reading) -> float:
+    return float(np.mean([_error_of(a, b, reading) for a, b in pairs]))
+
+
+def _error_of(a: Frame, b: Frame, reading: Reading) -> float:
+    """Return the median difference of the depths where both see the same, share of the depth; 1 without overlap."""
+    step = max(1, int((a.depth.size / _POINTS) ** 0.5))
+    v, u = np.mgrid[0 : a.depth.shape[0] : step, 0 : a.depth.shape[1] : step]
+    z = a.depth[::step, ::step] * reading.scale
+    u, v, z = (part[z > 0] for part in (u, v, z))
+    from_camera, to_camera = reading.camera(a.camera), reading.camera(b.camera)
+    x, y = from_camera.ray_at(u, v)
+    relative = inverted(reading.pose(b.pose)[None])[0] @ reading.pose(a.pose)
+    x, y, far = relative[:3, :3] @ np.array([x * z, y * z, z]) + relative[:3, 3:]
+    with np.errstate(all="ignore"):
+        column, row = (np.rint(part) for part in to_camera.pixel_at(x, y, far))
+        inside = (far > 0) & (column >= 0) & (column < to_camera.width) & (row >= 0) & (row < to_camera.height)
+    there = b.depth[row[inside].astype(int), column[inside].astype(int)] * reading.scale
+    known = there > 0
+    if known.sum() < _SEEN * len(z):
+        return 1.0
+    return float(min(1.0, np.median(abs(far[inside][known] / there[known] - 1))))

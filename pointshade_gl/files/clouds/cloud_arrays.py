@@ -1,0 +1,329 @@
+"""The points of NumPy's files, of plain float32 (KITTI), PLY, PCD and 3-D Gaussians."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...notes.notes import Note
+from ...notes.words import shown
+from ...scene.cloud import UPS, PointCloud, axes_in_words, front_in_words
+from ..access.content import FILE_BYTES, FilePath, check_limit, naming, open_regular, read_bytes, split_numbers
+from ..arrays.compression import Archive
+from ..arrays.numpy_files import BROKEN, NpzArray, is_named, list_arrays, read_exactly, read_header
+from ..arrays.ply_and_pcd import read_pcd, read_ply
+from .cloud_columns import COUNTS, FoundPoints, check_points, found_by_number, found_in, side_by_side
+from .placing import is_before_camera
+
+POSITIONS = (
+    "points", "xyz", "positions", "position", "pos", "vertices", "verts", "pts", "coords", "coord", "point_cloud",
+    "pointcloud", "cloud", "pc", "data", "arr_0",
+)  # fmt: skip
+_BESIDE = {
+    "colors": ("colors", "color", "colours", "colour", "rgb", "rgbs"),
+    "normals": ("normals", "normal"),
+    "intensity": ("intensity", "intensities", "reflectance", "remission"),
+    "sizes": ("sizes", "radii", "radius"),
+    "confidence": ("confidence",),
+    "classes": ("classification", "classes"),
+}
+_RATIO = 100  # times smaller than its points no archive of points is, unless it is a bomb
+_SMALL = 2**26  # bytes that are unpacked whatever they were packed to
+
+
+def read_npy_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
+    """The points of an .npy file. Raises ValueError for one that is broken, or of another shape."""
+    with open_regular(path) as file:
+        with naming(path, BROKEN):
+            shape, is_fortran, dtype = read_header(file, "biufV")
+        check_limit(math.prod(shape) * dtype.itemsize, f"{path} is an array {shown(shape)}", max_pixels, FILE_BYTES)
+        with naming(path, BROKEN, (ValueError,)):
+            array = read_exactly(file, math.prod(shape) * dtype.itemsize)
+    array = array.view(dtype).reshape(shape, order="F" if is_fortran else "C")
+    with naming(path, "cannot be read as a point cloud", (ValueError,)):
+        if array.dtype.names:
+            rows = array.ravel()
+            check_points(len(rows), path, max_pixels)
+            return found_in({name: rows[name] for name in array.dtype.names}, "NumPy, columns by their names")
+        table = as_table(array)
+        check_points(len(table), path, max_pixels)
+        return found_by_number(table, f"NumPy, {table.shape[1]} columns", str(path), note)
+
+
+def read_npz_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
+    """The points of an .npz file, by the names of its arrays. Raises ValueError for one without any."""
+    archive = Archive(path, max_pixels)
+    arrays = {name.removesuffix(".npy"): NpzArray(archive, name) for name in archive.names if name.endswith(".npy")}
+    named = _named(arrays, POSITIONS)
+    if named is None and len(arrays) == 1:
+        named = next(iter(arrays))
+    if named is None:
+        listed = list_arrays({name: array.shape for name, array in arrays.items()})
+        raise ValueError(f"{path} must hold an array points of shape (n, 3), got {listed or 'none'}")
+
+    def read(name: str) -> NDArray[Any]:
+        size = math.prod(arrays[name].shape) * arrays[name].dtype.itemsize
+        if size > max(_SMALL, _RATIO * archive.packed(f"{name}.npy")):
+            raise ValueError(f"{path}/{shown(name)[1:-1]} unpacks to {size} bytes, more than points ever do")
+        return arrays[name].part(())
+
+    with naming(path, "cannot be read as a point cloud", (ValueError,)):
+        table = as_table(read(named))
+        check_points(len(table), path, max_pixels)
+        found = found_by_number(table, "NumPy archive", str(path), note)
+        for role, names in _BESIDE.items():
+            if (name := _named(arrays, names)) and math.prod(arrays[name].shape[:-1] or (1,)):
+                setattr(found, role, _fitting(read(name), len(table), role, name))
+        return found
+
+
+def _named(arrays: dict[str, NpzArray], names: tuple[str, ...]) -> str | None:
+    return next((name for one in names for name in arrays if is_named(name, [one])), None)
+
+
+def _fitting(array: NDArray[Any], count: int, role: str, name: str) -> NDArray[Any]:
+    is_three = role in ("colors", "normals")
+    array = array.reshape(-1, array.shape[-1])[:, :3] if is_three and array.ndim > 1 else array.ravel()
+    if array.shape != ((count, 3) if is_three else (count,)):
+        raise ValueError(f"its {name} have shape {array.shape}, and there are {count} points")
+    return array
+
+
+def as_table(array: NDArray[Any]) -> NDArray[Any]:
+    """(n, c) of an array with a point in each row, in each pixel (h, w, c), or in each of 3 to 9 long columns."""
+    if array.dtype.kind not in "iuf":
+        raise ValueError(f"it holds {array.dtype}, expected numbers")
+    if array.ndim == 2 and array.shape[0] in COUNTS and array.shape[1] > COUNTS[-1]:
+        return array.T
+    if array.ndim < 2 or array.shape[-1] < 3:
+        raise ValueError(f"it has shape {array.shape}, expected (n, 3)")
+    return array.reshape(-1, array.shape[-1])
+
+
+_COLUMNS = 4, 5, 6
+_OTHERS = 3, 7  # columns of other files
+_FARTHEST = 1000.0  # metres
+_BRIGHTEST = 255.0
+_LOOKED_AT = 4096  # points
+_FEWEST = 4
+HEAD = _LOOKED_AT * 6 * 4  # bytes that show what it is
+
+
+def read_lidar_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
+    """The points of a scan. Raises ValueError for other numbers."""
+    data = read_bytes(path, max_pixels)
+    columns = lidar_columns(data[:HEAD], len(data))
+    if columns is None:
+        raise ValueError(
+            f"{path} is no scan of a lidar: expected float32 x, y, z and intensity, as in KITTI; other numbers "
+            "without a header can be saved as .npy"
+        )
+    table = np.frombuffer(data, "<f4").reshape(-1, columns)
+    check_points(len(table), path, max_pixels)
+    found = FoundPoints(f"float32, {columns} columns", table[:, :3], up="z", up_from="usual of lidars")
+    if columns == 6:
+        found.colors = table[:, 3:]
+    else:
+        found.intensity = table[:, 3]
+    return found
+
+
+def lidar_columns(head: bytes, size: int) -> int | None:
+    """How many numbers a point has, from the beginning of a file of that size; None if it is no scan.
+
+    Numbers beside the coordinates are 0 to 1, or 0 to 255.
+    """
+    numbers = np.frombuffer(head[: len(head) // 4 * 4], "<f4")
+    if size % 4 or not np.isfinite(numbers).all() or not numbers.size or np.abs(numbers).max() > _FARTHEST:
+        return None
+    fitting = [one for one in _COLUMNS if size % (4 * one) == 0 and numbers.size >= _FEWEST * one]
+    best = max((*fitting, *_OTHERS), key=lambda one: _apart(numbers, one))
+    return best if best in fitting and _is_scan(_table(numbers, best)) else None
+
+
+def _table(numbers: NDArray[np.float32], columns: int) -> NDArray[np.float32]:
+    return numbers[: len(numbers) // columns * columns].reshape(-1, columns)
+
+
+def _apart(numbers: NDArray[np.float32], columns: int) -> float:
+    """How much the columns differ from each other, which they do most if there are so many."""
+    if len(numbers) < columns:
+        return 0.0
+    table = _table(numbers, columns).astype(np.float64)
+    return float(table.mean(0).var() + np.abs(table).mean(0).var())
+
+
+def _is_scan(table: NDArray[np.float32]) -> bool:
+    at, more = table[:, :3], table[:, 3:]
+    is_whole = table.shape[1] != 5 or (more[:, 1] % 1 == 0).all()  # a ring's number
+    sides = np.ptp(at, 0)
+    return bool(is_whole and more.min() >= 0 and more.max() <= _BRIGHTEST and sides[:2].min() > 0)
+
+
+_NOWHERE = [0, 0, 0, 1, 0, 0, 0]  # the viewpoint of a file that says nothing
+
+
+def read_pcd_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
+    """The points of a PCD file, row after row. Raises ValueError for one that is broken, or has no x, y and z."""
+    pcd = read_pcd(path, max_pixels)
+    with naming(path, "cannot be read as a point cloud", (ValueError,)):
+        found = found_in(pcd.columns, f"PCD, {pcd.header.coding}")
+    view = pcd.header.viewpoint
+    if len(view) == 7 and view != _NOWHERE and np.isfinite(view).all():
+        found.seen_from = np.array(view[:3])
+    found.up, found.up_from, found.up_is_guessed = "z", "usual in PCD files", True
+    if is_before_camera(found.positions):
+        found.up, found.up_from = "-y", "all of it lies in front of a camera at 0, 0, 0"
+        found.seen_from = np.zeros(3) if found.seen_from is None else found.seen_from
+    return found
+
+
+_OPACITY = ("opacity",)
+_COLOR = ("f_dc_0", "f_dc_1", "f_dc_2")
+_SCALE = ("scale_0", "scale_1", "scale_2")
+_TURN = ("rot_0", "rot_1", "rot_2", "rot_3")  # w first
+_FAINT = 0.4  # opacity below which one is left out
+_HARMONIC = 0.28209479177387814  # of degree 0
+_RADIUS = 2.0  # deviations: a disc that fades as (1 - r^2)^2 is nearest to a Gaussian of half its radius
+_FLAT = 0.4  # of the middle axis is the shortest one of a disc
+_GIANT = 0.99, 4.0  # quantile of the radii, and how many times that is too large
+_STEEPEST = 40.0  # exponents beyond overflow float32
+_AT_A_TIME = 1 << 18
+
+
+def is_of_gaussians(columns: Mapping[str, NDArray[Any]]) -> bool:
+    return {*_OPACITY, *_COLOR, *_SCALE, *_TURN} <= columns.keys()
+
+
+def gaussians_in(columns: Mapping[str, NDArray[Any]], form: str, name: str, note: Note) -> FoundPoints:
+    """The points of the columns of a Gaussian .ply. Faint ones are left out, and giants, which are fog."""
+    opacity = 1 / (1 + np.exp(-columns["opacity"].astype(np.float32).clip(-_STEEPEST, _STEEPEST)))
+    kept = np.flatnonzero(opacity >= _FAINT)
+    scales = np.sort(np.stack([columns[one][kept] for one in _SCALE], -1).astype(np.float32), -1)
+    radii = _RADIUS * np.exp(scales[:, 1].clip(-_STEEPEST, _STEEPEST))
+    if len(kept):
+        quantile, times = _GIANT
+        is_small = radii <= times * np.quantile(radii[np.isfinite(radii)], quantile) if np.isfinite(radii).any() else []
+        kept, radii = kept[is_small], radii[is_small]
+    note(f"{name}: {len(kept)} of {len(opacity)} Gaussians are opaque discs of usual size; the others are left out")
+    return FoundPoints(
+        form,
+        side_by_side([columns[one] for one in "xyz"])[kept],
+        np.concatenate([_normals(columns, part) for part in _parts(kept)] or [np.empty((0, 3), np.float32)]),
+        _colors(columns, kept),
+        sizes=radii,
+        up="-y",
+        up_from="usual of reconstructions",
+        up_is_guessed=True,
+    )
+
+
+def _parts(rows: NDArray[Any]) -> list[NDArray[Any]]:
+    return [rows[at : at + _AT_A_TIME] for at in range(0, len(rows), _AT_A_TIME)]
+
+
+def _colors(columns: Mapping[str, NDArray[Any]], rows: NDArray[Any]) -> NDArray[np.uint8]:
+    dc = np.stack([columns[one][rows] for one in _COLOR], -1).astype(np.float32)
+    return np.rint(np.nan_to_num(255 * (0.5 + np.float32(_HARMONIC) * dc)).clip(0, 255)).astype(np.uint8)
+
+
+def _normals(columns: Mapping[str, NDArray[Any]], rows: NDArray[Any]) -> NDArray[np.float32]:
+    """(n, 3) the shortest axes of those that are flat, 0 of all others."""
+    scales = np.stack([columns[one][rows] for one in _SCALE], -1).astype(np.float64)
+    w, x, y, z = (columns[one][rows].astype(np.float64) for one in _TURN)
+    axes = np.stack(  # [n, k]: where the k-th axis points, times the square of the quaternion's length
+        [
+            np.stack([w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)], -1),
+            np.stack([2 * (x * y - w * z), w * w - x * x + y * y - z * z, 2 * (y * z + w * x)], -1),
+            np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z], -1),
+        ],
+        1,
+    )
+    shortest = axes[np.arange(len(rows)), scales.argmin(1)]
+    shortest /= np.linalg.norm(shortest, axis=1, keepdims=True)
+    ordered = np.sort(scales, 1)
+    is_flat = (ordered[:, 0] - ordered[:, 1] < np.log(_FLAT)) & np.isfinite(shortest).all(1)
+    return np.where(is_flat[:, None], shortest, 0).astype(np.float32)
+
+
+VERTEX = "vertex"
+_UP, _ORIGIN, _SEEN_FROM = "up", "origin", "seen_from"  # first words of comments
+_FAR = 1000.0  # sizes of a cloud from zero: beyond, float32 would move its points visibly
+_PROPERTIES = {  # what is written of each value
+    "positions": "x y z",
+    "normals": "nx ny nz",
+    "colors": "red green blue",
+    "sizes": "radius",
+    "confidence": "confidence",
+    "seen_from": "seen_x seen_y seen_z",
+}
+_KINDS = {"colors": "u1", "seen_from": "<f8"}  # else float
+
+
+def read_ply_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
+    """The vertices of a PLY file. Raises ValueError for one that is broken, or has none."""
+    ply = read_ply(path, max_pixels, VERTEX)
+    with naming(path, "cannot be read as a point cloud", (ValueError,)):
+        if VERTEX not in ply.elements:
+            raise ValueError(f"it has no vertices, only {', '.join([*ply.elements][:12]) or 'a header'}")
+        rows = ply.elements[VERTEX]
+        check_points(len(rows), path, max_pixels)
+        columns = {name: rows[name] for name in rows.dtype.names or ()}
+        form = f"PLY, {ply.form}"
+        if is_of_gaussians(columns):
+            return gaussians_in(columns, f"{form}, 3-D Gaussians", str(path), note)
+        return _as_commented(found_in(columns, form), ply.comments)
+
+
+def vertices_of(cloud: PointCloud) -> NDArray[np.void]:
+    """(n,) structured, a field for each property: those values that the cloud has."""
+    world = cloud.positions + cloud.origin
+    size = np.ptp(world, 0).max() if len(world) else 0.0
+    is_far = len(world) > 0 and np.abs(world).max() > _FAR * size
+    values = {name: getattr(cloud, name) for name in _PROPERTIES} | {"positions": world}
+    if cloud.seen_from is not None:
+        values["seen_from"] = None if cloud.seen_from.ndim == 1 else cloud.seen_from + cloud.origin
+    kinds = _KINDS | {"positions": "<f8" if is_far or cloud.origin.any() else "<f4"}
+    columns = [
+        (name, kinds.get(key, "<f4"), values[key][:, k] if values[key].ndim == 2 else values[key])
+        for key, names in _PROPERTIES.items()
+        if values[key] is not None
+        for k, name in enumerate(names.split())
+    ]
+    rows = np.empty(len(cloud), [(name, kind) for name, kind, _ in columns])
+    for name, _, column in columns:
+        rows[name] = column
+    return rows
+
+
+def comments_of(cloud: PointCloud) -> list[str]:
+    """What the header says about a cloud beside its points, for `read_ply_points`."""
+    lines = [f"{_UP} {cloud.up}"]
+    if cloud.front:
+        lines.append(axes_in_words(cloud.up, cloud.front))
+    if cloud.origin.any():
+        lines.append(f"{_ORIGIN} {_text(cloud.origin)}")
+    if cloud.seen_from is not None and cloud.seen_from.ndim == 1:
+        lines.append(f"{_SEEN_FROM} {_text(cloud.seen_from + cloud.origin)}")
+    return lines
+
+
+def _text(numbers: NDArray[np.float64]) -> str:
+    return " ".join(repr(float(one)) for one in numbers)
+
+
+def _as_commented(found: FoundPoints, comments: list[str]) -> FoundPoints:
+    said = {first: rest for first, _, rest in (line.partition(" ") for line in comments)}
+    for up in UPS:
+        if said.get(_UP) == up:
+            found.up, found.up_from = up, "its header says so"
+            found.front = next((one for one in map(front_in_words, comments) if one and one[-1] != up[-1]), None)
+    for name in (_ORIGIN, _SEEN_FROM):
+        numbers = split_numbers(said.get(name, "")) or []
+        if len(numbers) == 3 and np.isfinite(numbers).all() and found.up:  # our own
+            setattr(found, name, np.array(numbers))
+    return found

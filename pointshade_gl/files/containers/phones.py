@@ -1,0 +1,283 @@
+"""Reads what phones write: HEIC photographs with depth, and recordings of the app Record3D."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Collection
+from contextlib import suppress
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...notes.notes import Note, once
+from ...notes.words import shown
+from ...scene.camera import OPENGL, Camera, from_quaternions
+from ..access.content import (
+    LONGEST_SIDE,
+    MAX_PIXELS,
+    TEXT_BYTES,
+    FilePath,
+    check_limit,
+    check_pixels,
+    import_extra,
+    naming,
+    parse_object,
+    read_bytes,
+)
+from ..arrays.compression import Archive, unpack_lzfse
+from ..cameras.intrinsics import EXIF, Intrinsics, camera_of_lens
+from ..pictures.color_profiles import in_srgb
+from ..pictures.hdr_files import read_exr
+from ..pictures.picture_files import TURNED, decode_image
+from .container_contents import Contents, Frames, as_color
+
+BRANDS = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1")
+_PACKET = re.compile(rb"<x:xmpmeta(?:(?!<x:xmpmeta).){1,20000}?</x:xmpmeta>", re.DOTALL)
+_MATRIX = re.compile(rb"IntrinsicMatrix>(.{1,2000}?)</depthData:IntrinsicMatrix>", re.DOTALL)
+_NUMBER = rb"{}(?:>|=\")([-+0-9.eE]+)"
+_QUARTERS = {3: 2, 6: 1, 8: 3}  # of a turn clockwise, for each EXIF orientation without mirroring
+_CORNER = 0.5  # pixels from the corner of a picture to the centre of its first pixel
+_BROKEN = "is a broken or truncated HEIC picture"
+_INVERSE_Z = 0  # HEIF's representation_type
+
+
+def is_heic(head: bytes) -> bool:
+    """Whether a file with these first bytes is an HEIF picture of the kind phones write."""
+    return head[4:8] == b"ftyp" and head[8:12] in BRANDS
+
+
+def open_heic(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> Frames:
+    """The frame of a photograph. Raises ValueError without the extra `heic`, for a broken file, and without depth."""
+    pillow_heif = import_extra("pillow_heif", "heic", f"{path} is an HEIC picture")
+    data = read_bytes(path, max_pixels)
+    photo = _open(pillow_heif, data, path)
+    pictures = photo.info.get("depth_images") or []
+    if not pictures:
+        raise ValueError(f"{path} has no depth in it: phones add it in portrait mode")
+    for picture in (photo, pictures[0]):
+        width, height = picture.size
+        check_pixels(width, height, str(path), max_pixels)
+    return Frames(1, lambda _: _read(path, data, _open(pillow_heif, data, path), note))
+
+
+def _read(path: FilePath, data: bytes, photo: Any, note: Note) -> Contents:
+    from PIL import Image
+
+    exif = Image.Exif()
+    with suppress(Exception):  # Pillow raises of everything for broken bytes: then EXIF says nothing
+        exif.load(photo.info.get("exif") or b"")
+        exif.get_ifd(EXIF)
+    quarters = _QUARTERS.get(exif.get(TURNED, 1), 0)
+    with naming(path, _BROKEN, (ValueError, RuntimeError, EOFError, OSError)):
+        photo_colors = Image.fromarray(np.ascontiguousarray(np.array(photo)[..., :3]))
+        color, raw = (
+            np.asarray(in_srgb(photo_colors, photo.info, str(path), note)),
+            np.array(photo.info["depth_images"][0]),
+        )
+    if raw.ndim == 3:
+        raw = raw[..., 0]
+    if quarters % 2 and (raw.shape[0] > raw.shape[1]) != (color.shape[0] > color.shape[1]):
+        raw = np.ascontiguousarray(np.rot90(raw, -quarters))
+    packet = next((found for found in _PACKET.findall(data) if b"AuxiliaryImageType" in found), b"")
+    depth, kind, scale = _distances(raw, packet, photo.info["depth_images"][0].info["metadata"], str(path), note)
+    camera = _from_apple(packet, quarters, color.shape, str(path)) or _from_heif(photo, str(path))
+    if camera is None:
+        exif[TURNED] = 1  # the picture is upright already
+        camera = camera_of_lens(str(path), exif, (color.shape[1], color.shape[0]))
+        if camera is not None:
+            note(f"{path}: the camera is taken from the lens in EXIF, fx {camera.numbers[0]:.0f}")
+    if camera is not None:
+        camera = Intrinsics(camera.name, camera.numbers, camera.size, scale, kind)
+    return Contents(depth, color, camera, depth_kind=kind, depth_scale=scale)
+
+
+def _distances(
+    raw: NDArray[Any], packet: bytes, heif: dict[str, Any] | None, name: str, note: Note
+) -> tuple[NDArray[Any], str, float | None]:
+    """Metres, or 1/metres, of the codes of a depth picture; with the kind, and the scale if one is known."""
+    share = raw.astype(np.float32) / np.iinfo(raw.dtype).max
+    low, high = _number(packet, b"FloatMinValue"), _number(packet, b"FloatMaxValue")
+    kind = "z" if re.search(rb"AuxiliaryImageType(?:>|=\")depth", packet) else "inverse"
+    if re.search(rb"Accuracy(?:>|=\")relative", packet):
+        note(f"{name}: the phone measured depth up to a factor, its metres are not certain")
+    if low is not None and high is not None and low < high:
+        return np.float32(low) + share * np.float32(high - low), kind, 1.0
+    near, far = ((heif or {}).get(key) for key in ("z_near", "z_far"))
+    if near and far and (heif or {}).get("representation_type") == _INVERSE_Z:
+        return np.float32(1 / far) + share * np.float32(1 / near - 1 / far), "inverse", 1.0
+    note(f"{name} does not say what its depth means: it is taken as inverse depth without a scale")
+    return raw, "inverse", None
+
+
+def _from_apple(packet: bytes, quarters: int, shape: tuple[int, ...], name: str) -> Intrinsics | None:
+    """The matrix that the phone wrote for its sensor, turned as the picture was."""
+    matrix = _MATRIX.search(packet)
+    width, height = (_number(packet, b"IntrinsicMatrixReference" + side) for side in (b"Width", b"Height"))
+    numbers = [float(text) for text in re.findall(rb"<rdf:li>([-+0-9.eE]{1,30})</rdf:li>", matrix[1])] if matrix else []
+    if len(numbers) != 9 or not width or not height:
+        return None
+    fx, fy, cx, cy = numbers[0], numbers[4], numbers[6] - _CORNER, numbers[7] - _CORNER  # column by column
+    for _ in range(quarters):
+        fx, fy, cx, cy, width, height = fy, fx, height - 1 - cy, cx, height, width
+    across, down = shape[1] / width, shape[0] / height
+    numbers = fx * across, fy * down, (cx + _CORNER) * across - _CORNER, (cy + _CORNER) * down - _CORNER
+    return Intrinsics(name, numbers, (shape[1], shape[0]))
+
+
+def _from_heif(photo: Any, name: str) -> Intrinsics | None:
+    matrix = photo.info.get("heif", {}).get("camera_intrinsic_matrix")
+    if not matrix:
+        return None
+    fx, fy, cx, cy = (matrix[f"{name}_{axis}"] for name in ("focal_length", "principal_point") for axis in "xy")
+    return Intrinsics(name, (fx, fy, cx - _CORNER, cy - _CORNER), tuple(photo.size))
+
+
+def _number(packet: bytes, key: bytes) -> float | None:
+    found = re.search(_NUMBER.replace(b"{}", key), packet)
+    try:
+        return float(found[1]) if found else None
+    except ValueError:
+        return None
+
+
+def _open(pillow_heif: Any, data: bytes, path: FilePath) -> Any:
+    with naming(path, _BROKEN, (ValueError, RuntimeError, EOFError, SyntaxError, IndexError)):
+        file = pillow_heif.open_heif(data)
+        return file[file.primary_index]
+
+
+_METADATA = re.compile(r"(?P<root>(?:.*/)?)metadata(?:\.json)?")
+_DEPTH = re.compile(r"(?P<root>(?:.*/)?)(?:rgbd/(?P<packed>\d{1,9})\.depth|depth/(?P<exr>\d{1,9})\.exr)")
+_COLORS = ("rgbd/{}.jpg", "rgb/{}.jpg", "rgb/{}.png", "rgbd/{}.png")
+
+
+class Unpacked:
+    """The files of a recording that lies in a folder."""
+
+    def __init__(self, path: Path, max_pixels: float = MAX_PIXELS):
+        self.path, self._max_pixels = path, max_pixels
+        places = [path, *(path / name for name in ("rgbd", "rgb", "depth"))]
+        files = (file for place in places if place.is_dir() for file in place.iterdir() if file.is_file())
+        self.names = {file.relative_to(path).as_posix() for file in files}
+
+    def read(self, name: str) -> bytes:
+        return read_bytes(self.path / name, self._max_pixels)
+
+
+def open_record3d(files: Archive | Unpacked, note: Note, max_pixels: float = MAX_PIXELS) -> Frames | None:
+    """The frames of a recording, by their numbers; None if it is none. Raises ValueError for broken metadata."""
+    name = _find_metadata(files.names)
+    if name is None:
+        return None
+    title, data, root = f"{files.path}/{name}", files.read(name), name.removesuffix(".json").removesuffix("metadata")
+    check_limit(len(data), f"{title} has {len(data)} bytes", max_pixels, TEXT_BYTES)
+    metadata = parse_object(data.decode("utf-8", "replace"), Path(title), max_pixels)
+    if not {"w", "h"} <= metadata.keys():
+        return None  # another program's
+    matches = [match for member in files.names if (match := _DEPTH.fullmatch(member)) and match["root"] == root]
+    frames = {int(match["packed"] or match["exr"]): match[0] for match in matches}
+    reader = _Recording(files, title, root, metadata, frames, sorted(frames), once(note), max_pixels)
+    return Frames(len(frames), reader.read)
+
+
+def _find_metadata(names: Collection[str]) -> str | None:
+    """The name of the metadata that have a frame beside them."""
+    roots = {match["root"] for name in names if (match := _DEPTH.fullmatch(name))}
+    return next((name for name in sorted(names) if (m := _METADATA.fullmatch(name)) and m["root"] in roots), None)
+
+
+@dataclass(frozen=True)
+class _Recording:
+    files: Archive | Unpacked
+    title: str
+    root: str
+    metadata: dict[str, Any]
+    frames: dict[int, str]
+    numbers: list[int]
+    note: Note
+    max_pixels: float
+
+    def read(self, k: int) -> Contents:
+        number = self.numbers[k]
+        member = self.frames[number]
+        if member.endswith(".exr"):
+            depth, valid = self._exr(member), None
+        else:
+            depth, valid = self._packed(member, f"{self.root}rgbd/{number}.conf")
+        color = None
+        found = [name for pattern in _COLORS if (name := self.root + pattern.format(number)) in self.files.names]
+        if found:
+            name = f"{self.files.path}/{found[0]}"
+            color = as_color(decode_image(BytesIO(self.files.read(found[0])), name, self.max_pixels, self.note))
+        row = number if self.numbers[-1] < len(self._poses) else k  # frames may have been thinned out
+        return Contents(depth, color, self._camera(row, color), self._pose(row), valid)
+
+    def _exr(self, member: str) -> NDArray[Any]:
+        with tempfile.TemporaryDirectory() as folder:  # the library reads files only
+            path = Path(folder) / Path(member).name
+            path.write_bytes(self.files.read(member))
+            return read_exr(path, self.max_pixels)
+
+    def _packed(self, member: str, confidence: str) -> tuple[NDArray[Any], NDArray[np.bool_] | None]:
+        """Depth, and where it is not of the lowest confidence."""
+        width, height = self._side("dw", 192), self._side("dh", 256)
+        name = f"{self.files.path}/{member}"
+        check_pixels(width, height, name, self.max_pixels)
+        depth = np.frombuffer(unpack_lzfse(self.files.read(member), 4 * width * height, name), "<f4").reshape(
+            height, width
+        )
+        if confidence not in self.files.names:
+            return depth, None
+        data = unpack_lzfse(self.files.read(confidence), width * height, f"{self.files.path}/{confidence}")
+        valid = np.frombuffer(data, np.uint8).reshape(height, width) > 0
+        if not valid.all():
+            self.note(f"{self.files.path}: {np.mean(~valid):.0%} of the depth is of low confidence and left out")
+        return depth, valid
+
+    @property
+    def _poses(self) -> list[Any]:
+        poses = self.metadata.get("poses")
+        return poses if isinstance(poses, list) else []
+
+    def _camera(self, row: int, color: NDArray[Any] | None) -> Intrinsics:
+        """Of the colour picture, which may be larger than the metadata say."""
+        each, k = self.metadata.get("perFrameIntrinsicCoeffs"), self.metadata.get("K")
+        if isinstance(each, list) and row < len(each):
+            fx, fy, cx, cy = self._numbers(each[row], 4, "perFrameIntrinsicCoeffs")
+        else:
+            columns = self._numbers(k, 9, "K")
+            fx, fy, cx, cy = columns[0], columns[4], columns[6], columns[7]
+        size = self._side("w", 0), self._side("h", 0)
+        try:
+            camera = Camera(fx, fy, cx - _CORNER, cy - _CORNER, *size)
+        except ValueError as error:
+            raise ValueError(f"{self.title}: {error}") from None
+        if color is not None:
+            camera = camera.resized(color.shape[1], color.shape[0])
+        return Intrinsics(self.title, camera.intrinsics, (camera.width, camera.height), 1.0, "z")
+
+    def _pose(self, row: int) -> NDArray[np.float64] | None:
+        if row >= len(self._poses):
+            return None
+        numbers = self._numbers(self._poses[row], 7, "poses")
+        return from_quaternions(np.array([numbers[4:]]), np.array([numbers[:4]]))[0] @ OPENGL
+
+    def _numbers(self, value: Any, count: int, key: str) -> list[float]:
+        try:
+            numbers = [float(number) for number in value]
+        except (TypeError, ValueError, OverflowError):
+            numbers = []
+        if len(numbers) != count:
+            raise ValueError(f"{self.title}: {key} must be {count} numbers, got {shown(value)}")
+        return numbers
+
+    def _side(self, key: str, default: int) -> int:
+        value = self.metadata.get(key, default)
+        if not isinstance(value, int) or not 1 <= value <= LONGEST_SIDE:
+            raise ValueError(f"{self.title}: {key} must be a whole number of pixels above 0, got {shown(value)}")
+        return value

@@ -1,1 +1,0 @@
-"""Networks that make depth of a photograph: .onnx files, and functions that the caller gives."""

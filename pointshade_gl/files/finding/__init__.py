@@ -1,0 +1,3 @@
+"""Finds out which files of a folder belong together."""
+
+from __future__ import annotations

@@ -1,0 +1,468 @@
+"""Writes a scene as glTF: one glTF node for each node, and more below it for what glTF cannot say in one."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Any, Literal, NamedTuple, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...checks.arguments import check_choice, check_path, check_type
+from ...scene.appearance import Look, Material
+from ...scene.cloud import PointCloud
+from ...scene.frame import NEUTRAL, Frame
+from ...scene.graph import Scene
+from ...scene.light import UPPER_LEFT, Light
+from ...scene.node import Node
+from ...scene.noise import Step
+from ...scene.objects import Mesh, PointObject
+from ...scene.values import srgb_to_linear
+from ..access.atomic_write import FileSet, check_place, name_key, naming_written
+from ..access.content import FilePath
+from ..access.known_names import SCENE_SUFFIXES, check_suffix
+from ..frames.assembly import read_color
+from .buffers import IMAGE_BASED, LIGHTS, telling
+from .cameras_and_lights import (
+    FLIP,
+    Matrix,
+    Units,
+    light_place,
+    looking_along,
+    transform_of,
+    unsheared,
+    write_camera,
+    write_environment,
+    write_light,
+)
+from .meshes import POINTS, cloud_attributes, cloud_extras, cloud_place, linear_colors
+from .stored_points import WHITE, Document, extras_of, write_points
+
+SAME_SURFACE = 0.02  # a neighbour off the plane by more than this share of 1/z is another surface
+STEEPEST = 10.0  # tangent of the steepest slope of a surface
+ROUGH = 0.4  # tangent by which slopes differ from pixel to pixel: from here on they are smoothed
+WINDOW = (1, 2, 4)  # pixels between those whose mean is taken, one round each
+EVEN = 1e-3  # share of 1/z by which the slopes of two sides may differ and count the same
+TO_GLTF = np.array([1.0, -1.0, -1.0], np.float32)  # axes of a camera
+Floats = NDArray[np.float32]
+
+
+class Surface(NamedTuple):
+    """Vertices of a frame in the axes of a glTF camera, (n, 3) and (n, 2), and the (m, 3) corners of its triangles."""
+
+    positions: Floats
+    normals: Floats
+    uv: Floats
+    faces: NDArray[np.uint32]
+
+
+def frame_surface(frame: Frame, most: int, step: Step | None = None, normals: Floats | None = None) -> Surface:
+    """Return the triangles between pixels that lie on one surface, and their corners.
+
+    most     pixels that may be used: of larger pictures each second is left out, or more
+    step     see `Look.depth_step`
+    normals  (h, w, 3) in the frame's camera axes, in place of those of the depth
+    """
+    every = max(1, math.ceil(math.sqrt(frame.depth.size / most)))
+    v, u = np.mgrid[every // 2 : frame.depth.shape[0] : every, every // 2 : frame.depth.shape[1] : every]
+    z = frame.depth[v, u]
+    w = np.divide(1, z, out=np.zeros_like(z), where=z > 0)
+    focal = abs(frame.camera.fx * frame.camera.fy) ** 0.5 / every
+    right, down = _slopes(w), _slopes(w.T).T
+    if (noise := _unevenness(w)) * focal > ROUGH:
+        right, down = _smoothed(w, right, down, noise)
+    faces = _triangles(w, right, down, focal, step)
+    used = np.zeros(w.size, bool)
+    used[faces] = True
+    number = np.cumsum(used, dtype=np.uint32) - 1  # of each pixel among those used
+    u, v = u.ravel()[used], v.ravel()[used]
+    z, w, right, down = (part.ravel()[used] for part in (z, w, right / every, down / every))
+    x, y = frame.camera.ray_at(u, v)
+    if normals is None:
+        camera = frame.camera
+        outward = [camera.fx * right, camera.fy * down, w - right * (u - camera.cx) - down * (v - camera.cy)]
+        found = -np.stack(outward, -1)
+    else:
+        found = normals[v, u]
+    height, width = frame.depth.shape
+    mirrored = frame.camera.fx * frame.camera.fy < 0
+    return Surface(
+        np.stack([x * z, y * z, z], -1).astype(np.float32) * TO_GLTF,
+        _unit(found) * TO_GLTF,
+        np.stack([(u + 0.5) / width, (v + 0.5) / height], -1).astype(np.float32),
+        number[faces[:, ::-1] if mirrored else faces],
+    )
+
+
+def frame_points(frame: Frame, most: int) -> tuple[Floats, tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Return points of a frame in the axes of a glTF camera, (n, 3), and their columns and rows."""
+    v, u = np.nonzero(frame.depth)
+    every = math.ceil(len(v) / most)
+    v, u = v[::every], u[::every]
+    (x, y), z = frame.camera.ray_at(u, v), frame.depth[v, u]
+    return np.stack([x * z, y * z, z], -1).astype(np.float32) * TO_GLTF, (u, v)
+
+
+def _unit(vectors: NDArray[Any]) -> Floats:
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    ahead = np.broadcast_to(np.array([0, 0, -1.0]), vectors.shape)
+    return np.divide(vectors, length, out=ahead.copy(), where=length > 0).astype(np.float32)
+
+
+def _slopes(w: Floats) -> Floats:
+    """Return the slope of w from column to column, by the side that goes on more evenly; 0 without neighbours."""
+    known = np.pad(w > 0, ((0, 0), (2, 2)))
+    padded = np.pad(w, ((0, 0), (2, 2)))
+    step = np.where(known[:, 1:] & known[:, :-1], np.diff(padded, axis=1), np.nan)
+    bend = np.diff(step, axis=1)  # of the pixels from 1 on
+    sides = step[:, 1:-2], step[:, 2:-1]
+    slope, total, safe = np.zeros_like(w), np.zeros_like(w), np.where(w > 0, w, 1)
+    for side, beyond in zip(sides, (bend[:, :-2], bend[:, 2:]), strict=True):
+        # two pixels that stand alone have no bend: they count little
+        uneven = np.where(np.isnan(beyond), 1, np.abs(beyond) / safe)
+        weight = np.where(np.isnan(side), 0, 1 / (EVEN + uneven) ** 2)
+        slope += weight * np.nan_to_num(side)
+        total += weight
+    return np.divide(slope, total, out=np.zeros_like(w), where=total > 0)
+
+
+def _unevenness(w: Floats) -> float:
+    """Return by how much w bends from pixel to pixel, as a share of it; jumps do not count."""
+    known = (w[:, :-2] > 0) & (w[:, 1:-1] > 0) & (w[:, 2:] > 0)
+    bend = np.abs(np.diff(w, 2, axis=1)[known]) / w[:, 1:-1][known]
+    bend = bend[bend < SAME_SURFACE]
+    return float(bend.mean()) if bend.size else 0.0
+
+
+def _smoothed(w: Floats, right: Floats, down: Floats, noise: float) -> tuple[Floats, Floats]:
+    """Return the mean slopes of pixels around that lie on the plane of the one in the middle, up to the noise."""
+    safe = np.where(w > 0, w, 1)
+    for step in WINDOW:
+        there = np.pad(np.stack([w, right, down]), ((0, 0), (step, step), (step, step)))
+        total, sums = np.zeros_like(w), np.zeros((2, *w.shape), np.float32)
+        for dy in (0, step, 2 * step):
+            for dx in (0, step, 2 * step):
+                other = there[:, dy : dy + w.shape[0], dx : dx + w.shape[1]]
+                off = (other[0] - w - (dx - step) * right - (dy - step) * down) / safe
+                weight = np.where(other[0] > 0, 1 / (1 + (off / (4 * noise * (1 + step))) ** 2) ** 2, 0)
+                total += weight
+                sums += weight * other[1:]
+        right, down = sums / np.where(total > 0, total, 1)
+    return right, down
+
+
+def _triangles(w: Floats, right: Floats, down: Floats, focal: float, max_step: Step | None) -> NDArray[np.intp]:
+    """Return (m, 3) pixels of the triangles in each square of four pixels, cut along either diagonal."""
+
+    def joined(a: tuple[slice, slice], b: tuple[slice, slice], off: tuple[int, int]) -> NDArray[np.bool_]:
+        own, other = (off[0] * right[k] + off[1] * down[k] for k in (a, b))
+        return _are_joined(w[a], w[b], own, other, focal, max_step)
+
+    first, last = slice(None, -1), slice(1, None)
+    a, b, c, d = (first, first), (first, last), (last, first), (last, last)
+    above, below = joined(a, b, (1, 0)), joined(c, d, (1, 0))
+    left, beside = joined(a, c, (0, 1)), joined(b, d, (0, 1))
+    rising, falling = joined(b, c, (-1, 1)), joined(a, d, (1, 1))
+    usual = above & left & rising, below & beside & rising
+    is_other = ~(usual[0] | usual[1])
+    others = above & beside & falling & is_other, left & below & falling & is_other
+    pixel = np.arange(w.size).reshape(w.shape)
+    corners = ((a, c, b), (b, c, d)), ((a, d, b), (a, c, d))
+    found = [
+        np.stack([pixel[k][there] for k in three], -1)
+        for kept, halves in zip((usual, others), corners, strict=True)
+        for there, three in zip(kept, halves, strict=True)
+    ]
+    return np.concatenate(found)
+
+
+def _are_joined(
+    w: Floats, other: Floats, rise: Floats, other_rise: Floats, focal: float, max_step: Step | None
+) -> NDArray[np.bool_]:
+    """Return whether two neighbours are one surface. rise: of w from one to the other, by the plane of each."""
+    known = (w > 0) & (other > 0)
+    near, far = np.maximum(w, other), np.where(known, np.minimum(w, other), 1)
+    if max_step:
+        z, far_z = 1 / np.where(known, near, 1), 1 / far
+        return known & (far_z - z <= max_step[0] + max_step[1] * z)
+    step = other - w
+    goes_on = np.minimum(np.abs(step - rise), np.abs(step - other_rise)) < SAME_SURFACE * far
+    return known & goes_on & (np.abs(step) < max(SAME_SURFACE, STEEPEST / focal) * far)
+
+
+Fallback = Literal["mesh", "points"] | None
+MOST_POINTS = 400_000  # vertices of one object: all of a frame of 640x480
+IN_GLTF = ".png", ".jpg", ".jpeg"  # pictures that glTF knows
+GREY = (srgb_to_linear(NEUTRAL / 255.0).item(),) * 3  # of a frame without colours
+
+
+def write_fallback(
+    document: Document, points: PointObject, written: Mapping[Frame, dict[str, Any]], kind: Fallback
+) -> list[tuple[int, Matrix]]:
+    """Return the mesh of each frame and its place below the object's node.
+
+    written  the extras of each frame: they name the folder that holds its colours
+    """
+    most = max(1, MOST_POINTS // len(points.frames))
+    found = []
+    for frame in points.frames:
+        key = ("fallback", id(frame.depth), id(frame.color), frame.camera, points.look)
+        if key not in document.known:
+            primitive = _triangles_of(document, frame, points.look, written[frame], most) if kind == "mesh" else None
+            primitive = primitive or _points(document, frame, points.look, most)
+            document.known[key] = document.add("meshes", primitives=[primitive])
+        found.append((document.known[key], frame.pose @ FLIP))
+    return found
+
+
+def _triangles_of(
+    document: Document, frame: Frame, look: Look, said: Mapping[str, Any], most: int
+) -> dict[str, Any] | None:
+    """Return the primitive of a frame's surface; None where no pixels lie on one, as in sparse depth."""
+    normals = None if isinstance(look.normals, str) else np.asarray(look.normals, np.float32)
+    surface = frame_surface(frame, most, look.depth_step, normals)
+    if not len(surface.faces):
+        return None
+    held = {"POSITION": surface.positions}
+    texture, color = None, GREY
+    if frame.color is not None:
+        held["TEXCOORD_0"] = surface.uv
+        texture = document.photograph(frame.color, _file_of(frame.color, said, document))
+        color = WHITE
+    return {
+        "attributes": document.attributes(surface.normals, held),
+        "indices": document.corners(surface.faces, len(surface.positions)),
+        "material": document.material(look.material, look.shading, color, texture),
+    }
+
+
+def _file_of(color: NDArray[np.uint8], said: Mapping[str, Any], document: Document) -> str | None:
+    """Return the picture that holds a frame's colours, if it is written with the file or lies where it can be named."""
+    name = said.get("color", f"{said.get('frame')}/color.png")
+    if document.is_binary:
+        return None
+    if document.files.holds(name):
+        return name
+    path = document.files.folder / name
+    if path.suffix.lower() not in IN_GLTF or not path.is_file():
+        return None
+    return name if np.array_equal(read_color(path), color) else None
+
+
+def _points(document: Document, frame: Frame, look: Look, most: int) -> dict[str, Any]:
+    """Return the primitive of a frame's points, whose normals no program needs."""
+    positions, (u, v) = frame_points(frame, most)
+    held: dict[str, NDArray[Any]] = {"POSITION": positions}
+    if frame.color is not None:
+        (height, width), colors = frame.depth.shape, frame.color
+        row = ((v + 0.5) * colors.shape[0] / height).astype(np.intp)
+        column = ((u + 0.5) * colors.shape[1] / width).astype(np.intp)
+        held["COLOR_0"] = linear_colors(colors[row, column, :3])
+    color = GREY if frame.color is None else WHITE
+    material = document.material(look.material, "none", color)  # without normals they are not lit
+    return {"mode": POINTS, "attributes": document.attributes(None, held), "material": material}
+
+
+NO_NAME = r"\W+"  # not in the names of folders
+_LEANING = 0.5  # cosine: a scene whose y points down by as much is turned for other programs
+_REACHES = 1e-3, 1e6  # nearest, in radii of the scene, and farthest distance at which lights are matched
+
+
+def save_scene(path: FilePath, scene: Scene, fallback: Fallback, light_units: Units) -> None:
+    """See the package, which imports this module when it is first needed."""
+    path, scene = check_path(path), check_type(scene, Scene, "scene")
+    if fallback is not None:
+        check_choice("fallback", fallback, get_args(get_args(Fallback)[0]))
+    check_choice("light_units", light_units, get_args(Units))
+    check_suffix(path, SCENE_SUFFIXES)
+    check_place(path)
+    with naming_written(path), FileSet(path.parent) as files:
+        document = Document(path, files)
+        _Writer(document, fallback, light_units).scene(scene)
+        document.finish()
+        files.commit()
+
+
+class _Writer:
+    def __init__(self, document: Document, fallback: Fallback, units: Units) -> None:
+        self.document = document
+        self.fallback: Fallback = fallback
+        self.units: Units = units
+        self.frames: dict[Frame, dict[str, Any]] = {}
+        self.folders: set[str] = set()
+        self.above: dict[int, int] = {}  # by node: one more above it, where one cannot say a shear
+
+    def scene(self, scene: Scene) -> None:
+        """Numbers the nodes from above, each before those below it."""
+        self.middle, self.radius = scene.bounds
+        self.viewer = scene.framed().pose
+        nodes = self.document.gltf["nodes"]
+        roots: list[int] = []
+        stack: list[tuple[Node, list[int], Matrix, bool]] = [(n, roots, np.eye(4), True) for n in scene.nodes[::-1]]
+        while stack:
+            node, siblings, above, is_shown = stack.pop()
+            world, is_shown = above @ node.transform, is_shown and node.visible
+            with telling(f"node {node.name!r}" if node.name else f"node {len(nodes)}"):
+                number = self.node(node, world, is_shown)
+            siblings.append(self.above.pop(number, number))
+            below = nodes[number]["children"]
+            stack += [(child, below, world, is_shown) for child in node.children[::-1]]
+        said: dict[str, Any] = {}
+        if scene.ambient != (1.0, 1.0, 1.0):
+            said["ambient"] = list(scene.ambient)
+        pose = np.asarray(scene.pose)
+        if scene.camera is not None:
+            self.document.add("cameras", **write_camera(scene.camera))
+            roots.append(self.add_node("camera", pose @ FLIP, camera=0))
+        elif not np.array_equal(pose, FLIP):
+            said["pose"] = pose.tolist()
+        is_turned = bool(roots) and _is_upside_down(scene)
+        if is_turned:
+            top = self.add_node("y up", FLIP, {"turned": True})
+            nodes[top]["children"] = roots
+            roots = [top]
+        around = None if scene.environment is None else write_environment(scene.environment, self.document.image)
+        if around is not None:
+            self.document.around.append(around | ({"rotation": [1, 0, 0, 0]} if is_turned else {}))
+        extensions = None if around is None else {IMAGE_BASED: {"light": 0}}
+        self.document.add("scenes", extensions=extensions, extras=extras_of(said), nodes=roots or None)
+
+    def node(self, node: Node, world: Matrix, is_shown: bool) -> int:
+        """One of our nodes with its content, without its children."""
+        contents = node.content if isinstance(node.content, tuple) else (node.content,)
+        here = [item for item in contents if isinstance(item, Mesh | PointCloud) and _is_drawn(item)]
+        clouds = [item for item in here if isinstance(item, PointCloud) and not _is_at_zero(item)]
+        matrix = node.transform
+        if len(clouds) == len(contents) == 1 and not node.children:
+            matrix = matrix @ cloud_place(clouds.pop())
+        here = [item for item in here if item not in clouds]
+        points = [item for item in contents if isinstance(item, PointObject)]
+        lights = [item for item in contents if isinstance(item, Light)]
+        switches = {name: False for name in ("visible", "shadow") if not getattr(node, name)}
+        values: dict[str, Any] = {"extras": dict(switches)}
+        objects: list[tuple[int, PointObject]] = []  # number of the glTF node that holds each
+        index = len(self.document.gltf["nodes"])
+        if here:
+            values["mesh"] = self.mesh(tuple(here))
+        if points:
+            objects.append((index, points[0]))
+            values["extras"] |= self.points(points.pop(0), node.name)
+        if lights and np.array_equal(light_place(lights[0]), np.eye(4)) and not _is_viewers(lights[0]):
+            values["extensions"] = self.light(lights.pop(0), world, node.shadow)
+        self.add_node(node.name, matrix, **values)
+        below = self.document.gltf["nodes"][index]["children"]
+        shadow = {} if node.shadow else {"shadow": False}
+        for item in points:
+            below.append(self.add_node("", np.eye(4), shadow | self.points(item, node.name)))
+            objects.append((below[-1], item))
+        below += [self.add_node("", cloud_place(item), dict(shadow), mesh=self.mesh((item,))) for item in clouds]
+        below += [self.below(item, world) for item in lights]
+        if self.fallback and is_shown:
+            for holder, item in objects:
+                children = write_fallback(self.document, item, self.frames, self.fallback)
+                held = self.document.gltf["nodes"][holder]["children"]
+                held += [
+                    self.add_node(f"{node.name} {self.fallback}".lstrip(), place, {"fallback": True}, mesh=mesh)
+                    for mesh, place in children
+                ]
+        return index
+
+    def add_node(self, name: str, matrix: Matrix, extras: dict[str, Any] | None = None, **values: Any) -> int:
+        place, above = transform_of(matrix), None
+        if place is None:
+            above, matrix = unsheared(matrix)
+            place = transform_of(matrix) or {}
+        values |= {"extras": extras_of(extras or {})} | place
+        index = self.document.add("nodes", name=name or None, **values, children=[])
+        if above is not None:
+            self.above[index] = self.add_node("", above, {"sheared": True})
+            self.document.gltf["nodes"][self.above[index]]["children"].append(index)
+        return index
+
+    def points(self, points: PointObject, name: str) -> dict[str, Any]:
+        folders = [self.folder(name) for _ in points.frames]
+        files = self.document.files
+        return write_points(points, files.folder, folders, files.stage, self.frames)
+
+    def folder(self, name: str) -> str:
+        """A new name for a frame's folder."""
+        path = self.document.path  # of room.gltf and room.glb each
+        file = path.name.replace(".", "_") if self.document.is_binary else path.stem
+        plain = f"{file}_{re.sub(NO_NAME, '_', name) or 'points'}"
+        folder, k = plain, 1
+        while name_key(folder) in self.folders:
+            k += 1
+            folder = f"{plain}_{k}"
+        self.folders.add(name_key(folder))
+        return folder
+
+    def below(self, light: Light, world: Matrix) -> int:
+        """A light that its node cannot hold: it looks another way, or stands elsewhere."""
+        place, extras, held = light_place(light), None, self.light(light, world, True)
+        if _is_viewers(light):
+            towards = np.linalg.solve(world[:3, :3], self.viewer[:3, :3] @ UPPER_LEFT)
+            place, extras = looking_along(towards), {"content": True}
+        return self.add_node("", place, extras, extensions=held)
+
+    def light(self, light: Light, world: Matrix, node_casts: bool) -> dict[str, Any]:
+        reach = np.clip(self.distance(light, world), _REACHES[0] * self.radius, _REACHES[1]).item()
+        self.document.lights.append(write_light(light, node_casts, reach, self.units))
+        return {LIGHTS: {"light": len(self.document.lights) - 1}}
+
+    def distance(self, light: Light, world: Matrix) -> float:
+        """Return how far a light is from the middle of what the scene draws; 1 of one without a position."""
+        if light.position is None:
+            return 1.0
+        return float(np.linalg.norm(world[:3, :3] @ light.position + world[:3, 3] - self.middle))
+
+    def mesh(self, things: tuple[Mesh | PointCloud, ...]) -> int:
+        known = self.document.known
+        if things not in known:
+            primitives = [self.triangles(one) if isinstance(one, Mesh) else self.cloud(one) for one in things]
+            known[things] = self.document.add("meshes", primitives=primitives)
+        return known[things]
+
+    def triangles(self, mesh: Mesh) -> dict[str, Any]:
+        document, picture = self.document, mesh.texture
+        attributes = document.attributes(mesh.normals, {"POSITION": mesh.positions})
+        if mesh.uv is not None:
+            attributes["TEXCOORD_0"] = document.accessor(mesh.uv)
+        texture = None if picture is None else document.texture(picture)
+        has_alpha = picture is not None and picture.shape[2] == 4
+        return {
+            "attributes": attributes,
+            "indices": document.corners(mesh.faces, len(mesh.positions)),
+            "material": document.material(mesh.material, mesh.shading, mesh.color, texture, has_alpha),
+        }
+
+    def cloud(self, cloud: PointCloud) -> dict[str, Any]:
+        primitive = {"mode": POINTS, "attributes": self.document.attributes(cloud.normals, cloud_attributes(cloud))}
+        is_plain = cloud.shading == "phong" and cloud.material == Material()
+        material = None if is_plain else self.document.material(cloud.material, cloud.shading)
+        beside = {"material": material, "extras": extras_of(cloud_extras(cloud))}
+        return primitive | {key: value for key, value in beside.items() if value is not None}
+
+
+def _is_drawn(thing: Mesh | PointCloud) -> bool:
+    return len(thing.faces if isinstance(thing, Mesh) else thing) > 0
+
+
+def _is_at_zero(cloud: PointCloud) -> bool:
+    """Return whether a glTF node can hold these points in its own axes."""
+    return np.array_equal(cloud_place(cloud), np.eye(4))
+
+
+def _is_viewers(light: Light) -> bool:
+    """Return whether a light has no place and no direction: it shines from the viewer's upper left."""
+    return light.position is None and light.direction is None
+
+
+def _is_upside_down(scene: Scene) -> bool:
+    """Return whether the world's y points down, where glTF's points up: in the picture, or by a cloud's own up."""
+    for placed in scene.things:
+        if isinstance(placed.content, PointCloud):
+            up: NDArray[np.float64] = placed.rigid_axes[0][:3, :3] @ placed.content.up_direction
+            return bool(up[1] < -_LEANING)
+    return bool(scene.pose[1, 1] > _LEANING)

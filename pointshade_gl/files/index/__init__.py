@@ -1,1 +1,0 @@
-"""Finds out which files of a folder belong together."""

@@ -1,0 +1,3 @@
+"""Networks that make depth of a photograph: .onnx files, and functions that the caller gives."""
+
+from __future__ import annotations

@@ -1,0 +1,331 @@
+"""Reads and writes OpenEXR, and reads environments: pictures of the whole sphere, of Radiance, EXR or any format."""
+
+from __future__ import annotations
+
+import re
+import struct
+from functools import lru_cache
+from importlib.util import find_spec
+from io import BufferedReader
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...checks.arguments import LARGEST, check_path, is_a
+from ...notes.notes import print_note
+from ...notes.words import cut, did_you_mean, near_path, option, shown
+from ...scene.environment import NAMES, Environment, check_environment
+from ...scene.values import srgb_to_linear
+from ..access.atomic_write import error_of
+from ..access.content import (
+    FILE_BYTES,
+    MAX_PIXELS,
+    FilePath,
+    check_limit,
+    check_pixels,
+    import_extra,
+    naming,
+    open_regular,
+    read_bytes,
+    read_head,
+)
+from .picture_files import read_image
+
+RADIANCE = b"#?"  # the first bytes
+_SIZE = re.compile(rb"([-+])([XY]) (\d{1,9}) ([-+])([XY]) (\d{1,9})\n")
+_HEADER = 2**16  # bytes, at most
+_REPEATED = b"\1\1\1"  # a colour that says how often the one before is repeated
+
+
+def read_radiance(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.float32]:
+    """Return (h, w, 3) linear RGB. Its EXPOSURE is not undone, as in most programs.
+
+    Raises OSError if the path is not a file, ValueError for a broken or too large picture, and for colours in XYZ.
+    """
+    data = read_bytes(path, max_pixels)
+    header, end, _ = data[:_HEADER].partition(b"\n\n")
+    size = _SIZE.match(data, len(header) + 2)
+    with naming(path, "is a broken or truncated Radiance picture"):
+        if not end or not size or size[2] == size[5]:
+            raise ValueError("its header has no size")
+        if b"\nFORMAT=32-bit_rle_xyze" in header:
+            raise ValueError(f"{path} has its colours in XYZ, expected RGB: convert it")
+        count, length = int(size[3]), int(size[6])
+        if not (count and length):
+            raise ValueError("it has 0 pixels")
+        check_pixels(length, count, str(path), max_pixels)
+        pixels = _decoded(data, size.end(), count, length)
+    rising, falling = (size[1], size[4]) if size[2] == b"Y" else (size[4], size[1])
+    if size[2] == b"X":
+        pixels = pixels.swapaxes(0, 1)
+    pixels = pixels[:: 1 if rising == b"-" else -1, :: 1 if falling == b"+" else -1]
+    return np.ldexp(pixels[..., :3].astype(np.float32), pixels[..., 3:].astype(np.int32) - 136)
+
+
+def _decoded(data: bytes, at: int, count: int, length: int) -> NDArray[np.uint8]:
+    """Return the (count, length, 4) mantissas and exponents of the lines."""
+    lines = np.empty((count, length, 4), np.uint8)
+    for number, line in enumerate(lines):
+        try:
+            if 8 <= length < 2**15 and data[at : at + 2] == b"\2\2" and data[at + 2] < 128:
+                if length != int.from_bytes(data[at + 2 : at + 4], "big"):
+                    raise ValueError
+                at += 4
+                for channel in range(4):
+                    part, at = _run_lengths(data, at, length)
+                    line[:, channel] = np.frombuffer(part, np.uint8)
+            else:
+                part, at = _repeats(data, at, length)
+                line[:] = np.frombuffer(part, np.uint8).reshape(length, 4)
+        except (IndexError, ValueError):
+            raise ValueError(f"line {number} of {count} ends too early or too late") from None
+    return lines
+
+
+def _run_lengths(data: bytes, at: int, length: int) -> tuple[bytes | bytearray, int]:
+    """Return one channel of a line, and where it ends: runs of one value, or values one by one."""
+    line = bytearray()
+    while len(line) < length:
+        count = data[at]
+        if count > 128:
+            line += data[at + 1 : at + 2] * (count - 128)
+            at += 2
+        else:
+            line += data[at + 1 : at + 1 + count]
+            at += 1 + count
+    return line, at
+
+
+def _repeats(data: bytes, at: int, length: int) -> tuple[bytes | bytearray, int]:
+    """Return a line of whole colours, some of which may say that the one before is repeated; and where it ends."""
+    flat = data[at : at + 4 * length]
+    if len(flat) == 4 * length and _REPEATED not in flat:
+        return flat, at + 4 * length
+    line, shift = bytearray(), 0
+    while len(line) < 4 * length:
+        color = data[at : at + 4]
+        at += 4
+        if len(color) < 4:
+            raise IndexError
+        if not color.startswith(_REPEATED):
+            line += color
+            shift = 0
+            continue
+        times = color[3] << shift
+        if times > length or not line:
+            raise ValueError
+        line += line[-4:] * times
+        shift += 8
+    return line, at
+
+
+EXR = b"\x76\x2f\x31\x01"
+_DEEP, _PARTS = 0x800, 0x1000  # flags in the version
+_LONGEST = 2**20  # bytes of the list of channels
+
+
+def read_exr(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
+    """(h, w) depth from an EXR picture. Raises ValueError for a broken or too large one, and without the extra."""
+    channels = _read_channels(path, max_pixels)
+    return channels[_pick_channel(channels, str(path))]
+
+
+def read_exr_colors(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.float32]:
+    """(h, w, 3) linear RGB from an EXR picture; grey is repeated. Raises ValueError as `read_exr`, and without both."""
+    channels = _read_channels(path, max_pixels)
+    layers = [key[:-1] for key in channels if key.endswith("R")]
+    for layer in sorted(layers, key=len):  # "", then such as "ViewLayer.Combined."
+        if layer[-1:] in ("", ".") and all(f"{layer}{one}" in channels for one in "GB"):
+            return np.stack([channels[f"{layer}{one}"] for one in "RGB"], -1).astype(np.float32)
+    if len(channels) != 1:
+        raise ValueError(f"{path} has the channels {', '.join(channels)}: expected R, G and B")
+    return np.repeat(next(iter(channels.values()))[..., None], 3, -1).astype(np.float32)
+
+
+def _read_channels(path: FilePath, max_pixels: float) -> dict[str, NDArray[Any]]:
+    """The arrays of a picture, by the names of its channels. Raises ValueError."""
+    library = import_extra("OpenEXR", "exr", f"{path} is an EXR picture")
+    _check_header(path, max_pixels)
+    broken = naming(path, "is a broken or truncated EXR picture")  # for RuntimeError, ValueError and TypeError
+    with broken, library.File(str(path), separate_channels=True) as file:
+        return {name: np.array(channel.pixels) for name, channel in file.channels().items()}
+
+
+def check_exr(path: FilePath) -> None:
+    """Raises ValueError without the extra that writes EXR pictures."""
+    if find_spec("OpenEXR") is None:
+        raise ValueError(f"cannot write {path}: pip install 'pointshade-gl[exr]' for .exr; .npy works without")
+
+
+def write_exr(path: FilePath, channels: dict[str, NDArray[Any]]) -> None:
+    """Writes arrays by the names of their channels: (h, w), or (h, w, 4) for RGBA. Raises OSError if it cannot."""
+    import OpenEXR  # only here: an optional extra
+
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    arrays = {name: np.ascontiguousarray(values, np.float32) for name, values in channels.items()}
+    try:
+        with OpenEXR.File(header, arrays) as file:
+            file.write(str(path))
+    except RuntimeError as error:
+        raise error_of(cut(error)) from None
+
+
+def _check_header(path: FilePath, max_pixels: float) -> None:
+    """Raises ValueError for too many pixels, in all channels and parts together, and for deep pictures."""
+    with open_regular(path) as file:
+        try:
+            _, version = struct.unpack("<4si", file.read(8))
+            parts = [_read_part(file)]
+            while version & _PARTS and (part := _read_part(file)):
+                parts.append(part)
+            sizes = [_size_of(part) for part in parts]
+        except (ValueError, KeyError, struct.error) as error:
+            raise ValueError(f"{path} is a broken or truncated EXR picture: its header has no {error}") from None
+    if version & _DEEP:
+        raise ValueError(f"{path} is a deep EXR picture, with several depths a pixel: expected one")
+    for width, height, _ in sizes:
+        check_pixels(width, height, str(path), max_pixels)
+    total = sum(width * height * depth for width, height, depth in sizes)
+    check_limit(total, f"{path} has {total} bytes in all channels", max_pixels, FILE_BYTES)
+
+
+def _read_part(file: BufferedReader) -> dict[bytes, bytes]:
+    """The attributes of a part that say how large it is; none at the end of all parts."""
+    found: dict[bytes, bytes] = {}
+    while name := _read_name(file):
+        _read_name(file)
+        (size,) = struct.unpack("<i", file.read(4))
+        if size < 0 or (name == b"channels" and size > _LONGEST):
+            raise ValueError("end")
+        if name in (b"dataWindow", b"channels"):
+            found[name] = file.read(size)
+        else:
+            file.seek(size, 1)
+    return found
+
+
+def _read_name(file: BufferedReader) -> bytes:
+    name = b""
+    while (letter := file.read(1)) != b"\0":
+        if not letter or len(name) > 255:
+            raise ValueError("end")
+        name += letter
+    return name
+
+
+def _size_of(part: dict[bytes, bytes]) -> tuple[int, int, int]:
+    """Width, height, and bytes of a pixel in all channels."""
+    left, top, right, bottom = struct.unpack("<4i", part[b"dataWindow"])
+    if right < left or bottom < top:
+        raise ValueError("pixels")
+    rest, depth = part[b"channels"], 0
+    while rest[:1] != b"\0":
+        _, _, rest = rest.partition(b"\0")
+        depth += 2 if struct.unpack_from("<i", rest)[0] == 1 else 4
+        rest = rest[16:]
+    return right - left + 1, bottom - top + 1, depth
+
+
+def _pick_channel(channels: dict[str, NDArray[Any]], name: str) -> str:
+    """Depth among EXR channels: the only one, one called depth or Z (not beside X: those are normals), Y or V, grey.
+
+    Y comes after all others: it is luminance in a picture with Z, or the same as Z in ours.
+    """
+    if len(channels) == 1:
+        return next(iter(channels))
+    for key in sorted(channels, key=lambda name: name.endswith("Y")):
+        layer, _, last = key.rpartition(".")
+        beside = f"{layer}.X" if layer else "X"
+        if "depth" in key.lower() or (last in ("Z", "Y") and beside not in channels) or key == "V":
+            return key
+    keys = [key for key in ("R", "G", "B") if key in channels]
+    if keys and all(np.array_equal(channels[keys[0]], channels[key], equal_nan=True) for key in keys):
+        return keys[0]
+    raise ValueError(
+        f"{name} has the channels {', '.join(channels)}, which differ: expected one, or one called Z or depth"
+    )
+
+
+_SLACK = 0.02  # of the width by which a picture may miss that it is twice as wide as high
+
+
+def load_environment(path: FilePath, *, max_pixels: float = MAX_PIXELS) -> Environment:
+    """Read light from all around from a picture of the whole sphere.
+
+    Parameters
+    ----------
+    path : path
+        .hdr (Radiance), .exr (needs the extra `exr`), or a picture such as .png or .jpg, whose colours are taken for
+        sRGB: its light ends at 1, and a note says so. It is twice as wide as high; see `Environment` for its axes.
+    max_pixels : float
+        Limit for its pixels.
+
+    Raises
+    ------
+    ValueError
+        For a broken picture, one of another shape, and one that is too large.
+    OSError
+        If the path is not a file.
+    """
+    path = check_path(path)
+    head = read_head(path)
+    if head.startswith(RADIANCE):
+        picture: NDArray[Any] = read_radiance(path, max_pixels)
+    elif head.startswith(EXR):
+        picture = read_exr_colors(path, max_pixels)
+    else:
+        picture = _linear(read_image(path, max_pixels, print_note), path)
+    height, width = picture.shape[:2]
+    if abs(width - 2 * height) > _SLACK * width:
+        raise ValueError(
+            f"{path} has {width}x{height} pixels: expected a picture of the whole sphere (equirectangular), "
+            "twice as wide as high"
+        )
+    return Environment(_repaired(picture, path), str(path))
+
+
+def find_environment(value: Any) -> Environment | None:
+    """Return the environment that an option names: a name, a file, or what `Environment` takes; None stays.
+
+    Raises ValueError, TypeError or OSError for anything else.
+    """
+    if not is_a(value, str, PathLike) or value in NAMES:
+        return check_environment(value)
+    path = check_path(value)
+    if not path.exists():
+        near = did_you_mean(value, NAMES) or near_path(path)
+        expected = f"{option('environment')} must be {' or '.join(NAMES)}, or a file such as studio.hdr"
+        raise FileNotFoundError(f"{expected}: {shown(str(value))} does not exist{near}")
+    seen = path.stat()
+    return _loaded(path, seen.st_mtime_ns, seen.st_size)
+
+
+@lru_cache(2)
+def _loaded(path: Path, *changed: int) -> Environment:
+    """The same object again while the file stays as it is: the pipeline sees that nothing has changed."""
+    return load_environment(path)
+
+
+def _linear(picture: NDArray[Any], path: Path) -> NDArray[np.float32]:
+    """(h, w, 3) linear light of colours of 8 or 16 bits."""
+    if picture.dtype.kind == "f":
+        raise ValueError(f"{path} holds numbers of one channel, expected colours: write them as .hdr or .exr")
+    print_note(f"{path} is read as sRGB: its light ends at 1, so sun and lamps are dimmer than in an .hdr or .exr")
+    most = 255 if picture.dtype == np.uint8 else 65535
+    values = srgb_to_linear(np.arange(most + 1, dtype=np.float32) / most)
+    grey = picture if picture.ndim == 3 else picture[..., None]
+    return np.broadcast_to(values[np.clip(grey[..., :3], 0, most)], (*grey.shape[:2], 3))
+
+
+def _repaired(picture: NDArray[Any], path: Path) -> NDArray[Any]:
+    """Without numbers that are no light: filters leave negative ones, and the sun may be infinite in 16 bits."""
+    is_light = (picture >= 0) & (picture <= LARGEST)
+    if is_light.all():
+        return picture
+    most = picture[is_light].max(initial=0)
+    count = int((~is_light).any(-1).sum())
+    print_note(f"{path}: {count} pixels are negative or not finite: they are taken for 0, or for the brightest other")
+    return np.where(is_light, picture, np.where(picture > LARGEST, most, 0))

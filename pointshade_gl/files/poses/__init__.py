@@ -1,1 +1,0 @@
-"""Reads camera poses from files of many programs."""

@@ -22,9 +22,8 @@ if TYPE_CHECKING:
     from .files.writing.maps_and_points import save_depth, save_normals, save_points, save_poses
     from .notes.errors import Cancelled, ContextError, ShaderError
     from .page import save_page, show
-    from .rendering.renderer import Renderer
-    from .rendering.renderer_pool import RendererPool
-    from .rendering.thread_renderer import (
+    from .renderer.functions import (
+        RendererPool,
         align_frames,
         estimate_albedo,
         estimate_normals,
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
         render_points,
         use_device,
     )
+    from .renderer.renderer import Renderer
     from .scene.appearance import Look, Material
     from .scene.camera import Camera, orbit_pose
     from .scene.cloud import PointCloud
@@ -113,14 +113,14 @@ _LATER = {
     "PointCloud": ".scene.cloud",
     "PointObject": ".scene.objects",
     "RealSenseSource": ".files.live",
-    "Renderer": ".rendering.renderer",
-    "RendererPool": ".rendering.renderer_pool",
+    "Renderer": ".renderer.renderer",
+    "RendererPool": ".renderer.functions",
     "Scene": ".scene.graph",
     "ShaderError": ".notes.errors",
     "View": ".scene.viewpoint",
-    "align_frames": ".rendering.thread_renderer",
-    "estimate_albedo": ".rendering.thread_renderer",
-    "estimate_normals": ".rendering.thread_renderer",
+    "align_frames": ".renderer.functions",
+    "estimate_albedo": ".renderer.functions",
+    "estimate_normals": ".renderer.functions",
     "live_set": ".files.live",
     "load_cloud": ".files.clouds.load_cloud",
     "load_environment": ".files.pictures.hdr_files",
@@ -129,10 +129,10 @@ _LATER = {
     "open_source": ".files.frame_sources",
     "orbit_pose": ".scene.camera",
     "prefetched": ".files.frame_sources",
-    "release": ".rendering.thread_renderer",
-    "render": ".rendering.thread_renderer",
-    "render_depth": ".rendering.thread_renderer",
-    "render_points": ".rendering.thread_renderer",
+    "release": ".renderer.functions",
+    "render": ".renderer.functions",
+    "render_depth": ".renderer.functions",
+    "render_points": ".renderer.functions",
     "save_depth": ".files.writing.maps_and_points",
     "save_image": ".files.pictures.picture_files",
     "save_normals": ".files.writing.maps_and_points",
@@ -141,7 +141,7 @@ _LATER = {
     "save_poses": ".files.writing.maps_and_points",
     "save_scene": ".files.gltf",
     "show": ".page",
-    "use_device": ".rendering.thread_renderer",
+    "use_device": ".renderer.functions",
 }
 # of these too: help(pointshade_gl.gltf)
 _MODULES = {

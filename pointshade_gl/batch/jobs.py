@@ -20,10 +20,10 @@ from ..files.pictures.picture_files import AxesName, save_image
 from ..files.writing.maps_and_points import save_normals
 from ..notes.notes import once, print_note, taken
 from ..notes.words import option
-from ..rendering.image_sequence import jobs_of, write_series
-from ..rendering.renderer import Renderer
-from ..rendering.request import RenderRequest
-from ..rendering.thread_renderer import renderer_here
+from ..renderer.functions import renderer_here
+from ..renderer.renderer import Renderer
+from ..renderer.requests import RenderRequest
+from ..renderer.series import jobs_of, write_series
 from ..scene.appearance import Look
 from ..scene.frame import Frame
 from ..scene.graph import Scene, given_by, is_of_clouds, scene_of, shaded, styled

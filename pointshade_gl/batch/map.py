@@ -19,9 +19,8 @@ from ..files.frames.sequences import FrameSequence
 from ..notes.errors import Bug, ShaderError, check_function, error_text, is_expected
 from ..notes.notes import Note, once, print_note, taken
 from ..notes.words import shown
-from ..rendering.notebook import Picture
-from ..rendering.request import FilePath, RenderRequest, Source, loaded
-from ..rendering.thread_renderer import renderer_here
+from ..renderer.functions import renderer_here
+from ..renderer.requests import FilePath, Picture, RenderRequest, Source, loaded
 from ..scene.appearance import Look
 from ..scene.cloud import PointCloud
 from ..scene.graph import Scene

@@ -15,7 +15,7 @@ from rich.progress import Progress
 from ..files.access.atomic_write import check_place, naming_written, written_whole
 from ..notes.notes import print_note, silence
 from ..notes.words import did_you_mean, option
-from ..rendering.renderer import Renderer
+from ..renderer.renderer import Renderer
 from ..scene.noise import METHODS, Method
 from .charts import check_matplotlib, error_chart, stability_chart
 from .form_chart import form_chart

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..rendering.renderer import Renderer
+from ..renderer.renderer import Renderer
 from ..scene.appearance import FRAME_SPLATS, Material, Shading
 from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..rendering.renderer import Renderer
+from ..renderer.renderer import Renderer
 from ..scene.appearance import NOT_LIT, SHADINGS, Material, Shading, Splat
 from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame

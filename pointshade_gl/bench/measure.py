@@ -13,7 +13,7 @@ import moderngl
 import numpy as np
 
 from ..notes.version import __version__
-from ..rendering.renderer import Renderer
+from ..renderer.renderer import Renderer
 from ..scene.frame import Frame
 from ..scene.noise import Method
 from .scenes import SCENES, KnownScene, make_scene, standard_camera

@@ -16,7 +16,7 @@ from ..files.pictures.picture_files import save_image
 from ..gpu.core.steps import Lap
 from ..gpu.points.tiles import LARGEST_WHOLE, TILE_POINTS
 from ..notes.errors import ContextError
-from ..rendering.renderer import Renderer
+from ..renderer.renderer import Renderer
 from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame
 from ..scene.light import Light

@@ -14,7 +14,7 @@ import moderngl
 import numpy as np
 
 from ..estimation.multi_view import COMPARED
-from ..rendering.renderer import Renderer
+from ..renderer.renderer import Renderer
 from ..scene.appearance import NORMALS_AT, Material, NormalsAt
 from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame

@@ -10,7 +10,7 @@ from typing import Any
 from ..files.depth.depth_kinds import METRIC
 from ..files.frames.frame_files import examine, facts
 from ..files.pictures.picture_files import check_writable, save_image
-from ..rendering.contact_sheet import contact_sheet
+from ..renderer.series import contact_sheet
 from ..scene.noise import Choice, describe
 from .options import FrameOptions
 from .output import open_renderer, print_line, report, spinner

@@ -14,7 +14,7 @@ from ..files.access.content import check_not_read
 from ..files.access.known_names import FRAMES, existing_files, is_numbered
 from ..notes.notes import print_note, print_warning
 from ..notes.words import printable
-from ..rendering.renderer import Renderer
+from ..renderer.renderer import Renderer
 from .options import FrameOptions
 
 SOFTWARE = "{} is a software renderer: pictures are right, but slow"

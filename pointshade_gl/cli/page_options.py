@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, cast
 from ..checks.arguments import Count
 from ..files.access.known_names import PAGES
 from ..notes.words import option
-from ..rendering.renderer import Renderer
-from ..rendering.request import RenderRequest
+from ..renderer.renderer import Renderer
+from ..renderer.requests import RenderRequest
 from ..scene.frame import Frame
 from ..scene.option_fields import PAGE
 from ..scene.viewpoint import View

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..notes.words import option
-from ..rendering.renderer import Renderer
+from ..renderer.renderer import Renderer
 from ..scene.frame import Frame
 from .inputs import check_frame, load
 from .options import FrameOptions

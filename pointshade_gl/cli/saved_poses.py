@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from ..files.access.known_names import POSE_LISTS
 from ..files.frames.sequences import FrameSequence
 from ..notes.words import counted, option
-from ..rendering.image_sequence import Job
-from ..rendering.renderer import Renderer
+from ..renderer.renderer import Renderer
+from ..renderer.series import Job
 from ..scene.frame import Frame
 from ..scene.option_fields import SETS
 from .inputs import Together

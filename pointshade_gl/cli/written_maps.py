@@ -14,9 +14,9 @@ from ..checks.arguments import Count
 from ..files.access.known_names import is_numbered
 from ..files.writing.maps_and_points import save_depth, save_normals, save_points
 from ..notes.notes import once, print_note
-from ..rendering.image_sequence import jobs_of, write_numbered
-from ..rendering.renderer import Renderer
-from ..rendering.request import RenderRequest
+from ..renderer.renderer import Renderer
+from ..renderer.requests import RenderRequest
+from ..renderer.series import jobs_of, write_numbered
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.noise import describe

@@ -1,6 +1,6 @@
 """One HTML file that shows a frame, a scene or a point cloud: the light under the mouse, drawn in the browser."""
 
-from ..rendering.thread_renderer import by_shared_renderer
+from ..renderer.functions import by_shared_renderer
 from .notebook_cell import Cell, draw_cell
 from .page_file import draw_page, write_page
 

@@ -14,9 +14,9 @@ from ..files.frame_sources import open_source
 from ..gpu.points.point_objects import ShownPoints
 from ..notes.notes import print_note
 from ..notes.words import option, shown
-from ..rendering.image_sequence import sequence_jobs
-from ..rendering.renderer import Renderer
-from ..rendering.request import RenderRequest
+from ..renderer.renderer import Renderer
+from ..renderer.requests import RenderRequest
+from ..renderer.series import sequence_jobs
 from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.viewpoint import View

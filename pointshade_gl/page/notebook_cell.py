@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from ..checks.arguments import Progress, check_count
 from ..notes.notes import Note
-from ..rendering.renderer import Renderer
-from ..rendering.request import GROUPS, RequestOptions, Source
+from ..renderer.renderer import Renderer
+from ..renderer.requests import GROUPS, RequestOptions, Source
 from ..scene.option_fields import takes
 from .page_file import draw_page
 from .parts import QualityName

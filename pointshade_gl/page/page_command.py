@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..rendering.request import RenderRequest, Scenes
+from ..renderer.requests import RenderRequest, Scenes
 from ..scene.appearance import Look
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame

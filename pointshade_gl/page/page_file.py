@@ -21,8 +21,8 @@ from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..gpu.points.point_objects import ShownSet
 from ..notes.notes import Note, print_note, taken_by
 from ..notes.words import option, shown
-from ..rendering.renderer import Renderer
-from ..rendering.request import GROUPS, FilePath, RenderRequest, RequestOptions, Source
+from ..renderer.renderer import Renderer
+from ..renderer.requests import GROUPS, FilePath, RenderRequest, RequestOptions, Source
 from ..scene.graph import Scene
 from ..scene.node import Placed
 from ..scene.objects import PointObject

@@ -18,7 +18,7 @@ from ..estimation.environment_light import (
     radiance_bands,
     turned_bands,
 )
-from ..rendering.request import STRAIGHT, RenderRequest, Scenes
+from ..renderer.requests import STRAIGHT, RenderRequest, Scenes
 from ..scene.camera import Camera
 from ..scene.cloud import PointCloud
 from ..scene.environment import FAR_AS_SEEN, NOTHING_AROUND, Surroundings

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..rendering.request import RenderRequest
+from ..renderer.requests import RenderRequest
 from ..scene.appearance import Material
 from ..scene.camera import Camera
 from ..scene.frame import Frame

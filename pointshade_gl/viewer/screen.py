@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..gpu.context.software_driver import return_freed_memory
 from ..gpu.core.steps import Steps
 from ..gpu.shading.present import Marker, PresentPass
-from ..rendering.renderer import Renderer
+from ..renderer.renderer import Renderer
 from ..scene.orbit import marker_place
 from .controller import BAR
 from .events import Effect

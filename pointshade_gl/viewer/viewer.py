@@ -16,7 +16,7 @@ from ..checks.arguments import Progress, check_flag, check_path, check_size, che
 from ..notes.errors import Cancelled, check_function, error_text
 from ..notes.notes import Note, print_note, taken_by
 from ..notes.words import shown
-from ..rendering.renderer import Renderer
+from ..renderer.renderer import Renderer
 from ..scene.camera import Camera
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame

@@ -153,7 +153,7 @@ def test_a_file_is_read_again_only_when_it_has_changed(tmp_path):
 
 
 def test_the_door_takes_names_files_and_pictures(tmp_path, monkeypatch):
-    from pointshade_gl.rendering.request import RenderRequest
+    from pointshade_gl.renderer.requests import RenderRequest
 
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.hdr").write_bytes(radiance_file(PIXELS))

@@ -14,7 +14,7 @@ from pointshade_gl.files.depth.depth_coding import decode
 from pointshade_gl.files.depth.depth_kinds import Said, to_metres
 from pointshade_gl.files.writing.film import Film
 from pointshade_gl.notes.words import as_command_line, as_python, option, shown
-from pointshade_gl.rendering.image_sequence import jobs_of
+from pointshade_gl.renderer.series import jobs_of
 from pointshade_gl.scene.viewpoint import View
 from pointshade_gl.viewer.playback import Playback
 

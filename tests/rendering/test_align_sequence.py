@@ -8,7 +8,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.files.cameras.pose_files import read_poses
 from pointshade_gl.pipeline import aligned_poses as pose_track
-from pointshade_gl.rendering.image_sequence import sequence_jobs
+from pointshade_gl.renderer.series import sequence_jobs
 
 from ..support.posed_views import MIDDLE, ball_before_plane, corner, off, turned, view_from
 from ..support.view_sets import write_views

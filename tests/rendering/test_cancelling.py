@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.rendering.image_sequence import jobs_of, write_series
+from pointshade_gl.renderer.series import jobs_of, write_series
 
 from ..support import frames
 from ..support.posed_views import corner, disturbed, views

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pointshade_gl.files.pictures.picture_files import normals_to_rgb
-from pointshade_gl.rendering.contact_sheet import contact_sheet
+from pointshade_gl.renderer.series import contact_sheet
 
 from ..support import frames
 

@@ -84,7 +84,7 @@ def test_one_that_cannot_be_made_leaves_no_context(renderer, monkeypatch):
     def fail(*_):
         raise MemoryError("half way")
 
-    monkeypatch.setattr("pointshade_gl.rendering.renderer.Pipeline", fail)
+    monkeypatch.setattr("pointshade_gl.renderer.renderer.Pipeline", fail)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         with pytest.raises(MemoryError, match="half way") as error:

@@ -8,7 +8,7 @@ from pointshade_gl.batch.manifest import told
 from pointshade_gl.estimation.ground import LIGHT as GROUND_LIGHT
 from pointshade_gl.estimation.ground import up_and_floor
 from pointshade_gl.pipeline.light_setup import surroundings_of
-from pointshade_gl.rendering.request import RenderRequest
+from pointshade_gl.renderer.requests import RenderRequest
 from pointshade_gl.scene.environment import Environment
 from pointshade_gl.scene.settings import with_environment_turned
 from pointshade_gl.scene.viewpoint import views_of_turn

@@ -10,7 +10,7 @@ from PIL import Image, ImageSequence
 import pointshade_gl as ps
 from pointshade_gl.files.access.known_names import numbered
 from pointshade_gl.files.writing.film import check_series, is_series
-from pointshade_gl.rendering.image_sequence import jobs_of, sequence_jobs, write_series
+from pointshade_gl.renderer.series import jobs_of, sequence_jobs, write_series
 from pointshade_gl.scene.viewpoint import View
 
 from ..support import frames

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.rendering.notebook import Picture
+from pointshade_gl.renderer.requests import Picture
 from pointshade_gl.scene import frame as preview
 
 from ..support import frames

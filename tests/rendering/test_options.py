@@ -14,7 +14,7 @@ from pointshade_gl.cli.options import ViewOptions
 from pointshade_gl.cli.picture_options import PictureOptions
 from pointshade_gl.files.frames.frame_parts import LoadOptions
 from pointshade_gl.notes import notes
-from pointshade_gl.rendering.request import DepthOptions, PointsOptions, RenderOptions, RenderRequest
+from pointshade_gl.renderer.requests import DepthOptions, PointsOptions, RenderOptions, RenderRequest
 from pointshade_gl.scene.appearance import LookOptions
 from pointshade_gl.scene.option_fields import option_of
 from pointshade_gl.scene.settings import FinishOptions

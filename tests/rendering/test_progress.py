@@ -7,7 +7,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.checks.arguments import Count
-from pointshade_gl.rendering.image_sequence import jobs_of, write_series
+from pointshade_gl.renderer.series import jobs_of, write_series
 
 from ..support import frames, view_sets
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.rendering import thread_renderer
-from pointshade_gl.rendering.renderer_pool import RendererPool  # before a test replaces `render`
+from pointshade_gl.renderer import functions as thread_renderer
+from pointshade_gl.renderer.functions import RendererPool  # before a test replaces `render`
 
 from .test_lifetime import small
 

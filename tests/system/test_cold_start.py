@@ -33,14 +33,14 @@ NOT_NEEDED = (
     "pointshade_gl.estimation.alignment",
     "pointshade_gl.estimation.light_fit",
     "pointshade_gl.gpu.surface.refinement",
-    "pointshade_gl.rendering.renderer_pool",
+    "pointshade_gl.renderer.functions",
 )
 
 
 def test_a_first_picture_imports_no_readers_of_files(renderer, tmp_path):
     program = [sys.executable, "-c", PROGRAM, str(tmp_path / "a.png")]
     imported = subprocess.run(program, capture_output=True, text=True, check=True).stdout.split()
-    assert "pointshade_gl.rendering.renderer" in imported
+    assert "pointshade_gl.renderer.renderer" in imported
     assert [name for name in NOT_NEEDED if name in imported] == []
 
 

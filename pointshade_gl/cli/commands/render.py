@@ -14,8 +14,8 @@ from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing.film import check_series, is_series
 from ...notes.notes import print_note
 from ...notes.words import option
-from ...rendering.renderer import Renderer
-from ...rendering.request import RenderRequest
+from ...renderer.renderer import Renderer
+from ...renderer.requests import RenderRequest
 from ...scene.appearance import LIT_EARLY
 from ...scene.graph import Scene
 from ...scene.viewpoint import View, check_turntable, moves_camera
@@ -221,7 +221,7 @@ def _check_picture(output: Path, film: FilmOptions) -> None:
 
 def _write_series(asked: Asked, view: View) -> None:
     """Many pictures: a film, or numbered files, of a sequence or a turntable."""
-    from ...rendering.image_sequence import jobs_of, write_series
+    from ...renderer.series import jobs_of, write_series
 
     check_stream(view.look, asked.film.turntable is None)
     asked.tell_alike()

@@ -1,4 +1,4 @@
-"""What is drawn, by whom it is seen and how: made and checked at one door, `RenderRequest.of`, and handed on whole."""
+"""What is drawn, by whom it is seen and how; the array into which a picture is read, and how notebooks show it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks.arguments import check_type, is_a
+from ..checks.arguments import as_given, check_type, is_a
 from ..checks.foreign_arrays import Numbers
 from ..notes.words import shown
 from ..scene.appearance import ColorOptions, FormOptions, Look, LookOptions, Material, NamedOptions, SurfaceOptions
@@ -246,3 +246,37 @@ def _made_of(group: type, given: dict[str, Any]) -> Any:
     """Return a group with those of the options that are its fields."""
     own = {name: given[name] for name in _NAMES[group] if name in given}
     return group(**own) if own else _PLAIN[group]
+
+
+def output_array(out: Any, camera: Camera) -> NDArray[np.uint8]:
+    """Return the array itself; of a tensor or a buffer one in its memory.
+
+    Raises TypeError or ValueError for what a picture of this camera cannot be read into.
+    """
+    wanted = camera.height, camera.width, 4
+    expected = f"out must be an array of shape {wanted}, uint8 and in C order, that can be written to"
+    array: NDArray[Any] = out if is_a(out, np.ndarray) else as_given(out, expected)
+    if not array.ndim:
+        raise TypeError(f"{expected}, got {shown(out)}")
+    if array is not out and not np.may_share_memory(array, as_given(out, expected)):
+        raise TypeError(f"{expected}, got a {type(out).__name__}, of which NumPy has a copy only")
+    if array.dtype != np.uint8:
+        raise TypeError(f"{expected}, got {array.dtype}")
+    if array.shape != wanted:
+        raise ValueError(f"{expected}, got shape {array.shape}")
+    if not array.flags.c_contiguous:
+        raise ValueError(f"{expected}, got one in another order, with strides {array.strides}")
+    if not array.flags.writeable:
+        raise ValueError(f"{expected}, got a read-only one")
+    return array
+
+
+class Picture(np.ndarray):
+    """An array that a notebook shows as a picture, as long as it is one: (h, w, 3|4) uint8."""
+
+    def _repr_png_(self) -> bytes | None:
+        if self.dtype != np.uint8 or self.ndim != 3 or self.shape[2] not in (3, 4) or not self.size:
+            return None  # the notebook prints the numbers
+        from ..files.pictures.picture_files import encode_png
+
+        return encode_png(np.asarray(self))

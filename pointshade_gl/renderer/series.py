@@ -1,4 +1,4 @@
-"""Writes many pictures to a film or to numbered files. Frames are decoded, drawn and encoded in parallel."""
+"""Writes many pictures to a film or to numbered files, and contact sheets of frames."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..checks.arguments import Count, Progress, check_type
 from ..files.access.known_names import is_numbered, numbered
 from ..files.frame_sources import prefetched
-from ..files.pictures.picture_files import save_image
+from ..files.pictures.picture_files import normals_to_rgb, save_image
 from ..files.writing.film import Film
 from ..notes.notes import print_note
 from ..notes.words import counted, option
@@ -27,7 +27,7 @@ from ..scene.graph import Scene
 from ..scene.option_fields import keys_of
 from ..scene.viewpoint import TURN, TURNTABLES, View, views_of_turn
 from .renderer import Renderer
-from .request import RenderRequest
+from .requests import RenderRequest
 
 # to decode, and as many to encode; more than cores, because they often wait for Python's lock, which drawing holds
 THREADS = min(16, 2 * (os.cpu_count() or 2))
@@ -189,3 +189,36 @@ def _write_all(
     if first is None:
         raise ValueError(f"nothing to write to {path}: no frame could be read")
     return written, first
+
+
+WIDEST = 640  # pixels of one of the four pictures
+_GAP = 4
+_NEAR, _FAR = 255, 40  # grey of the nearest and the farthest depth
+
+
+def contact_sheet(renderer: Renderer, frame: Frame) -> NDArray[np.uint8]:
+    """(h, w, 4) uint8: colour and depth above, normals and the lit frame below; near is bright in the depth."""
+    c = frame.camera
+    width = min(c.width, WIDEST)
+    camera = c.resized(width, max(1, round(c.height * width / c.width)))
+    plain = renderer.render(frame, camera=camera, shading="none")
+    lit = renderer.render(frame, camera=camera, exposure="sensor")
+    step_v, step_u = ((np.arange(n) + 0.5) * size / n for n, size in ((camera.height, c.height), (width, c.width)))
+    at = np.ix_(step_v.astype(int), step_u.astype(int))
+    normals = normals_to_rgb(renderer.estimate_normals(frame))[at]
+    sheet = np.zeros((2 * camera.height + _GAP, 2 * width + _GAP, 4), np.uint8)
+    for picture, bottom, right in ((plain, 0, 0), (_shades(frame)[at], 0, 1), (normals, 1, 0), (lit, 1, 1)):
+        top, left = bottom * (camera.height + _GAP), right * (width + _GAP)
+        sheet[top : top + camera.height, left : left + width] = picture
+    return sheet
+
+
+def _shades(frame: Frame) -> NDArray[np.uint8]:
+    """(h, w, 4) 1/z in grey: distances far beyond the others do not make all others dark."""
+    known = frame.depth > 0
+    inverse = np.divide(1, frame.depth, out=np.zeros_like(frame.depth), where=known)
+    low, high = np.quantile(inverse[known], (0.02, 0.98))
+    grey = _FAR + (_NEAR - _FAR) * ((inverse - low) / max(high - low, 1e-12)).clip(0, 1)
+    shades = np.repeat(np.rint(grey * known).astype(np.uint8)[..., None], 4, axis=2)
+    shades[..., 3] = known * np.uint8(255)
+    return shades

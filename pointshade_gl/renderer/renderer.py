@@ -37,9 +37,19 @@ from ..scene.objects import check_frames, uniform
 from ..scene.option_fields import takes
 from ..scene.values import ColorScale
 from ..scene.visible import MERGE, check_merge
-from .notebook import Picture
-from .output_array import output_array
-from .request import GROUPS, DepthOptions, FilePath, PointsOptions, RenderOptions, RenderRequest, Scenes, Source, loaded
+from .requests import (
+    GROUPS,
+    DepthOptions,
+    FilePath,
+    Picture,
+    PointsOptions,
+    RenderOptions,
+    RenderRequest,
+    Scenes,
+    Source,
+    loaded,
+    output_array,
+)
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

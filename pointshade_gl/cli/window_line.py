@@ -15,10 +15,9 @@ from ..scene.cloud import CLOUD_SHADINGS, PointCloud
 from ..scene.graph import Scene, scene_of
 from ..scene.light import Light
 from ..scene.viewpoint import viewing_pose
-from ..viewer.clouds import clouds_of
 from ..viewer.document import Dropped
 from ..viewer.picture import Picture, SavedPicture
-from ..viewer.views import Shown, Views, camera_of
+from ..viewer.views import Shown, Views, camera_of, clouds_of
 from .command_words import light_words, look_words, pose_words, text_of, words_of
 from .look_options import LookOptions
 from .picture_options import EnvironmentOptions

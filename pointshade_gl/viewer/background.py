@@ -1,14 +1,23 @@
-"""Work beside the window: a thread does what takes long, while the window goes on answering. No GL, no window."""
+"""Work beside the window, in threads and other programs: long work, dialogs, recorded files."""
 
 from __future__ import annotations
 
+import shutil
+import sys
 import threading
 from collections.abc import Callable
 from contextvars import copy_context
 from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from threading import Thread
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..checks.arguments import Progress, endable
+from ..files.pictures.picture_files import save_image
 from ..notes.errors import Cancelled
 
 GRACE = 0.05  # seconds that a turn waits for work: what ends so soon shows no bar
@@ -130,3 +139,96 @@ class Background:
             self._wake()
         elif error is None:
             work.unused(result)
+
+
+PROGRAMS = "zenity", "kdialog", "matedialog", "qarma"  # which of them Linux has
+DROP = "drop files or a folder onto the window"
+MISSING = f"an open dialog needs the extra 'gui': pip install 'pointshade-gl[gui]'; or {DROP}"
+NO_PROGRAM = f"an open dialog needs {PROGRAMS[0]} or {PROGRAMS[1]}, install one of them; or {DROP}"
+LOOK = 0.1  # seconds between two looks at whether the user has chosen
+
+
+class OpenDialog:
+    """A dialog that is shown until the user has chosen. Raises RuntimeError, in words for the user, without one."""
+
+    def __init__(self, is_folder: bool):
+        if find_spec("imgui_bundle") is None:
+            raise RuntimeError(MISSING)
+        if sys.platform.startswith("linux") and not any(map(shutil.which, PROGRAMS)):
+            raise RuntimeError(NO_PROGRAM)
+        self._is_folder = is_folder
+        self._dialog: Any = None
+        self._starting = Thread(target=self._start)  # which takes a moment, the first time
+        self._starting.start()
+
+    def _start(self) -> None:
+        from imgui_bundle import portable_file_dialogs as dialogs  # pyright: ignore[reportMissingModuleSource]
+
+        if self._is_folder:
+            self._dialog = dialogs.select_folder("Open a folder")
+        else:
+            self._dialog = dialogs.open_file("Open files", options=dialogs.opt.multiselect)
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the user has chosen, or not."""
+        return not self._starting.is_alive() and (self._dialog is None or self._dialog.ready(0))
+
+    @property
+    def chosen(self) -> tuple[str, ...]:
+        """What the user chose; nothing if that was nothing."""
+        found = self._dialog.result() if self._dialog else ()
+        return tuple(filter(None, [found] if isinstance(found, str) else found))
+
+    def close(self) -> None:
+        """Take the dialog away."""
+        self._starting.join()
+        if not self.is_done:
+            self._dialog.kill()
+
+
+RATE = 30.0
+
+
+class Recorder:
+    """Feeds a Film in real time, at the film's rate, whatever the window's rate is.
+
+    Raises what `Film` raises if it cannot be written.
+    """
+
+    def __init__(self, path: Path, fps: float = RATE):
+        from ..files.writing.film import Film
+
+        self._film, self._fps = Film(path, fps), fps
+        self._began: float | None = None  # when the first picture came
+        self._written = 0
+        self._last: NDArray[np.uint8] | None = None
+
+    def patience(self, now: float) -> float:
+        """Seconds until the next picture is due."""
+        return 0.0 if self._began is None else max(self._began + self._written / self._fps - now, 0.0)
+
+    def add(self, now: float, take: Callable[[], NDArray[np.uint8]]) -> None:
+        """Adds as many pictures as are due, all the same. take() gives (h, w, 4) uint8, always of one size."""
+        self._began = now if self._began is None else self._began
+        due = int((now - self._began) * self._fps) + 1 - self._written
+        if due > 0:
+            self._last = take()
+            for _ in range(due):
+                self._film.add(self._last)
+            self._written += due
+
+    def hold(self, now: float) -> None:
+        """Adds the last picture as often as pictures are due. Before the first one nothing is."""
+        if (last := self._last) is not None:
+            self.add(now, lambda: last)
+
+    def close(self) -> None:
+        self._film.close()
+
+
+def save_new(image: NDArray[np.uint8]) -> Path:
+    """Write a picture to a new file in the working directory, and return its path. Raises OSError."""
+    path = next(p for k in range(1, 1_000_000) if not (p := Path(f"pointshade_{k:04d}.png")).exists())
+    save_image(path, image)
+    return path

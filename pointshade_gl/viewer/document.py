@@ -23,9 +23,8 @@ from ..scene.light import Light
 from ..scene.orbit import OWN_LIGHT, Stage, State
 from ..scene.settings import Metering
 from ..scene.viewpoint import View
-from .history import History, Moment
+from .history import History, Moment, switches_of
 from .playing import Playing
-from .switches import switches_of
 from .views import Shown, Views, home_of, pose_of
 
 PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)

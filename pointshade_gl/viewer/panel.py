@@ -11,11 +11,20 @@ from PIL import ImageFont
 
 from .events import Effect, Event
 from .history import Moment
-from .messages import POINTS
 from .mouse import DOUBLE, HAND
-from .panel_environment import show_environment
-from .panel_sections import Facts, ViewsList, show_clouds, show_facts, show_light, show_nodes, show_points, show_surface
-from .panel_widgets import Widgets
+from .overlay import POINTS
+from .panel_sections import (
+    Facts,
+    ViewsList,
+    Widgets,
+    show_clouds,
+    show_environment,
+    show_facts,
+    show_light,
+    show_nodes,
+    show_points,
+    show_surface,
+)
 from .picture import Picture
 from .views import pose_of
 from .window import Window

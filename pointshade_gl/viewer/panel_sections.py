@@ -1,4 +1,4 @@
-"""The panel's sections: facts, views, light, surface, points, nodes. Each returns what the user made of it."""
+"""The panel's sections and widgets: facts, views, light, surface, points, nodes. Each returns what the user made of it."""
 
 from __future__ import annotations
 
@@ -14,18 +14,159 @@ from ..gpu.context.software_driver import is_software
 from ..gpu.core.steps import Lap
 from ..scene.appearance import CLOUD_SPLATS, FLYING, FRAME_SPLATS, NOT_LIT, SHADINGS, Look, Material
 from ..scene.cloud import CloudLook
+from ..scene.environment import NAMES
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, Vector
 from ..scene.noise import METHODS, SENSORS, Choice
 from ..scene.orbit import State
-from ..scene.settings import TONES
-from .clouds import UNITS, clouds_of, restyled, size_of, with_unit
+from ..scene.settings import OCCLUSION, SIMPLE, TONES
 from .events import Command, Effect, RemoveLight, ShowFrame, TakeLight
 from .history import Moment
-from .lights import KINDS, as_kind, kind_of, placed
-from .panel_widgets import Widgets
-from .views import Shown, Views
+from .mouse import KINDS, as_kind, kind_of, placed
+from .views import UNITS, Shown, Views, clouds_of, restyled, size_of, with_unit
+
+LINE = 22.0  # of an explanation, in letters' heights
+NAMES_WIDTH = 6.4  # width of the names' column, in sizes of the messages' font
+
+
+class Widgets:
+    """Draws them by Dear ImGui, and gives what the user made of their values.
+
+    em  size of the font as the messages count it, pixels
+    """
+
+    def __init__(self, imgui: Any):
+        self.imgui, self.em = imgui, 1.0
+        self._held = "", 0.0  # the number that was pressed last, and what it was before
+
+    def slide(
+        self,
+        name: str,
+        value: float,
+        default: float,
+        low: float,
+        high: float,
+        why: str = "",
+        logarithmic: bool = False,
+    ) -> float:
+        """A number between two others. A double click, or Ctrl and a click, lets it be typed."""
+        imgui = self.imgui
+        if self._is_reset(name, why):
+            return default
+        value = self._before_first_click(name, value)
+        kind = imgui.SliderFlags_.logarithmic if logarithmic else imgui.SliderFlags_.none
+        changed, new = imgui.slider_float(f"##{name}", value, low, high, "%.2f", kind)
+        return self._taken(name, value, changed, min(max(_plain(new), low), high))
+
+    def drag(self, name: str, value: float, step: float, farthest: float, why: str = "") -> float:
+        """A number without a default, that changes by a step for each pixel; typed as that of a slider."""
+        imgui = self.imgui
+        self._name(name, why)
+        value = self._before_first_click(name, value)
+        changed, new = imgui.drag_float(f"##{name}", value, step, -farthest, farthest, "%.3f")
+        return self._taken(name, value, changed, min(max(_plain(new), -farthest), farthest))
+
+    def choose(self, name: str, value: str, default: str, known: Sequence[str], why: str = "") -> str:
+        """One of several texts."""
+        imgui, chosen = self.imgui, value
+        if self._is_reset(name, why):
+            return default
+        if imgui.begin_combo(f"##{name}", value):
+            for one in known if value in known else (value, *known):
+                if imgui.selectable(one, one == value)[0]:
+                    chosen = one
+                if one == value:
+                    imgui.set_item_default_focus()
+            imgui.end_combo()
+        return chosen
+
+    def color(
+        self, name: str, value: tuple[float, float, float], default: tuple[float, float, float]
+    ) -> tuple[float, float, float]:
+        """A square in a colour; a click on it opens more of them. Untouched it stays exactly what it was."""
+        imgui = self.imgui
+        if self._is_reset(name):
+            return default
+        changed, picked = imgui.color_edit3(f"##{name}", list(value), imgui.ColorEditFlags_.no_inputs)
+        return tuple(picked) if changed else value
+
+    def tick(self, name: str, value: bool, why: str = "") -> bool:
+        """A switch."""
+        new = self.imgui.checkbox(name, value)[1]
+        self.explain(why)
+        return new
+
+    def row(self, name: str, text: str) -> None:
+        """A name, and beside it a text that only tells."""
+        self._name(name)
+        self.imgui.text_unformatted(text)
+
+    def section(self, name: str, opened: bool = True) -> bool:
+        """A heading that opens and closes what follows: whether it is open."""
+        flags = self.imgui.TreeNodeFlags_
+        return self.imgui.collapsing_header(name, flags.default_open if opened else flags.none)
+
+    def note(self, text: str) -> None:
+        """A grey sentence."""
+        imgui = self.imgui
+        imgui.push_style_color(imgui.Col_.text, imgui.get_style_color_vec4(imgui.Col_.text_disabled))
+        imgui.text_wrapped(text)
+        imgui.pop_style_color()
+
+    def fitted(self, text: str, beside: float = 0.0) -> str:
+        """As much of the beginning as fits into the row behind a box. beside: pixels that something else takes."""
+        imgui = self.imgui
+        space = imgui.get_content_region_avail().x - beside
+        space -= imgui.get_frame_height() + imgui.get_style().item_inner_spacing.x
+        if imgui.calc_text_size(text).x <= space:
+            return text
+        kept = next((n for n in range(len(text) - 1, 1, -1) if imgui.calc_text_size(f"{text[:n]}…").x <= space), 1)
+        return f"{text[:kept]}…"
+
+    def _is_reset(self, name: str, why: str = "") -> bool:
+        """Shows a name; whether a double click on it asks for the default."""
+        imgui = self.imgui
+        is_asked = self._name(name, why)
+        return is_asked and imgui.get_io().key_alt and imgui.is_mouse_clicked(0)
+
+    def _name(self, name: str, why: str = "") -> bool:
+        """Shows a name, and begins the widget that takes the rest of its row. Returns whether the mouse is over it."""
+        imgui = self.imgui
+        left = imgui.get_cursor_pos_x()
+        imgui.align_text_to_frame_padding()
+        imgui.text_unformatted(name)
+        is_over = imgui.is_item_hovered()
+        self.explain(why)
+        imgui.same_line(left + NAMES_WIDTH * self.em)
+        imgui.set_next_item_width(-1.0)
+        return is_over
+
+    def _before_first_click(self, name: str, value: float) -> float:
+        """The first click of two has moved a slider: the second takes that back."""
+        is_second = self.imgui.get_io().key_alt and self._held[0] == name
+        return self._held[1] if is_second else value
+
+    def _taken(self, name: str, value: float, changed: bool, new: float) -> float:
+        """Untouched it stays, even beyond the ends."""
+        if self.imgui.is_item_activated():
+            self._held = name, value
+        return new if changed else value
+
+    def explain(self, why: str) -> None:
+        """An explanation, shown while the mouse is over the last item."""
+        imgui = self.imgui
+        if why and imgui.begin_item_tooltip():
+            imgui.push_text_wrap_pos(imgui.get_font_size() * LINE)
+            imgui.text_unformatted(why)
+            imgui.pop_text_wrap_pos()
+            imgui.end_tooltip()
+
+
+def _plain(number: float) -> float:
+    """As it was typed: imgui's numbers are float32."""
+    return float(f"{number:.6g}")
+
 
 FRAME_STEPS = "surface", "splats", "resolve", "shadows", "surfaces", "light"
 SET_STEPS = "surface", "agreement", "trust", "shadows", "surfaces", "light"
@@ -323,3 +464,50 @@ def show_nodes(ui: Widgets, scene: Shown) -> list[Effect]:
         if visible != node.visible:
             effects.append(ShowFrame(scene.with_node(path, visible=visible)))
     return effects
+
+
+_NONE, _OWN = "none", "own"
+_BRIGHTEST = 10.0
+
+
+def show_environment(ui: Widgets, state: State, opened: bool) -> State:
+    """Show which environment there is, how bright it is and how it stands, and whether what is near hides it."""
+    if not ui.section("light from all around", opened):
+        return state
+    imgui, finish = ui.imgui, state.finish
+    changes: dict[str, Any] = {}
+    imgui.begin_disabled(not state.is_lit)
+    before = _name_of(finish.environment)
+    name = ui.choose("environment", before, _name_of(SIMPLE.environment), (_NONE, *NAMES),
+                     "Takes the place of the ambient light (E). own: that of "
+                     "the scene or of a file.")  # fmt: skip
+    if name != before:
+        changes["environment"] = None if name == _NONE else name
+    imgui.begin_disabled(name == _NONE)
+    usual = SIMPLE.environment_intensity
+    changes["environment_intensity"] = ui.slide(
+        "brightness", finish.environment_intensity, usual, 0.0, _BRIGHTEST, "", True
+    )
+    if isinstance(finish.environment_rotation, float):
+        why = "Degrees about up (Shift and left or right; or drag with the right button)."
+        changes["environment_rotation"] = ui.slide("turned", finish.environment_rotation, 0.0, 0.0, 360.0, why)
+    imgui.end_disabled()
+    changes |= _occlusion(ui, finish.ambient_occlusion)
+    imgui.end_disabled()
+    return replace(state, finish=replace(finish, **changes))
+
+
+def _name_of(environment: Any) -> str:
+    if environment is None:
+        return _NONE
+    return environment.name if environment.name in NAMES else _OWN
+
+
+def _occlusion(ui: Widgets, before: Any) -> dict[str, Any]:
+    """A radius stays as long as nothing is chosen."""
+    words = {value: word for word, value in OCCLUSION.items()}
+    word = f"{before:g}" if isinstance(before, float) else words[before]
+    chosen = ui.choose("occlusion", word, words[None], tuple(OCCLUSION),
+                       "Whether what is near hides ambient light and environment "
+                       "(A). auto: where they are more than a tenth of the light.")  # fmt: skip
+    return {} if chosen == word else {"ambient_occlusion": OCCLUSION[chosen]}

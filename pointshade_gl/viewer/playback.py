@@ -1,16 +1,19 @@
-"""Plays a stream of frames: a thread reads it, the window shows it at its own rate, pauses it, steps through it."""
+"""Plays streams of frames, one or several at once, each at its own rate; and when a window is drawn."""
 
 from __future__ import annotations
 
 import queue
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from typing import Any
 
 from ..checks.arguments import check_fps
+from ..files.frames.sequences import FrameSequence
 from ..notes.words import option, shown
 from ..scene.frame import Frame
+from .views import Views
 
 SLOWEST, USUAL, FASTEST = 0.5, 30.0, 240.0  # frames per second that keys choose; beyond, they play as fast as they come
 PATIENCE = 0.1  # seconds after which a waiting thread checks again whether it should stop
@@ -225,3 +228,160 @@ class _From(Sequence[tuple[int, Frame]]):
 
     def __getitem__(self, index: Any) -> Any:
         return self._start + index, self._source[self._start + index]
+
+
+class MultiPlayback:
+    """What Playback is for one source, for several: `advance` gives the Views to show, and never waits.
+
+    sources  each a Frame, a Sequence of frames, which repeats, or any other iterable (a camera)
+    fps      frames per second of each; None: as fast as they come
+    skipped, wake  as for Playback
+    """
+
+    index, total = -1, None  # there is no common number
+
+    def __init__(
+        self,
+        sources: Sequence[Frame | Iterable[Frame]],
+        fps: Sequence[float | None],
+        skipped: Callable[[str], None] = lambda _: None,
+    ):
+        self.wake: Callable[[], None] = lambda: None
+        named = enumerate(sources)  # as the panel calls them
+        self._names = tuple(s.folder.name if isinstance(s, FrameSequence) else f"source {k}" for k, s in named)
+        self._players: list[Playback] = []
+        self._views: Views | None = None
+        for source, rate, name in zip(sources, fps, self._names, strict=True):
+            stream = iter([source]) if isinstance(source, Frame) else source
+            self._players.append(Playback(stream, rate, lambda sentence, name=name: skipped(f"{name}: {sentence}")))
+            self._players[-1].wake = lambda: self.wake()
+
+    @property
+    def indices(self) -> list[int]:
+        """Of each source its frame's, as for Playback."""
+        return [player.index for player in self._players]
+
+    def first(self) -> Views:
+        """Waits for the first frame of each source. Raises ValueError for a source that has none."""
+        frames = tuple(player.first() for player in self._players)
+        self._views = Views(frames, self._names, frames[0], (True,) * len(frames), "")
+        return self._views
+
+    def advance(self, now: float) -> Views | None:
+        """The views with every frame that is due, or None if none is. Raises what a source raised."""
+        return self._with([player.advance(now) for player in self._players])
+
+    def patience(self, now: float) -> float | None:
+        """As Playback: of the source that is due first."""
+        waits = [wait for player in self._players if (wait := player.patience(now)) is not None]
+        return min(waits, default=None)
+
+    @property
+    def is_paused(self) -> bool:
+        return self._players[0].is_paused
+
+    def toggle(self) -> None:
+        """Pauses all sources, or continues them."""
+        for player in self._players:
+            player.toggle()
+
+    def change_rate(self, factor: float) -> None:
+        """Plays all sources faster (a factor above 1) or slower."""
+        for player in self._players:
+            player.change_rate(factor)
+
+    @property
+    def rate(self) -> float | None:
+        """Of the first source; None: as fast as its frames come."""
+        return self._players[0].rate
+
+    def step(self, direction: int) -> Views | None:
+        """Pauses all sources, and steps each one frame forwards or back."""
+        return self._with([player.step(direction) for player in self._players])
+
+    def close(self) -> None:
+        """Stops the threads."""
+        for player in self._players:
+            player.close()
+
+    def _with(self, new: Sequence[Frame | None]) -> Views | None:
+        if self._views is None or not any(new):
+            return None
+        self._views = self._views.with_frames(new)
+        return self._views
+
+
+REST = 0.2  # seconds that nothing moves before the picture is refined: moving must not wait for it
+MORE = 3  # samples a turn at most: between two turns the window answers
+TURN = 0.1  # seconds that they may take, if that is not less than one
+KEPT = 20  # times between two pictures
+PAUSE = 0.5  # seconds after which the next picture's rate begins anew
+
+
+class Rate:
+    """Measures how many pictures come per second, while they come: `tick` when one does."""
+
+    def __init__(self) -> None:
+        self._gaps: deque[float] = deque(maxlen=KEPT)
+        self._last = float("-inf")
+
+    def tick(self, now: float) -> None:
+        if now - self._last > PAUSE:
+            self._gaps.clear()
+        else:
+            self._gaps.append(now - self._last)
+        self._last = now
+
+    @property
+    def per_second(self) -> float | None:
+        """The mean of the last ones; None before two came in a row."""
+        spent = sum(self._gaps)
+        return len(self._gaps) / spent if spent else None
+
+
+class Redrawing:
+    """Remembers what a window shows: a picture, and what lies over it (marker, text, panel), as values to compare.
+
+    samples  that the picture has: one while things move, more and more while nothing does
+    rate     of the pictures that differ
+    drawn    how often the window was drawn
+    """
+
+    def __init__(self) -> None:
+        self.samples, self.rate, self.drawn = 1, Rate(), 0
+        self._shown: Any = None
+        self._picture: Any = None
+        self._since = self._began = 0.0
+        self._added, self._more = 1, MORE  # samples of this turn, and of the next one
+
+    def forget(self) -> None:
+        """Draw anew in any case: the window lost its content."""
+        self._shown = None
+
+    def patience(self, picture: Any, over: Any, now: float, most: int) -> float | None:
+        """Return the seconds until the window must be drawn; None: not before something changes."""
+        return self._rest(picture, now, most) if (picture, over) == self._shown else 0.0
+
+    def begin(self, picture: Any, now: float, most: int) -> int:
+        """Return how many samples the next picture has. It is drawn anew if it has changed."""
+        before, self._began = self.samples, now
+        if picture != self._picture:
+            self.rate.tick(now)
+            self._picture, self._since, self.samples, before = picture, now, 1, 0
+        elif self._rest(picture, now, most) == 0:
+            self.samples = min(self.samples + self._more, most)
+        self._added = self.samples - before
+        return self.samples
+
+    def end(self, picture: Any, over: Any, now: float) -> None:
+        """Remember that this was drawn, until now; None is the picture before, drawn again."""
+        self._shown = picture, over
+        self.drawn += 1
+        if picture is not None and self._added:
+            self._more = max(1, min(MORE, int(TURN * self._added / max(now - self._began, 1e-6))))
+
+    def _rest(self, picture: Any, now: float, most: int) -> float | None:
+        """Seconds until more samples are due; None: they are not."""
+        if picture != self._picture or self.samples >= most:
+            return None
+        return max(self._since + REST - now, 0.0)

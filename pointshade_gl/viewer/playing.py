@@ -9,9 +9,7 @@ from typing import NamedTuple
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from .events import ChangeRate, PlayCommand, PlayEffect, Seek, StepFrames
-from .multi_playback import MultiPlayback
-from .playback import Playback
-from .redrawing import Rate
+from .playback import MultiPlayback, Playback, Rate
 from .views import Merger, Shown, Views
 
 MERGED = "the views are merged: M plays the frames"

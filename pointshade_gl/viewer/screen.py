@@ -18,13 +18,12 @@ from .controller import BAR
 from .events import Effect
 from .history import Moment
 from .keys import KEYS
-from .messages import draw_message, draw_strip, draw_table
 from .mouse import MOUSE
+from .overlay import draw_message, draw_readout, draw_strip, draw_table, legend, values_of
 from .panel import Panel
 from .panel_sections import Facts
 from .picture import Picture
 from .playing import Strip
-from .readout import draw_readout, legend, values_of
 from .window import Window
 
 MARKER = 7.0  # radius, pixels at scale 1

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from ..scene.camera import Camera
 from ..scene.graph import Scene
-from .clouds import resized
 from .controller import Answer, Control
 from .document import Document
 from .events import (
@@ -25,15 +24,13 @@ from .events import (
     ShowMessage,
     TakeLight,
 )
-from .history import Moment
+from .history import Moment, as_switched, switches_of
 from .keys import when_seen
-from .lights import added, removed, taking, titles
-from .messages import Messages
-from .multi_playback import MultiPlayback
-from .playback import Playback
+from .mouse import added, removed, taking, titles
+from .overlay import Messages
+from .playback import MultiPlayback, Playback
 from .playing import Strip
-from .switches import as_switched, switches_of
-from .views import Shown, camera_of, pose_of
+from .views import Shown, camera_of, pose_of, resized
 
 
 class Session:

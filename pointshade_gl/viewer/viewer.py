@@ -26,23 +26,20 @@ from ..scene.noise import Choice
 from ..scene.option_fields import renamed
 from ..scene.orbit import State
 from ..scene.viewpoint import View
-from .background import Background, Work
-from .clouds import clouds_of
+from .background import LOOK, RATE, Background, OpenDialog, Recorder, Work, save_new
 from .controller import Surroundings, controller, hides_pointer, is_for_timeline, turned_around
 from .document import Document, check_rates, check_sources
 from .events import Command, Effect, Event, Open, Remember, TurnAround
 from .history import Moment
-from .messages import Messages
-from .open_dialog import LOOK, OpenDialog
+from .overlay import Messages
 from .panel import MISSING
 from .panel_sections import Facts
 from .picture import CommandLine, Picture, SavedPicture
+from .playback import Redrawing
 from .playing import Playing, Strip
-from .recording import RATE, Recorder, save_new
-from .redrawing import Redrawing
 from .screen import Overlay, Screen
 from .session import Session
-from .views import VIEWS, Shown, check_views
+from .views import VIEWS, Shown, check_views, clouds_of
 from .window import Window
 from .window import window_size as size_for
 

@@ -9,7 +9,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.files.access import atomic_write
 from pointshade_gl.files.access.atomic_write import error_of, naming_written
-from pointshade_gl.viewer.recording import save_new
+from pointshade_gl.viewer.background import save_new
 
 from ..support import frames
 

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.viewer import Viewer, open_dialog
+from pointshade_gl.viewer import Viewer
+from pointshade_gl.viewer import background as open_dialog
 from pointshade_gl.viewer.keys import BY_NAME
 
 from ..rendering.test_renderer import living_objects

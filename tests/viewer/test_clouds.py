@@ -10,8 +10,8 @@ from PIL import Image
 import pointshade_gl as ps
 from pointshade_gl.cli.window_line import Typed, render_line
 from pointshade_gl.scene.orbit import State
-from pointshade_gl.viewer.clouds import clouds_of
 from pointshade_gl.viewer.events import Open, TurnAround
+from pointshade_gl.viewer.views import clouds_of
 
 from ..support.cloud_ball import ball, write_ball
 from ..support.viewing import drag, press, quiet, shown
@@ -101,7 +101,7 @@ def test_a_broken_cloud_that_is_dropped_is_one_sentence_and_the_window_stays(vie
 
 def test_the_panel_changes_splat_and_size(viewer, monkeypatch):
     pytest.importorskip("imgui_bundle")
-    from pointshade_gl.viewer.panel_widgets import Widgets
+    from pointshade_gl.viewer.panel_sections import Widgets
 
     press(viewer, "G")
     for _ in range(4):

@@ -19,7 +19,7 @@ from pointshade_gl.cli.window_line import Typed, render_line
 from pointshade_gl.files.frame_sources import load_any, open_source
 from pointshade_gl.scene.orbit import State
 from pointshade_gl.viewer.events import Command, RemoveLight
-from pointshade_gl.viewer.lights import as_kind, placed
+from pointshade_gl.viewer.mouse import as_kind, placed
 
 from ..support.posed_views import corner, disturbed, views
 from ..support.radiance_files import mantissas, radiance_file

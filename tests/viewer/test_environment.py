@@ -9,7 +9,7 @@ from pointshade_gl.scene.orbit import OWN_LIGHT, Stage, State
 from pointshade_gl.viewer.controller import Control, Surroundings, controller
 from pointshade_gl.viewer.events import Event, Remember, ShowMessage
 from pointshade_gl.viewer.history import Moment
-from pointshade_gl.viewer.panel_environment import show_environment
+from pointshade_gl.viewer.panel_sections import show_environment
 from pointshade_gl.viewer.picture import Picture
 
 from ..support import frames

@@ -13,7 +13,8 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import DEGREES, State, marker_place
-from pointshade_gl.viewer import open_dialog, window
+from pointshade_gl.viewer import background as open_dialog
+from pointshade_gl.viewer import window
 
 from ..support import frames
 from ..support.view_sets import pose_at, seen_from

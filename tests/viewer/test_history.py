@@ -6,15 +6,13 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import OWN_LIGHT, Stage, State
-from pointshade_gl.viewer.clouds import restyled
 from pointshade_gl.viewer.document import Document
 from pointshade_gl.viewer.events import Command, Event, Remember, ShowFrame
-from pointshade_gl.viewer.history import STEPS, History, Moment
-from pointshade_gl.viewer.messages import Messages
+from pointshade_gl.viewer.history import STEPS, History, Moment, switches_of
+from pointshade_gl.viewer.overlay import Messages
 from pointshade_gl.viewer.playing import Playing
 from pointshade_gl.viewer.session import Session
-from pointshade_gl.viewer.switches import switches_of
-from pointshade_gl.viewer.views import Views
+from pointshade_gl.viewer.views import Views, restyled
 
 from ..support import frames
 from ..support.viewing import drag, move, press, quiet, shown

@@ -6,7 +6,7 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import State
-from pointshade_gl.viewer import recording
+from pointshade_gl.viewer import background as recording
 from pointshade_gl.viewer.keys import ESTIMATORS
 
 from ..support import frames

@@ -8,7 +8,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import Stage, State
 from pointshade_gl.viewer.history import Moment
-from pointshade_gl.viewer.lights import added, placed, removed, taking, titles
+from pointshade_gl.viewer.mouse import added, placed, removed, taking, titles
 
 from ..support import frames
 from ..support.viewing import move, press, quiet, shown

@@ -5,7 +5,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import State
 from pointshade_gl.viewer.events import Event
-from pointshade_gl.viewer.messages import CLOSES, Messages
+from pointshade_gl.viewer.overlay import CLOSES, Messages
 
 from ..support import frames
 from ..support.viewing import press, quiet, shown

@@ -12,7 +12,7 @@ import pointshade_gl as ps
 from pointshade_gl.cli.inputs import load_several
 from pointshade_gl.cli.options import FrameOptions
 from pointshade_gl.viewer import Viewer
-from pointshade_gl.viewer.multi_playback import MultiPlayback
+from pointshade_gl.viewer.playback import MultiPlayback
 from pointshade_gl.viewer.views import Views
 
 from ..support import frames

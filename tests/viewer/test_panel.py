@@ -11,8 +11,8 @@ from PIL import ImageFont
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import State
 from pointshade_gl.viewer.events import Event, TakeLight
-from pointshade_gl.viewer.lights import KINDS, kind_of
-from pointshade_gl.viewer.messages import POINTS
+from pointshade_gl.viewer.mouse import KINDS, kind_of
+from pointshade_gl.viewer.overlay import POINTS
 
 from ..support import frames
 from ..support.posed_views import corner, disturbed, views

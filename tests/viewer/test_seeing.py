@@ -8,7 +8,7 @@ from pointshade_gl.files.depth.depth_files import ramp
 from pointshade_gl.files.pictures.picture_files import normals_to_rgb
 from pointshade_gl.scene.orbit import State
 from pointshade_gl.scene.values import BLUE
-from pointshade_gl.viewer.readout import NOTHING, values_of
+from pointshade_gl.viewer.overlay import NOTHING, values_of
 
 from ..support import frames
 from ..support.viewing import move, press, quiet, shown

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.viewer import Viewer, messages
+from pointshade_gl.viewer import Viewer
+from pointshade_gl.viewer import overlay as messages
 from pointshade_gl.viewer.events import Event
 from pointshade_gl.viewer.keys import BY_NAME
 from pointshade_gl.viewer.window import Window

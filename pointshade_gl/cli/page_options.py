@@ -71,7 +71,7 @@ class PageOptions:
     ) -> None:
         """Writes the page in which frames of a sequence play. The size of the picture is that of its points, too."""
         from ..files.access.atomic_write import written_whole
-        from ..page.film_file import draw_film, frames_of
+        from ..page.films import draw_film, frames_of
         from ..page.page_file import largest_of
 
         frames = frames_of(frames, film.frames)

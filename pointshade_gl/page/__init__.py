@@ -1,8 +1,7 @@
 """One HTML file that shows a frame, a scene or a point cloud: the light under the mouse, drawn in the browser."""
 
 from ..renderer.functions import by_shared_renderer
-from .notebook_cell import Cell, draw_cell
-from .page_file import draw_page, write_page
+from .page_file import Cell, draw_cell, draw_page, write_page
 
 __all__ = ["Cell", "draw_cell", "draw_page", "page_of", "save_page", "show", "write_page"]
 

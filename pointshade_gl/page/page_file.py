@@ -1,10 +1,12 @@
-"""Writes pages: what they show, and the parts that page.html is filled with, as one file."""
+"""Writes pages, as one file or into a notebook's cell."""
 
 from __future__ import annotations
 
+import html
 from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,14 +29,11 @@ from ..scene.graph import Scene
 from ..scene.node import Placed
 from ..scene.objects import PointObject
 from ..scene.option_fields import takes
-from .cloud_parts import cloud_part
-from .contents import surfaces_of
-from .film_file import draw_film, frames_of
-from .page_command import command_of
+from .films import draw_film, frames_of
+from .page_contents import cloud_points, reduced, surfaces_of
 from .page_scene import Showing, arranged, look_of
-from .parts import QUALITIES, Part, Quality, QualityName, mesh_part, surface_part
-from .reduced_frames import cloud_points, reduced
-from .template import filled
+from .parts import QUALITIES, Part, Quality, QualityName, cloud_part, mesh_part, surface_part
+from .template import command_of, filled
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -228,3 +227,67 @@ def _parts_of(thing: Drawable, quality: Quality) -> Iterator[Part]:
             step = max(quality.depth_step, thing.consensus.band / EXACT)
             quality = quality._replace(depth_step=step, normal_bits=min(quality.normal_bits, 12))
         yield from (surface_part(surface, quality) for surface in surfaces_of(thing))
+
+
+HEIGHT = 480  # CSS pixels
+LOWEST = 120
+MOST = 2_500_000  # bytes: Jupyter drops outputs of 3 million bytes and more in its first setting
+
+
+class Cell:
+    """What a notebook shows as a page. `html` is the page itself."""
+
+    def __init__(self, page: str, title: str, height: int):
+        self.html, self._title, self._height = page, title, height
+
+    def _repr_html_(self) -> str:
+        """A frame whose scripts run and save pictures, and that can reach neither the notebook nor anything else."""
+        return (
+            f'<iframe srcdoc="{html.escape(self.html)}" title="{html.escape(self._title)}" '
+            'sandbox="allow-scripts allow-downloads" allow="clipboard-write" allowfullscreen '
+            f'style="display: block; width: 100%; height: {self._height}px; border: 0"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"Cell({len(self.html) / 1e6:.1f} MB, {self._height} pixels high)"
+
+
+@takes(RequestOptions, *GROUPS, like=Renderer.render)
+def draw_cell(
+    renderer: Renderer,
+    source: Source,
+    *,
+    height: int = HEIGHT,
+    quality: QualityName | None = None,
+    title: str = "pointshade",
+    notes: Note | None = None,
+    progress: Progress | None = None,
+    **options: Unpack[RequestOptions],
+) -> Cell:
+    """Show a frame, several frames of one thing, a scene or a cloud in a notebook: the light is under the mouse.
+
+    As the last line of a cell it shows itself.
+
+    Parameters
+    ----------
+    source : Frame, sequence of Frame, Scene, PointCloud, path or RenderRequest
+        What is shown, as `render` takes it.
+    height : int
+        Of the cell, CSS pixels; it is as wide as the notebook.
+    quality : {"exact", "small"}, optional
+        As for `save_page`; None: "exact", or "small" where that would be more than 2.5 MB. Notebooks keep each page,
+        and Jupyter drops outputs of 3 MB and more unless ServerApp.iopub_data_rate_limit is raised.
+    title : str
+        What the page says below its picture.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For arguments that do not fit.
+    """
+    height = check_count(height, "height", LOWEST, "of pixels ")
+    draw = partial(draw_page, renderer, source, title=title, notes=notes, progress=progress, **options)
+    page = draw(quality=quality or "exact")
+    if quality is None and len(page) > MOST:
+        page = draw(quality="small")
+    return Cell(page, title, height)

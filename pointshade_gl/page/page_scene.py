@@ -30,7 +30,7 @@ from ..scene.orbit import Stage, State
 from ..scene.settings import STILL, Finish
 from ..scene.values import linear_to_srgb
 from ..scene.visible import is_alone, material_of, shading_of
-from .unsupported import left_out
+from .page_contents import left_out
 
 Matrix = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""The one file of a page: page.html with its places filled."""
+"""The one file of a page: page.html with its places filled, shaders, and what it knows of the command line."""
 
 from __future__ import annotations
 
@@ -13,10 +13,38 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..gpu.core.programs import splice
 from ..notes.words import printable
-from .parts import encoded
-from .picture_coding import pack
-from .shaders import shader_texts
+from ..renderer.requests import RenderRequest, Scenes
+from ..scene.appearance import Look
+from ..scene.cloud import PointCloud
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from .parts import encoded, pack
+
+ENTRIES = (
+    "fullscreen.vert", "points/splats.vert", "points/splats.frag", "points/rims.vert", "points/rims.frag",
+    "points/resolve_surfaces.frag", "shading/light.frag", "surface/hidden_in_plane.frag", "surface/mean_hidden.frag",
+    "surface/visibility.frag", "shading/view_visibility.frag", "shading/shadow.frag", "surface/hidden_planes.frag",
+    "meshes/mesh.vert", "meshes/mesh.frag", "meshes/mesh_lit.vert", "meshes/mesh_lit.frag", "meshes/mesh_shadow.frag",
+    "clouds/splat.vert", "clouds/depth.frag", "clouds/front.frag", "clouds/blend.frag", "clouds/resolve.frag",
+    "clouds/ball.frag", "surface/film_surface.frag", "surface/film_colors.frag", "surface/film_change.frag",
+    "output/resolve_samples.frag", "points/view_insides.frag", "points/outline_points.frag", "points/kept_points.frag",
+)  # fmt: skip
+PRECISION = "".join(f"precision highp {kind};\n" for kind in ("float", "int", "sampler2D", "isampler2D"))
+_COMMENT = re.compile(r"[ \t]*//[^\n]*")
+
+
+def shader_texts() -> dict[str, str]:
+    """The text of each shader by its name. `#version 300 es` and constants go before it."""
+    return {name: as_es(splice(name)[0]) for name in ENTRIES}
+
+
+def as_es(text: str) -> str:
+    """A shader without its first line, its comments and empty lines, with the precision that GLSL ES asks for."""
+    body = _COMMENT.sub("", text.split("\n", 1)[1])
+    return PRECISION + re.sub(r"\n+", "\n", body)
+
 
 FOLDER = Path(__file__).resolve().parent
 SCRIPTS = (
@@ -57,3 +85,33 @@ def _json(data: Any) -> str:
 
 def _base64(data: bytes) -> str:
     return base64.b64encode(data).decode()
+
+
+CLOSE = 1e-3  # pixels: a camera that differs by less is the same
+
+
+def command_of(request: RenderRequest, line: str | None) -> dict[str, Any] | None:
+    """Return it for the JSON; None without a line, and where no `--picture-size` leads to the camera of the page.
+
+    line  `pointshade render ...`, without lights, shading, view, size and samples
+
+    Of what it gives, isOwn says that the page's home is where the line looks from without `--pose`; turns, that the
+    page turns around the same point as `--yaw`.
+    """
+    scene, is_scene = Scenes().of(request), isinstance(request.source, Scene | PointCloud)
+    camera, seen = request.seen_by(scene)
+    assert scene.camera is not None, "scenes of requests have one"
+    own = scene.camera
+    if line is None or not np.allclose(camera.fitted(own.width, own.height).intrinsics, own.intrinsics, 0, CLOSE):
+        return None
+    own_pose = np.asarray(scene.pose if is_scene else scene.things[0].content.frame.pose)
+    home = seen if is_scene or request.pose is not None else own_pose
+    is_own = bool(np.allclose(home, own_pose, 0, 1e-12))
+    return {
+        "line": line,
+        "shading": Look().shading,
+        "isScene": is_scene,
+        "isOwn": is_own,
+        "turns": is_own and isinstance(request.source, Frame),
+        "home": home.tolist(),
+    }

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pointshade_gl.page.film_coding import color_planes
-from pointshade_gl.page.picture_coding import code_normals
+from pointshade_gl.page.films import color_planes
+from pointshade_gl.page.parts import code_normals
 
 from ..reference import film_planes
 

@@ -9,7 +9,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page
-from pointshade_gl.page.reduced_frames import reduced
+from pointshade_gl.page.page_contents import reduced
 
 from ..support import frames
 from ..support.browser import altered

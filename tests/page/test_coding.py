@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pointshade_gl.page import picture_coding as coding
+from pointshade_gl.page import parts as coding
 from pointshade_gl.page.parts import QUALITIES
 
 from ..support.page_functions import run_script

@@ -10,9 +10,8 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page, write_page
-from pointshade_gl.page.contents import Surface
-from pointshade_gl.page.film_coding import FILM_QUALITIES, KEY_EVERY, STAYS, FilmCoder
-from pointshade_gl.page.film_file import frames_of
+from pointshade_gl.page.films import FILM_QUALITIES, KEY_EVERY, STAYS, FilmCoder, frames_of
+from pointshade_gl.page.page_contents import Surface
 
 from ..support import frames
 from ..support.page_functions import run_script

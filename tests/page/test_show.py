@@ -3,7 +3,7 @@
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.page import notebook_cell as cell
+from pointshade_gl.page import page_file as cell
 
 from ..support import frames
 

@@ -1,8 +1,9 @@
-"""What a page shows, read from the GPU: the surfaces as the renderer draws them, with calmed depth and its normals."""
+"""What a page shows, read from the GPU: surfaces, clouds, several frames merged, with fewer pixels if need be."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from math import gcd, lcm
 from typing import Any, NamedTuple
 
@@ -14,8 +15,14 @@ from ..gpu.core.images import read_texture
 from ..gpu.drawables import Drawable
 from ..gpu.meshes.mesh_objects import ShownGrid
 from ..gpu.points.point_objects import Points, ShownPoints, ShownSet
+from ..notes.words import counted
+from ..scene.cloud import ARRAYS, CloudLook, PointCloud
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from ..scene.objects import PointObject
+from ..scene.settings import Finish
 from ..scene.values import linear_to_bytes, srgb_to_linear
-from ..scene.visible import bridged_stride
+from ..scene.visible import bridged_stride, coarser, points_at
 from .merged_frames import Member, merged
 
 AROUND = 2  # pixels beside the known ones that are kept: rims look so far
@@ -132,3 +139,86 @@ def _cut(picture: NDArray[Any], box: tuple[int, int, int, int], shape: tuple[int
     (height, width), (rows, columns) = shape[:2], picture.shape[:2]
     left, top, right, bottom = box
     return picture[top * rows // height : bottom * rows // height, left * columns // width : right * columns // width]
+
+
+Source = Frame | Sequence[Frame] | Scene | PointCloud
+
+
+def reduced(source: Source, largest: int, most: int) -> Source:
+    """The frame, frames, scene or cloud, where depths and colours have up to `largest` pixels a side, and all clouds
+    together about `most` points; itself if they do."""
+    level = max(math.log2(max(cloud_points(source), 1) / min(most, largest**2)), 0.0)
+    if isinstance(source, Scene):
+        made: dict[PointCloud, PointCloud] = {}
+        return source.with_every_node(lambda node: {"content": _reduced_content(node.content, largest, level, made)})
+    if isinstance(source, PointCloud):
+        return _reduced_cloud(source, level)
+    if isinstance(source, Frame):
+        return _reduced_frame(source, largest)
+    return [_reduced_frame(frame, largest) for frame in source]
+
+
+def cloud_points(source: Source) -> int:
+    """How many points the visible clouds have."""
+    if isinstance(source, Scene):
+        return sum(len(p.content) for p in source.placed() if isinstance(p.content, PointCloud))
+    return len(source) if isinstance(source, PointCloud) else 0
+
+
+def _reduced_content(content: Any, largest: int, level: float, made: dict[PointCloud, PointCloud]) -> Any:
+    if isinstance(content, tuple):
+        return tuple(_reduced_content(part, largest, level, made) for part in content)
+    if isinstance(content, PointCloud):
+        return made.setdefault(content, _reduced_cloud(content, level))
+    if not isinstance(content, PointObject):
+        return content
+    frames = [_reduced_frame(frame, largest) for frame in content.frames]
+    is_same = all(a is b for a, b in zip(frames, content.frames, strict=True))
+    return content if is_same else PointObject(frames, look=content.look)
+
+
+def _reduced_cloud(cloud: PointCloud, level: float) -> PointCloud:
+    """An even sample of the points, those with sizes of their own larger by as much as they are fewer."""
+    some = points_at(cloud, level)
+    if some is None:
+        return cloud
+    arrays: dict[str, Any] = {name: getattr(cloud, name) for name in ARRAYS}
+    arrays = {name: one[some] if np.ndim(one) and len(one) == len(cloud) else one for name, one in arrays.items()}
+    if cloud.sizes is not None:
+        arrays["sizes"] = arrays["sizes"] * np.float32(2 ** (level / 2))
+    look = {name: getattr(cloud, name) for name in CloudLook.__annotations__}
+    return PointCloud(**arrays, origin=cloud.origin, up=cloud.up, front=cloud.front, **look)
+
+
+def _reduced_frame(frame: Frame, largest: int) -> Frame:
+    color = frame.color
+    if color is not None and max(color.shape[:2]) > largest:
+        frame = Frame(_averaged(color, largest), frame.depth, frame.camera, frame.pose, source=frame.source)
+    step = -(-max(frame.depth.shape) // largest)
+    return frame if step == 1 else coarser(frame, step)
+
+
+def _averaged(color: NDArray[np.uint8], largest: int) -> NDArray[np.uint8]:
+    """A smaller picture, each pixel the mean of those that it takes the place of."""
+    from PIL import Image
+
+    height, width = color.shape[:2]
+    share = largest / max(height, width)
+    size = max(round(width * share), 1), max(round(height * share), 1)
+    return np.asarray(Image.fromarray(color).resize(size, Image.Resampling.BOX))
+
+
+def left_out(scene: Scene, finish: Finish, points: int) -> Iterator[str]:
+    """Of a scene, finished like this. points: of its clouds, before some were left out."""
+    objects = [p.content for p in scene.things if isinstance(p.content, PointObject)]
+    shown = sum(len(p.content) for p in scene.things if isinstance(p.content, PointCloud))
+    if shown < points:
+        yield f"of {counted(points, 'point')} an even sample is drawn, {counted(shown, 'point')}"
+    if finish.ground:
+        yield "the ground and its shadows are in the still picture only"
+    if not finish.is_light:
+        yield f"{finish.show} in colours is in the still picture only"
+    if any(one.look.splat == "mesh" for one in objects):
+        yield "triangles between pixels are drawn as splats"
+    if not all(one.is_single for one in objects):
+        yield "several frames are one surface, the same from everywhere, without points that other frames contradict"

@@ -1,21 +1,113 @@
-"""Work on a Ray cluster: each worker is an actor with one GL context; one that is lost is replaced."""
+"""Work on a Ray cluster: connecting, actors with one GL context each, the outputs of a batch."""
 
 from __future__ import annotations
 
 import os
+import secrets
+import signal
 import socket
-from collections.abc import Callable, Generator, Iterable, Iterator, Sized
-from dataclasses import dataclass, field
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence, Sized
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, field, replace
 from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
-from ..files.access.atomic_write import OURS
+from ..files.access.atomic_write import OURS, hidden_beside, written_whole
 from ..gpu.context.context import egl_device
 from ..notes.notes import print_note
 from ..notes.version import __version__
 from ..notes.words import option
-from .cluster import LOCAL, connected
-from .processes import TRIES, Function, Lost, Task, Tasks, no_rest
+from .jobs import Done, Job
+from .processes import TRIES, Failed, Function, Lost, Task, Tasks, checked, no_rest, outcome_of, remove_rest
+
+LOCAL = "local"
+MISSING = "Ray is not installed: pip install 'pointshade-gl[ray]'"
+PATIENCE = 5.0  # seconds for a cluster to answer: by itself Ray would try for minutes
+STORE = 500 << 20  # bytes of shared memory of a Ray of our own: a few pictures are on their way at a time
+TOKEN = secrets.token_hex(32)  # Ray reads it once in a process
+_ENDINGS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM") if hasattr(signal, name)]
+
+
+@contextmanager
+def connected(address: str, workers: int | None = None) -> Iterator[Any]:
+    """The module ray, connected. A connection that is there already is used and left open.
+
+    address  "local" starts a Ray on this machine, which ends with the block; else a cluster's, as "auto", "host:6379"
+             or "ray://host:10001"
+    workers  that a local Ray must have room for; None: one a processor
+
+    Raises ValueError without Ray, and OSError where no cluster answers, in one sentence.
+    """
+    try:
+        import ray
+    except ImportError:
+        raise ValueError(MISSING) from None
+    if ray.is_initialized():
+        yield ray
+        return
+    before = {ending: signal.getsignal(ending) for ending in _ENDINGS}
+    quiet = {"log_to_driver": False, "logging_level": "CRITICAL"}
+    try:
+        if address == LOCAL:
+            processors = max(os.cpu_count() or 1, workers or 1)
+            with settings_of_local():
+                ray.init(LOCAL, num_cpus=processors, include_dashboard=False, object_store_memory=STORE, **quiet)
+        else:
+            _check_answers(address)
+            ray.init(address, **quiet)
+    except (ConnectionError, ValueError, RuntimeError) as error:
+        _restore(before)
+        raise OSError(f"no Ray at {address}: {str(error).strip().splitlines()[0]}") from None
+    _restore(before)  # Ray ends a process by handlers of its own
+    try:
+        yield ray
+    finally:
+        ray.shutdown()
+        _restore(before)
+
+
+def silence_ray() -> None:
+    """For the command line, before Ray is imported: it will print nothing to stdout, not even about lost workers."""
+    os.environ.setdefault("RAY_DEDUP_LOGS_SKIP_REGEX", ".")
+
+
+@contextmanager
+def settings_of_local() -> Iterator[None]:
+    """A Ray of our own starts inside, with settings about which the user has not decided.
+
+    It tells its makers nothing over the network. Its token lies in the home, or nowhere if that cannot be written.
+    """
+    home = Path(os.path.expanduser("~"))  # noqa: PTH111 - without a home it stays ~
+    settings = {"RAY_USAGE_STATS_ENABLED": "0"}
+    if not (home / ".ray").exists() and not os.access(home, os.W_OK):
+        settings["RAY_AUTH_TOKEN"] = TOKEN
+    ours = settings.keys() - os.environ.keys()
+    os.environ.update({name: settings[name] for name in ours})
+    try:
+        yield
+    finally:
+        for name in ours:
+            del os.environ[name]
+
+
+def _restore(handlers: dict[Any, Any]) -> None:
+    for ending, handler in handlers.items():
+        if signal.getsignal(ending) is not handler:
+            signal.signal(ending, handler)
+
+
+def _check_answers(address: str) -> None:
+    """Raises OSError unless something listens at host:port. "auto" is found by Ray itself."""
+    host, colon, port = address.removeprefix("ray://").rpartition(":")
+    if not (colon and port.isdecimal()):
+        return
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), PATIENCE).close()
+    except (OSError, OverflowError) as error:
+        raise ConnectionError(f"{error}") from None
+
 
 CPUS = 0.5  # of a worker: whoever reads frames for us on the same Ray needs some, too, or all would wait for each other
 QUEUED = 2  # small tasks that a worker has at a time: the next one is there when one is done
@@ -181,3 +273,59 @@ class _Crew:
                 self._ray.kill(hand.actor)
                 for task in hand.tasks:
                     self._lost(task.item, hand.ours)
+
+
+def run_all_on_ray(
+    jobs: Sequence[Job], output: Path, address: str, workers: int | None = None, num_gpus: float = 0.0, device: int = 0
+) -> Generator[tuple[Job, Done | Failed], None, None]:
+    """Runs the jobs on a Ray cluster, and gives each with what became of it, as soon as it is known.
+
+    Workers write into the folder of the outputs where they see it; others send the files here. What is read they must
+    all see.
+
+    output  the folder of the outputs, which exists
+
+    Other arguments, and errors, are those of `on_ray`; and ContextError where a worker has no OpenGL.
+    """
+    with _mark_in(output) as mark:
+        make = partial(_make, mark=mark)
+        with closing(on_ray(make, jobs, address, workers, num_gpus, device, lost=remove_rest)) as results:
+            for number, result in results:
+                outcome, content = (result, None) if isinstance(result, Exception) else result
+                if content is not None:
+                    _write(jobs[number].path, content)
+                yield jobs[number], checked(outcome)
+
+
+def _make(job: Job, device: int, mark: Path) -> tuple[Done | Failed, bytes | None]:
+    """What became of a job, and the content of its file where this machine does not see the folder of the outputs."""
+    if mark.exists():
+        return _outcome(job, device), None
+    with TemporaryDirectory() as folder:
+        there = Path(folder, job.path.name)
+        outcome = _outcome(replace(job, path=there), device)
+        return (outcome._replace(path=job.path), there.read_bytes()) if isinstance(outcome, Done) else (outcome, None)
+
+
+def _outcome(job: Job, device: int) -> Done | Failed:
+    outcome = outcome_of(job, device)
+    if isinstance(outcome, Failed) and Path(job.source).is_absolute() and not Path(job.source).exists():
+        return Failed(f"{socket.gethostname()} does not see {job.source}: put it where all machines of the cluster do")
+    return outcome
+
+
+def _write(path: Path, content: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with written_whole(path) as hidden:
+        hidden.write_bytes(content)
+
+
+@contextmanager
+def _mark_in(folder: Path) -> Iterator[Path]:
+    """A hidden file, by which others find out whether they see this folder."""
+    mark = hidden_beside(folder.absolute() / "any")
+    mark.touch()
+    try:
+        yield mark
+    finally:
+        mark.unlink(missing_ok=True)

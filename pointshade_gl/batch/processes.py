@@ -1,22 +1,23 @@
-"""Worker processes of this machine: one that dies is replaced, and its task tried once more.
-
-Each is spawned, never forked, and makes its OpenGL context when it draws its first picture. Only the parent decides
-when they end: Ctrl+C in a terminal, which every process there gets, does not reach them.
-"""
+"""Worker processes of this machine, and what becomes of the jobs of a batch in them."""
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Sized
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence, Sized
+from contextlib import closing, contextmanager, suppress
 from functools import partial
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, NamedTuple
 
-from ..files.access.atomic_write import OURS
+from ..files.access.atomic_write import OURS, remove_hidden
+from ..notes.errors import ContextError, error_text
+from ..notes.words import as_command_line
+from .jobs import Done, Job, LeftOut, run
+from .manifest import no_room
 
 TRIES = 2  # of a task whose worker dies: something else may have used up the memory
 _PATIENCE = 5.0  # seconds that an idle worker has to end by itself
@@ -217,3 +218,60 @@ def _interrupts_held() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+_ENDS = {"no GL": ContextError, "no room": OSError}  # what is raised where no other job can be done either
+
+
+class Failed(NamedTuple):
+    """Why there is no output.
+
+    kind  "failed"; "left out" by its sequence; "no GL", or "no room" on the disk: then no job can be done
+    """
+
+    sentence: str
+    kind: str = "failed"
+
+
+def run_all(
+    jobs: Sequence[Job], workers: int | None = None, device: int = 0
+) -> Generator[tuple[Job, Done | Failed], None, None]:
+    """Runs the jobs in so many processes, and gives each with what became of it, as soon as it is known.
+
+    After an exception, and where the consumer leaves early, the processes are ended at once: what is whole stays, and
+    nothing half-written is left.
+
+    Raises ContextError if workers have no OpenGL, OSError if they die before they begin or the disk is full.
+    """
+    with closing(on_processes(outcome_of, jobs, workers, device, lost=remove_rest)) as results:
+        for number, result in results:
+            yield jobs[number], checked(result)
+
+
+def checked(result: Done | Failed | Exception) -> Done | Failed:
+    """What became of a job that worked, failed or killed its workers. Raises ContextError or OSError as `run_all`."""
+    outcome = Failed(str(result)) if isinstance(result, Exception) else result
+    if isinstance(outcome, Failed) and outcome.kind in _ENDS:
+        raise _ENDS[outcome.kind](outcome.sentence)
+    return outcome
+
+
+def remove_rest(job: Job, ours: str) -> None:
+    """Removes what a worker that died has left of a job's file. ours: how the names of its hidden files begin."""
+    remove_hidden(job.path.parent, ours)
+
+
+def outcome_of(job: Job, device: int = 0) -> Done | Failed:
+    """Runs a job; whatever it raises becomes a sentence, so that the next job can be done."""
+    with as_command_line():
+        try:
+            return run(job, device)
+        except LeftOut as error:
+            return Failed(str(error), "left out")
+        except ContextError as error:
+            return Failed(str(error), "no GL")
+        except Exception as error:
+            if isinstance(error, OSError) and error.errno in _FULL:
+                return Failed(no_room(job.path, error), "no room")
+            return Failed(error_text(error))

@@ -9,10 +9,9 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from ..batch.inputs import Source, find_sources, not_whole
+from ..batch.batch_inputs import Source, find_sources, not_whole
 from ..batch.jobs import FILMS, NORMALS, PAGE, Job
-from ..batch.manifest import told
-from ..batch.plan import Failure, Planned, plan, shard_of
+from ..batch.manifest import Failure, Planned, plan, shard_of, told
 from ..checks.arguments import check_choice, check_fps
 from ..files.access.atomic_write import check_place
 from ..files.access.content import check_not_read

@@ -9,12 +9,10 @@ from pathlib import Path
 
 import typer
 
-from ..batch.cluster import silence_ray
 from ..batch.jobs import Done
-from ..batch.jobs_on_ray import run_all_on_ray
-from ..batch.manifest import Manifest
-from ..batch.plan import Failure, Planned, split_done
-from ..batch.workers import Failed, run_all
+from ..batch.manifest import Failure, Manifest, Planned, split_done
+from ..batch.on_ray import run_all_on_ray, silence_ray
+from ..batch.processes import Failed, run_all
 from ..files.access.atomic_write import check_place
 from ..gpu.context.software_driver import is_software
 from ..notes.notes import once, print_note

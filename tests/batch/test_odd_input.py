@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from pointshade_gl.batch import plan, workers
+from pointshade_gl.batch import manifest as plan
+from pointshade_gl.batch import processes as workers
 from pointshade_gl.batch.jobs import Done, Job
 from pointshade_gl.batch.manifest import Manifest
 from pointshade_gl.files.access.atomic_write import tells_case_apart

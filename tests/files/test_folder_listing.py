@@ -12,10 +12,9 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.batch.inputs import find_sources
+from pointshade_gl.batch.batch_inputs import find_sources, parts_of
 from pointshade_gl.batch.jobs import Job
-from pointshade_gl.batch.plan import plan
-from pointshade_gl.batch.source_files import parts_of
+from pointshade_gl.batch.manifest import plan
 from pointshade_gl.files.access import folders as listing
 from pointshade_gl.files.access.folders import Listing
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.batch import jobs, workers
+from pointshade_gl.batch import jobs
+from pointshade_gl.batch import processes as workers
 from pointshade_gl.batch.jobs import Job
 from pointshade_gl.batch.map import Drawing, _drawn
 from pointshade_gl.checks.arguments import check_count, check_type

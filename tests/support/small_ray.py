@@ -4,7 +4,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from pointshade_gl.batch.cluster import settings_of_local
+from pointshade_gl.batch.on_ray import settings_of_local
 
 
 @contextmanager

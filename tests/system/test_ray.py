@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.batch import jobs_on_ray
+from pointshade_gl.batch import on_ray as jobs_on_ray
 from pointshade_gl.batch.jobs import Done, Job, run
-from pointshade_gl.batch.jobs_on_ray import run_all_on_ray
-from pointshade_gl.batch.on_ray import on_ray
+from pointshade_gl.batch.on_ray import on_ray, run_all_on_ray
 
 from ..support import frames
 from ..support.small_ray import small_ray

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from pointshade_gl.batch.cluster import connected, settings_of_local
+from pointshade_gl.batch.on_ray import connected, settings_of_local
 
 pytestmark = pytest.mark.system
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pointshade_gl.bench.vase import UPRIGHT, VASE_POSE
+from pointshade_gl.bench.scenes import UPRIGHT, VASE_POSE
 from pointshade_gl.files.access.folders import Folder
 from pointshade_gl.files.gltf import save_scene
 from pointshade_gl.files.gltf.cameras_and_lights import FLIP, light_place

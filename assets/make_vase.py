@@ -14,9 +14,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from pointshade_gl.bench.solids import ramp
+from pointshade_gl.bench.scenes import HEIGHT, PROFILE, VASE_POSE, ramp, vase_scene
 from pointshade_gl.bench.tracing import Array, decode, encode, trace
-from pointshade_gl.bench.vase import HEIGHT, PROFILE, VASE_POSE, vase_scene
 from pointshade_gl.scene.camera import Camera
 
 FOLDER = Path(__file__).parent / "vase"

@@ -17,14 +17,19 @@ from ..notes.notes import print_note, silence
 from ..notes.words import did_you_mean, option
 from ..renderer.renderer import Renderer
 from ..scene.noise import METHODS, Method
-from .charts import check_matplotlib, error_chart, stability_chart
-from .form_chart import form_chart
-from .forms import count_forms, measure_forms
-from .lit_pictures import count_pictures, measure_pictures
-from .measure import BROKEN, FULL, QUICK, Measurement, Plan
-from .picture_chart import picture_chart
-from .stress import CONDITIONS, STRESSES
-from .tables import bold, brief, new_table, wide_console
+from .charts import (
+    bold,
+    brief,
+    check_matplotlib,
+    error_chart,
+    form_chart,
+    new_table,
+    picture_chart,
+    stability_chart,
+    wide_console,
+)
+from .forms import count_forms, count_pictures, measure_forms, measure_pictures
+from .measure import BROKEN, CONDITIONS, FULL, QUICK, STRESSES, Measurement, Plan
 
 Names = tuple[list[Method], list[str], list[str]]  # of methods, conditions and stresses
 
@@ -60,8 +65,7 @@ def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: in
 
 def bench_speed(output: Path, quick: bool, device: int) -> str:
     """Writes speed.json and speed.png to a folder; prints tables. Returns one line about what was written."""
-    from .speed import QUICK_SIZES, SIZES, measure_speed, steps_of
-    from .speed_report import show_speed, speed_chart
+    from .speed import QUICK_SIZES, SIZES, measure_speed, show_speed, speed_chart, steps_of
 
     prepare(output)
     sizes = SIZES[:QUICK_SIZES] if quick else SIZES
@@ -78,7 +82,7 @@ def bench_against(against: str, quick: bool, device: int) -> str:
     Returns one line about it. Raises ValueError for what is neither.
     """
     from .against import compare
-    from .speed_report import show_comparison
+    from .speed import show_comparison
 
     rounds = 8 if quick else 20
     with progress() as advance:
@@ -89,8 +93,7 @@ def bench_against(against: str, quick: bool, device: int) -> str:
 
 def bench_views(output: Path, quick: bool, seed: int, device: int) -> str:
     """Writes results.json and chart.png of several views to a folder; prints tables. Returns one line about them."""
-    from .views import FULL_VIEWS, QUICK_VIEWS, measure_views, steps_of
-    from .views_report import show_views, views_chart
+    from .views import FULL_VIEWS, QUICK_VIEWS, measure_views, show_views, steps_of, views_chart
 
     prepare(output)
     plan = QUICK_VIEWS if quick else FULL_VIEWS

@@ -4,6 +4,8 @@
 its own, and uses only what is public.
 """
 
+from __future__ import annotations
+
 import json
 import os
 import subprocess

@@ -79,7 +79,7 @@ def patch(centre: ArrayLike, u: ArrayLike, v: ArrayLike, albedo: Albedo) -> Surf
     return Surface(meet, albedo)
 
 
-def moved(surface: Surface, pose: ArrayLike) -> Surface:
+def moved_surface(surface: Surface, pose: ArrayLike) -> Surface:
     """The surface, carried by a rigid pose: its own axes are the pose's."""
     matrix = check_pose(pose)
     turn, shift = matrix[:3, :3], matrix[:3, 3]

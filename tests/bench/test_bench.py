@@ -11,12 +11,10 @@ from typer.testing import CliRunner
 
 from pointshade_gl.bench import command, forms, measure, speed
 from pointshade_gl.bench.against import read_jobs
-from pointshade_gl.bench.charts import pareto_front, who_holds
+from pointshade_gl.bench.charts import pareto_front, place_labels, who_holds
 from pointshade_gl.bench.command import bench_speed
-from pointshade_gl.bench.labels import place_labels
-from pointshade_gl.bench.measure import Measurement, Plan, angle, breaking_point
+from pointshade_gl.bench.measure import CONDITIONS, STRESSES, Measurement, Plan, angle, breaking_point, generator
 from pointshade_gl.bench.scenes import MIDDLE, SCENES, make_scene, standard_camera
-from pointshade_gl.bench.stress import CONDITIONS, STRESSES, generator
 from pointshade_gl.cli.main import command_line
 from pointshade_gl.gpu.points import tiles as tiling
 from pointshade_gl.scene.camera import Camera

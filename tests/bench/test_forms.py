@@ -5,8 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench import forms
-from pointshade_gl.bench.form_truth import LARGEST, MIDDLE, Truth, source_frames, trace_seen
-from pointshade_gl.bench.picture_scores import outline, outline_distance
+from pointshade_gl.bench.forms import LARGEST, MIDDLE, Truth, outline, outline_distance, source_frames, trace_seen
 from pointshade_gl.bench.scenes import standard_camera
 
 SOURCE = standard_camera(64, 48)

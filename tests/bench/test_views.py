@@ -8,9 +8,8 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.bench import command, views
-from pointshade_gl.bench.stress import generator
-from pointshade_gl.bench.views import Stage, ViewsPlan
-from pointshade_gl.bench.views_report import views_chart
+from pointshade_gl.bench.measure import generator
+from pointshade_gl.bench.views import Stage, ViewsPlan, views_chart
 from pointshade_gl.scene.appearance import NORMALS_AT
 
 TINY = ViewsPlan((64, 48), (1, 2, 3), 3, 1)

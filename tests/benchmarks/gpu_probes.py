@@ -17,11 +17,10 @@ import moderngl
 import numpy as np
 
 import pointshade_gl as ps
+from pointshade_gl.bench.charts import wide_console
 from pointshade_gl.bench.command import write
-from pointshade_gl.bench.speed import SIZES, measure_speed
+from pointshade_gl.bench.speed import SIZES, measure_speed, show_speed, speed_chart
 from pointshade_gl.bench.speed_jobs import NOISE, ball_and_wall
-from pointshade_gl.bench.speed_report import show_speed, speed_chart
-from pointshade_gl.bench.tables import wide_console
 from pointshade_gl.gpu.context.context import _cuda_numbers, egl_device
 from pointshade_gl.gpu.context.software_driver import wants_software
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.bench.measure import round_disparity
 from pointshade_gl.bench.scenes import make_scene
-from pointshade_gl.bench.stress import round_disparity
 from pointshade_gl.bench.tracing import plane, sphere, trace
 
 from ..estimation.test_noise import enlarged

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.solids import grey
+from pointshade_gl.bench.scenes import grey
 from pointshade_gl.bench.tracing import as_frame, patch, plane, sphere, trace
 
 from ..reference import hidden_planes as bridge

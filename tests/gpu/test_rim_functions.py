@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.shapes import box, pose_at
-from pointshade_gl.bench.solids import grey
-from pointshade_gl.bench.tracing import as_frame, moved, plane, sphere, trace
+from pointshade_gl.bench.scenes import box, grey, pose_at
+from pointshade_gl.bench.tracing import as_frame, moved_surface, plane, sphere, trace
 from pointshade_gl.scene.camera import view_matrix
 
 from ..reference import rim_marks, rim_splat, rims
@@ -37,7 +36,7 @@ def rim_pixels(surface_map):
 
 def things_before_wall():
     """A box of which two sides and the top are seen, and a ball; the wall goes on behind them."""
-    turned = moved(box((0.25, 0.25, 0.25)), pose_at((-0.35, 0.05, 1.5), 35, -20))
+    turned = moved_surface(box((0.25, 0.25, 0.25)), pose_at((-0.35, 0.05, 1.5), 35, -20))
     things = [turned, sphere((0.35, 0.02, 1.5), 0.35, grey), plane((0.1, 0, -1), (0, 0, 2.4), grey)]
     return as_frame(trace(things, frames.CAMERA), frames.CAMERA)
 

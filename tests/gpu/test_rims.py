@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.shapes import box, pose_at
-from pointshade_gl.bench.tracing import as_frame, encode, moved, patch, plane, trace
+from pointshade_gl.bench.scenes import box, pose_at
+from pointshade_gl.bench.tracing import as_frame, encode, moved_surface, patch, plane, trace
 from pointshade_gl.gpu.core.frame_textures import PointSurface
 
 from ..reference import rim_marks, rim_splat, rims
@@ -184,7 +184,7 @@ def test_a_wall_goes_on_behind_a_plate(kind, turn, renderer):
 def turned_box(share, yaw, turn, camera):
     """A frame of a box, a pose from which its crease is its outline, and where a camera sees the box from there."""
     spot = (share * 1.1 / frames.CAMERA.fx, 0, 1.5)
-    things, pose = [moved(box((0.3, 0.3, 0.3)), pose_at(spot, yaw))], ps.orbit_pose(None, spot, turn, 0)
+    things, pose = [moved_surface(box((0.3, 0.3, 0.3)), pose_at(spot, yaw))], ps.orbit_pose(None, spot, turn, 0)
     return as_frame(trace(things, frames.CAMERA), frames.CAMERA), pose, trace(things, camera, pose).surface == 0
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.picture_scores import co_visible, near_edge
+from pointshade_gl.bench.forms import co_visible, near_edge
 from pointshade_gl.bench.tracing import as_frame, decode, encode, patch, shade, sphere_and_wall, trace
 
 from ..support.drivers import need_compute

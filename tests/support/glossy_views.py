@@ -8,10 +8,9 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 import pointshade_gl as ps
-from pointshade_gl.bench.scenes import standard_camera
-from pointshade_gl.bench.shapes import box, pose_at
-from pointshade_gl.bench.stress import add_kinect_noise, generator, round_disparity
-from pointshade_gl.bench.tracing import Array, Hits, Surface, encode, moved, plane, shade, sphere, trace
+from pointshade_gl.bench.measure import add_kinect_noise, generator, round_disparity
+from pointshade_gl.bench.scenes import box, pose_at, standard_camera
+from pointshade_gl.bench.tracing import Array, Hits, Surface, encode, moved_surface, plane, shade, sphere, trace
 
 PIVOT = (0.0, 0.05, 1.6)
 VIEWS = (-30, 6), (-15, 14), (0, 4), (15, 12), (30, 8)  # yaw and pitch, degrees
@@ -109,7 +108,7 @@ def _parts(chance: np.random.Generator) -> tuple[list[Surface], Array]:
         for at, radius, k in zip(places, radii, order, strict=False)
     ]
     turned = pose_at((0.1, -0.2, 1.85), chance.uniform(10, 60), chance.uniform(-30, 30))
-    cube = moved(replace(box((0.14, 0.1, 0.12)), albedo=paints[order[4]]), turned)
+    cube = moved_surface(replace(box((0.14, 0.1, 0.12)), albedo=paints[order[4]]), turned)
     table = plane((0, -1, -0.05), (0, 0.3, 1.6), _waves(chance))
     wall = plane((*chance.normal(0, 0.1, 2), -1), (0, 0, 2.5), _checks(chance))
     gloss = np.stack([chance.uniform(0.4, 0.9, 7), chance.uniform(12, 60, 7)], -1)

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import pointshade_gl as ps
-from pointshade_gl.bench.scenes import standard_camera
-from pointshade_gl.bench.shapes import relief
+from pointshade_gl.bench.scenes import relief, standard_camera
 from pointshade_gl.bench.tracing import Hits, Surface, decode, encode, plane, sphere, trace
 
 CAMERA = standard_camera(320, 240)

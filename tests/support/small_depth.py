@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 import pointshade_gl as ps
-from pointshade_gl.bench.shapes import box, pose_at
-from pointshade_gl.bench.tracing import Hits, Surface, encode, moved, plane, sphere, trace
+from pointshade_gl.bench.scenes import box, pose_at
+from pointshade_gl.bench.tracing import Hits, Surface, encode, moved_surface, plane, sphere, trace
 
 RATIO = 7.5  # pixels of the colours along a sample of the depth
 DEPTH = 160, 120
@@ -45,7 +45,7 @@ def things(seed: int, contrast: float) -> list[Surface]:
     for x in (-0.4, 0.35):
         shapes.append(sphere((x, rng.uniform(-0.2, 0.2), rng.uniform(1.2, 1.8)), rng.uniform(0.15, 0.3), np.ones_like))
     place = pose_at((0, rng.uniform(-0.2, 0.2), 1.5), rng.uniform(-40, 40), rng.uniform(-30, 30))
-    shapes.append(moved(box(rng.uniform(0.1, 0.25, 3)), place))
+    shapes.append(moved_surface(box(rng.uniform(0.1, 0.25, 3)), place))
     return [painted(shape, 10 * seed + k, contrast) for k, shape in enumerate(shapes)]
 
 

@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from assets import make_demo
-from pointshade_gl.bench.vase import VASE_POSE
+from pointshade_gl.bench.scenes import VASE_POSE
 
 from ...support.compare import compare_images
 

@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.cli import batch_run, main
-from pointshade_gl.cli.commands import batch
+from pointshade_gl.cli import main
+from pointshade_gl.cli.commands import batch_command as batch
+from pointshade_gl.cli.commands import batch_command as batch_run
 
 from .support import frames
 from .support.places import ROOT

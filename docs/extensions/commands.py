@@ -60,9 +60,9 @@ def panel(one: Any) -> str:
 
 def examples(name: str) -> str:
     """Return the examples that the command's help ends with."""
-    if find_spec("pointshade_gl.cli.help_words") is None:
+    if find_spec("pointshade_gl.cli.help") is None:
         return ""
-    from pointshade_gl.cli.help_words import EXAMPLES
+    from pointshade_gl.cli.help import EXAMPLES
 
     return (
         "```sh\n"

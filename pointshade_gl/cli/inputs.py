@@ -1,4 +1,4 @@
-"""What the command line reads: the frame, the sequence or the scene that the options name."""
+"""What the command line reads: the frame, the sequence, the scene or the photographs that the options name."""
 
 from __future__ import annotations
 
@@ -7,16 +7,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..files.access.known_names import FRAMES
 from ..notes.words import option
+from ..renderer.renderer import Renderer
 from ..scene.appearance import Look
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene, given_by, scene_of, shaded, styled
 from ..scene.node import Node
 from ..scene.objects import PointObject
+from .option_groups import frames_from, views_from
 from .options import FrameOptions
-from .parse import frames_from, views_from
+from .output import explainer, spinner
 
 PLAIN = Look()
 
@@ -204,3 +209,27 @@ def check_look(look: Look, plain: Look = PLAIN) -> str | None:
         options = ", ".join(map(option, changed))
         raise ValueError(f"the objects of a scene have a look of their own: leave out {options}")
     return None if look.shading == plain.shading else look.shading
+
+
+def load_photographs(frame: FrameOptions) -> Sequence[Frame]:
+    """Read all frames of a sequence. Raises ValueError for a scene and for a single frame."""
+    check_frame(frame)
+    if frame.frame is not None:
+        raise ValueError(f"an albedo needs all photographs of a folder: leave out {option('frame')}")
+    found = load(frame, sequence=True)
+    if isinstance(found, Frame):
+        raise ValueError("an albedo needs several photographs of one view: pass a folder with a sequence of frames")
+    return found
+
+
+def albedo_of(renderer: Renderer, photos: Sequence[Frame], explain: bool) -> NDArray[np.uint8]:
+    """Estimate the albedo that photographs share; --explain prints their lights."""
+    with spinner("estimating the albedo"):
+        albedo = renderer.estimate_albedo(photos)
+    explainer(explain)(renderer)
+    return albedo
+
+
+def as_one_frame(renderer: Renderer, photos: Sequence[Frame], explain: bool) -> Frame:
+    """Return the first photograph in the colours of the albedo that all share."""
+    return replace(photos[0], color=albedo_of(renderer, photos, explain))

@@ -17,8 +17,8 @@ from ..notes.errors import ContextError, error_text, is_expected
 from ..notes.notes import few_notes
 from ..notes.version import __version__
 from ..notes.words import as_command_line
+from .option_groups import Command, Commands, UsageError, sentence_of
 from .output import fail
-from .usage_errors import Command, Commands, UsageError, sentence_of
 
 # a process is asked to end, or its terminal is closed (not on Windows)
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]

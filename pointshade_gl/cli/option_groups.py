@@ -1,16 +1,33 @@
-"""Options of the command line as fields: spelt here, or made of the fields of the library (scene/option_fields.py)."""
+"""Options as fields, texts that become values, and what was typed wrong in one sentence with the way out.
+
+Typer's own errors are boxes of five lines.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import field, fields, make_dataclass
+import inspect
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, make_dataclass
+from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
+from typer.core import TyperCommand, TyperGroup
 
-from ..scene.option_fields import option_of
-from .completion import one_of
+from ..checks.arguments import check_path
+from ..files.access.content import split_numbers
+from ..files.access.known_names import FRAMES, SCENES
+from ..notes.words import did_you_mean, listed_beside, meant_option, near_path, option, shown
+from ..scene.appearance import Look, Material
+from ..scene.light import Light
+from ..scene.option_fields import CAMERA, LIGHT, SETS, SHADING, SURFACE, option_of
+from ..scene.values import linear_color
+from .help import one_of
 
 Typed = tuple[str, Any, Any]  # name, type and field, as `make_dataclass` takes them
 
@@ -70,3 +87,306 @@ class FieldOptions:
             for one in fields(group)
             if (value := getattr(self, one.name, None)) is not None
         }
+
+
+FIELDS = inspect.signature(Light).parameters  # by name
+_SWITCHED = {"yes": True, "true": True, "on": True, "1": True, "no": False, "false": False, "off": False, "0": False}
+
+
+def light_from(text: str, **unless_said: Any) -> Light:
+    """The light of a text: X,Y,Z for a point light, or words `name=value`, whose names are the arguments of Light.
+
+    unless_said  values of those that the text does not name
+
+    Numbers of a colour are linear, as in Light; #rrggbb and names are sRGB, as on screens, and converted. A switch
+    may stand without a value. Raises ValueError for anything else, and as Light.
+    """
+    said: dict[str, Any] = {}
+    for word in _joined(_joined(text, ","), "=").split():
+        name, _, value = word.partition("=")
+        if "=" not in word and word[0] in "+-.0123456789":
+            name, value = "position", word
+        if name not in FIELDS:
+            raise _refusal(text, f"{shown(name)} is unknown{did_you_mean(name, FIELDS)}")
+        if name in said:
+            commas = ", numbers need commas and no spaces between them" if name == "position" else ""
+            raise _refusal(text, f"{name} is there twice{commas}", names=False)
+        said[name] = _value(name, value, text)
+    if not said:
+        raise _refusal(text, "it is empty")
+    try:
+        return Light(**{**unless_said, **said})
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{option('light', shown(text))}: {error}") from None
+
+
+def _joined(text: str, separator: str) -> str:
+    """The text without blanks around the separators."""
+    return separator.join(part.strip() for part in text.split(separator))
+
+
+def _value(name: str, value: str, text: str) -> Any:
+    """A number, several, a switch or a word, as the argument is declared."""
+    kind = FIELDS[name].annotation
+    if kind.startswith("Falloff"):
+        return value
+    if kind == "bool":
+        if value.lower() not in ("", *_SWITCHED):
+            raise _refusal(text, f"{name} must be yes or no, got {shown(value)}", names=False)
+        return _SWITCHED.get(value.lower(), True)
+    try:
+        numbers = [float(part) for part in value.split(",")]
+    except ValueError:
+        if name == "color" and value:
+            try:
+                return linear_color(value)
+            except ValueError as error:
+                raise _refusal(text, str(error), names=False) from None
+        wanted = "a number" if kind.startswith("float") else "numbers with commas between them"
+        raise _refusal(text, f"{name} must be {wanted}, got {shown(value)}", names=False) from None
+    return numbers[0] if len(numbers) == 1 else tuple(numbers)
+
+
+def _refusal(text: str, fact: str, names: bool = True) -> ValueError:
+    known = f": it takes X,Y,Z in metres, or words such as 'position=X,Y,Z shadow'; known are {', '.join(FIELDS)}"
+    return ValueError(f"{option('light', shown(text))}: {fact}{known if names else ''}")
+
+
+Lights = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="X,Y,Z|WORDS",
+        help="Point light at X,Y,Z (metres, world axes), or words: 'position=-.5,-.7,.2 color=#ffcc99 shadow'. "
+        f"Known are {', '.join(FIELDS)}. Repeatable. Replaces a scene's own lights, and casts shadows there "
+        "unless shadow=no.",
+        rich_help_panel=LIGHT,
+    ),
+]
+_SHADING, *_FORM = typed(Look, (SHADING,))
+_REST = typed(Look, (LIGHT, CAMERA, SETS))
+_MISSING = [one for one in typed(Look, (SURFACE,), {"missing": "complete"}) if one[0] == "missing"]  # for pictures
+
+
+@dataclass(frozen=True)
+class NormalOptions(group_of(typed(Look, (SURFACE,)))):
+    """How normals are estimated."""
+
+    def look(self) -> Look:
+        """The values as a Look. Raises ValueError for unknown names and impossible numbers."""
+        return Look(Material(**self.values_of(Material)), **self.values_of(Look))
+
+
+@dataclass(frozen=True)
+class LookOptions(
+    group_of([_SHADING, ("light", Lights, None), *typed(Material, (SHADING,)), *_FORM, *_REST, *_MISSING]),
+    NormalOptions,
+):
+    """How objects look, and under which lights."""
+
+    @classmethod
+    def of(cls, look: Look) -> LookOptions:
+        """What is typed for a look; its values need not be texts."""
+        values = look.options | vars(look.material)
+        return cls(**{one.name: values[one.name] for one in fields(cls) if one.name in values})
+
+    def lights(self, shadow: bool = False) -> list[Light]:
+        """The lights in the order given. Raises ValueError for a text that is not a light.
+
+        shadow  whether those that do not say so cast shadows
+        """
+        return [light_from(text, shadow=shadow) for text in self.light or []]
+
+
+# click's UsageError. Newer versions of Typer have click inside, older ones beside them; all of them export this child.
+UsageError: Any = typer.BadParameter.__base__
+_LIGHT_WORD = re.compile(rf"\b(?:{'|'.join(FIELDS)})\b(?:=|$)")
+_NO_NUMBER = re.compile(r"('.*') is not a valid (float|int\w*)(?: range)?", re.DOTALL)
+_EXTRA = re.compile(r"extra argument\S* \((.*)\)", re.DOTALL)
+_QUOTES = 'put the words of a light in quotes, as in --light "position=-.5,-.7,.2 shadow"'
+
+
+class Command(TyperCommand):
+    """One of the commands: its help is ours."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        from .help import show_help
+
+        show_help(self, ctx)
+
+
+class Commands(TyperGroup):
+    """The commands by name. A wrong name gets the near one; an input without a command, the commands for it."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        from .help import show_help
+
+        show_help(self, ctx)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        name = args[0]
+        if name in self.commands or name.startswith("-"):
+            return super().resolve_command(ctx, args)
+        if name in (*FRAMES, *SCENES) or Path(name).exists():
+            raise ValueError(
+                f"{name} is not a command: pass `pointshade render {name} -o out.png` or `pointshade view {name}`"
+            )
+        near = did_you_mean(name, self.commands)
+        known = f"known are {', '.join(self.commands)}; `pointshade --help` explains them"
+        raise ValueError(f"unknown command {name!r}{near}: {known}")
+
+
+def check_input(text: str | None) -> str | None:
+    """INPUT. Raises ValueError for a word of a light that the shell took for it."""
+    if text and _LIGHT_WORD.match(text) and not Path(text).exists():
+        raise ValueError(f"{text} is not an input: {_QUOTES}")
+    return text
+
+
+def check_exist(folder: str | None = None, **given: str | Path | None) -> None:
+    """Raises FileNotFoundError for an option whose value is a path to nothing. Numbers of a camera pass.
+
+    The error says by which option it was given, and a near name or else what there is.
+
+    folder  in which the file may have been meant to lie
+    """
+    for name, value in given.items():
+        if value is None or (name == "intrinsics" and split_numbers(str(value)) is not None):
+            continue
+        path = check_path(value)
+        if not path.exists():
+            inside = Path(folder or "", path)
+            told = f" (did you mean {inside}?)" if inside.exists() else near_path(path) or listed_beside(path)
+            raise FileNotFoundError(f"{option(name)}: {path} does not exist{told}")
+
+
+def check_folders(inputs: Sequence[str]) -> None:
+    """Raises ValueError for an INPUT after the first that is no folder and no cloud: it was meant for an option.
+
+    FileNotFoundError if it does not exist.
+    """
+    from ..files.frame_sources import is_cloud
+
+    for path in inputs:
+        is_path = split_numbers(path) is None and not _LIGHT_WORD.search(path) and path not in (*FRAMES, *SCENES)
+        if is_path and not Path(path).exists():
+            raise FileNotFoundError(f"{path} does not exist{near_path(Path(path)) or listed_beside(Path(path))}")
+        if not (Path(path).is_dir() or is_cloud(path)):
+            raise ValueError(f"more INPUTs must be folders of frames, or point clouds, got {path}: {_way_out(path)}")
+
+
+def sentence_of(error: Any, every: Callable[[], Mapping[str, Any]]) -> str:
+    """What a UsageError says, and which command explains more; empty if all the help was printed already.
+
+    every  returns all commands by their names: an option may be another's
+    """
+    message, parameter = error.format_message().strip().rstrip("."), getattr(error, "param", None)
+    if parameter and error.message:
+        message = f"{parameter.opts[-1]} {_fact(error)} ({parameter.help.rstrip('.')})"
+    elif parameter:
+        message = f"{parameter.opts[0]} is missing: {parameter.help[:1].lower()}{parameter.help[1:].rstrip('.')}"
+    elif hasattr(error, "possibilities"):  # an option that does not exist
+        message = _no_option(error.option_name, error.ctx.command, every())
+    elif (extra := _EXTRA.search(message)) and "input" in _options(error.ctx.command):
+        message = f"there is one INPUT, got also {extra[1]}: {_way_out(extra[1])}"
+    more = f"; `{error.ctx.command_path} --help` lists the options" if message and error.ctx else ""
+    return f"{message[:1].lower()}{message[1:]}{more}"
+
+
+def _fact(error: Any) -> str:
+    """What is wrong with the value of an option."""
+    message = error.message.rstrip(".")
+    if found := _NO_NUMBER.fullmatch(message):
+        return f"must be a {'whole ' if found[2].startswith('int') else ''}number, got {found[1]}"
+    return message
+
+
+def _no_option(name: str, command: Any, every: Mapping[str, Any]) -> str:
+    near = meant_option(name, _options(command))
+    others = [f"`pointshade {other}`" for other, one in every.items() if not near and name in _options(one)]
+    return f"there is no option {name}{near}" + (f", only in {' and '.join(others)}" if others else "")
+
+
+def _options(command: Any) -> list[str]:
+    return [name for parameter in command.params for name in parameter.opts]
+
+
+def _way_out(extra: str) -> str:
+    if _LIGHT_WORD.search(extra):
+        return _QUOTES
+    if (near := near_path(Path(extra))) and not Path(extra).exists():
+        return f"it does not exist{near}"
+    if split_numbers(extra) is not None:
+        return "write numbers with commas and no spaces, as in --light 1,2,3"
+    return "pass files as --depth FILE, --color FILE and -o FILE"
+
+
+def size_from(text: str | None, name: str, names: Sequence[str] = ()) -> Any:
+    """Width and height of WxH, or one of the names; None without a text. Errors name the option and what it takes."""
+    if text is None or text in names:
+        return text
+    expected = f"{option(name)} takes WIDTHxHEIGHT in whole pixels above 0, such as 640x480"
+    expected += f", or {', '.join(names)}" if names else ""
+    width, height = _numbers(text, 2, "x", expected)
+    if width < 1 or height < 1 or width % 1 or height % 1:
+        raise ValueError(f"{expected}, got {text!r}")
+    return int(width), int(height)
+
+
+def views_from(text: str) -> int | tuple[int, ...] | None:
+    """How many views are merged; None for all; or the numbers of the frames.
+
+    Raises ValueError for anything but 'all', a number of 2 or more, and numbers with commas between them.
+    """
+    if text == "all":
+        return None
+    parts = text.split(",")
+    if not all(part.isdecimal() for part in parts) or (len(parts) == 1 and int(text) < 2):
+        raise ValueError(
+            f"{option('views')} takes a whole number of 2 or more, or 'all', or frames such as 0,5,9, got {text!r}"
+        )
+    return int(text) if len(parts) == 1 else tuple(map(int, parts))
+
+
+def frames_from(text: str, count: int) -> list[int]:
+    """The number of a frame, or one for each of `count` inputs."""
+    expected = f"{option('frame')} takes the number of a frame, counted from 0"
+    expected += f", for each of {count} INPUTs" if count > 1 else ""
+    numbers = _numbers(text, count, ",", expected)
+    if any(number < 0 or number % 1 for number in numbers):
+        raise ValueError(f"{expected}, got {text!r}")
+    return [int(number) for number in numbers]
+
+
+def pose_from(text: str) -> NDArray[np.float64]:
+    """(4, 4) from numbers, or from a file that holds them. Raises OSError or ValueError."""
+    from ..files.cameras.pose_files import load_pose, pose_of
+
+    if (numbers := split_numbers(text)) is not None and not Path(text).exists():
+        return pose_of(np.array(numbers), option("pose"))
+    check_exist(pose=text)
+    return load_pose(text)
+
+
+def environment_from(text: str) -> Any:
+    """The environment of a name or a file. Raises OSError or ValueError."""
+    from ..files.pictures.hdr_files import find_environment
+
+    return find_environment(text)
+
+
+def rates_from(text: str, count: int) -> list[float]:
+    """Frames per second of each of `count` inputs: one number for all, or one for each."""
+    expected = f"{option('fps')} must be a number of frames per second"
+    expected += ", or one for each INPUT" if count > 1 else ""
+    rates = _numbers(text, count if "," in text else 1, ",", expected)
+    return rates * (count if len(rates) == 1 else 1)
+
+
+def _numbers(text: str, count: int, separator: str, expected: str) -> list[float]:
+    try:
+        numbers = [float(part) for part in text.lower().split(separator)]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(map(math.isfinite, numbers)):
+        raise ValueError(f"{expected}, got {text!r}")
+    return numbers

@@ -29,10 +29,8 @@ from ..scene.light import Light
 from ..scene.option_fields import CAMERA, CLOUD, FILM, LIGHT, NETWORK, PAGE, PICTURE, READING, SETS, VIEW, WINDOW
 from ..scene.settings import SIMPLE, Finish
 from ..scene.viewpoint import SIZES, TURNTABLES, View
-from .completion import complete_input
-from .option_groups import group_of, said, typed
-from .parse import pose_from, size_from
-from .usage_errors import check_exist, check_input
+from .help import complete_input
+from .option_groups import check_exist, check_input, group_of, pose_from, said, size_from, typed
 
 
 def _output(suffixes: tuple[str, ...], help: str = "The file to write, such as out.png") -> Any:
@@ -116,7 +114,7 @@ Bits = Annotated[int, typer.Option(metavar="8|16", help="Bits of a colour in a .
 
 def _show_all(context: typer.Context, wanted: bool) -> None:
     if wanted:
-        from .help_page import show_help
+        from .help import show_help
 
         show_help(context.command, context, everything=True)
         raise typer.Exit

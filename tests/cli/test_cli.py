@@ -354,7 +354,9 @@ def test_the_command_is_installed_under_its_name():
     assert command.value == "pointshade_gl.__main__:main"
 
 
-@pytest.mark.parametrize("module", ["typer", "numpy", "pointshade_gl.cli.output", "pointshade_gl.cli.commands.info"])
+@pytest.mark.parametrize(
+    "module", ["typer", "numpy", "pointshade_gl.cli.output", "pointshade_gl.cli.commands.info_command"]
+)
 def test_ctrl_c_while_something_is_imported_ends_without_a_traceback(module):
     code = f"""
 import sys

@@ -10,7 +10,7 @@ import pytest
 from typer.main import get_command
 
 import pointshade_gl as ps
-from pointshade_gl.cli.help_words import EXAMPLES, FIRST
+from pointshade_gl.cli.help import EXAMPLES, FIRST
 from pointshade_gl.cli.main import COMMANDS, command_line
 from pointshade_gl.files.access.known_names import asset
 from pointshade_gl.scene.option_fields import PANELS

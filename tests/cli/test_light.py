@@ -7,10 +7,10 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.cli import light_words as cli_light
-from pointshade_gl.cli.command_words import words_of
-from pointshade_gl.cli.light_words import light_from
-from pointshade_gl.cli.picture_options import EnvironmentOptions
+from pointshade_gl.cli import option_groups as cli_light
+from pointshade_gl.cli.command_lines import words_of
+from pointshade_gl.cli.option_groups import light_from
+from pointshade_gl.cli.written import EnvironmentOptions
 
 from ..support.radiance_files import mantissas, radiance_file
 

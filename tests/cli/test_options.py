@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import pointshade_gl as ps
 from pointshade_gl.cli import main as cli
-from pointshade_gl.cli.look_options import LookOptions
+from pointshade_gl.cli.option_groups import LookOptions
 from pointshade_gl.cli.options import FrameOptions, ViewOptions, spread
 from pointshade_gl.scene.option_fields import (
     CAMERA,

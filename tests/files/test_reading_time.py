@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from pointshade_gl.cli.light_words import light_from
+from pointshade_gl.cli.option_groups import light_from
 from pointshade_gl.files.access.folders import key_of, natural, numbers_in, words_of
 from pointshade_gl.files.cameras.camera_files import read_intrinsics
 from pointshade_gl.files.cameras.pose_files import read_poses

@@ -123,7 +123,7 @@ def test_commands_tell_it_before_they_draw(typed, monkeypatch, line, is_there):
 
     for module in ("output", "batch_run"):
         monkeypatch.setattr(f"pointshade_gl.cli.{module}.Renderer", no_renderer, raising=False)
-    monkeypatch.setattr("pointshade_gl.cli.batch_run._outcomes", no_renderer)
+    monkeypatch.setattr("pointshade_gl.cli.commands.batch_command._outcomes", no_renderer)
     monkeypatch.setattr("pointshade_gl.viewer.viewer.Window", no_renderer)
     if is_there:
         monkeypatch.setattr(atomic_write.os, "access", lambda _, mode: not mode & os.W_OK)

@@ -14,7 +14,7 @@ from pointshade_gl.batch import processes as workers
 from pointshade_gl.batch.jobs import Job
 from pointshade_gl.batch.map import Drawing, _drawn
 from pointshade_gl.checks.arguments import check_count, check_type
-from pointshade_gl.cli.commands import render as cli_render
+from pointshade_gl.cli.commands import render_command as cli_render
 from pointshade_gl.files.frames import sequences as frame_sequence
 from pointshade_gl.notes.errors import Bug, error_text, is_expected
 

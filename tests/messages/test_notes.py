@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.cli.commands import render as cli_render
+from pointshade_gl.cli.commands import render_command as cli_render
 from pointshade_gl.notes import notes as module
 from pointshade_gl.notes.notes import few_notes, print_note, print_warning, silence
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.cli.look_options import LookOptions as TypedLook
+from pointshade_gl.cli.option_groups import LookOptions as TypedLook
 from pointshade_gl.cli.options import ViewOptions
-from pointshade_gl.cli.picture_options import PictureOptions
+from pointshade_gl.cli.written import PictureOptions
 from pointshade_gl.files.frames.frame_parts import LoadOptions
 from pointshade_gl.notes import notes
 from pointshade_gl.renderer.requests import DepthOptions, PointsOptions, RenderOptions, RenderRequest

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.cli.window_line import Typed, render_line
+from pointshade_gl.cli.command_lines import Typed, render_line
 from pointshade_gl.scene.orbit import State
 from pointshade_gl.viewer.events import Open, TurnAround
 from pointshade_gl.viewer.views import clouds_of

@@ -12,10 +12,9 @@ from typer.main import get_command
 
 import pointshade_gl as ps
 from pointshade_gl.cli import main as cli
-from pointshade_gl.cli.command_words import words_of
-from pointshade_gl.cli.look_options import LookOptions
+from pointshade_gl.cli.command_lines import Typed, render_line, words_of
+from pointshade_gl.cli.option_groups import LookOptions
 from pointshade_gl.cli.options import FrameOptions, ViewOptions
-from pointshade_gl.cli.window_line import Typed, render_line
 from pointshade_gl.files.frame_sources import load_any, open_source
 from pointshade_gl.scene.orbit import State
 from pointshade_gl.viewer.events import Command, RemoveLight

@@ -1,1 +1,3 @@
-"""The commands of `pointshade`, a file each."""
+"""The commands of `pointshade`."""
+
+from __future__ import annotations

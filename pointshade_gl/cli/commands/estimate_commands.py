@@ -1,4 +1,4 @@
-"""`pointshade align`: finds the poses of two to four views of one thing, of which nothing is known."""
+"""`pointshade normals`, `depth`, `albedo` and `align`: what is estimated of frames is written to files."""
 
 from __future__ import annotations
 
@@ -12,16 +12,114 @@ import typer
 from numpy.typing import NDArray
 
 from ...estimation.pose_search import Found
+from ...files.access.known_names import first_of, is_numbered
+from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing.maps_and_points import check_found_path, save_found_poses
 from ...notes.notes import print_note
 from ...notes.words import counted, option
 from ...scene.frame import Frame
-from ..completion import complete_input
-from ..inputs import load
-from ..options import Device, FrameOptions, Overwrite, PosesOutput, Quiet, spread
+from ...scene.graph import Scene
+from ...scene.viewpoint import View
+from ..help import complete_input
+from ..inputs import albedo_of, as_scene, check_look, load, load_photographs
+from ..option_groups import NormalOptions, check_folders, frames_from
+from ..options import (
+    AlbedoOutput,
+    Axes,
+    Bits,
+    DepthOutput,
+    Device,
+    Explain,
+    FrameOptions,
+    NormalsOutput,
+    Overwrite,
+    PosesOutput,
+    Quiet,
+    ViewOptions,
+    spread,
+)
 from ..output import open_renderer, print_line, report, spinner
-from ..parse import frames_from
-from ..usage_errors import check_folders
+
+
+@spread
+def normals(
+    output: NormalsOutput,
+    frame: FrameOptions,
+    options: NormalOptions,
+    axes: Axes = None,
+    bits: Bits = 8,
+    explain: Explain = False,
+    overwrite: Overwrite = False,
+    device: Device = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Estimate normals: .npy and .exr get floats, a picture shows them in the usual colours.
+
+    Of a point cloud, write a .ply of its points with normals, turned outwards, or the normals alone to an .npy.
+    Write all frames of a sequence to numbered files such as %04d.png.
+    """
+    from ...files.frame_sources import is_cloud
+    from ...files.writing.maps_and_points import check_normals_path
+    from ..written import check_cloud_output, write_cloud, write_normals
+
+    if is_cloud(frame.input):
+        check_cloud_output(output, axes)
+        if bits != 8:
+            raise ValueError(f"{option('bits')} is of pictures, and {frame.input} is a point cloud: leave it out")
+        write_cloud(load(frame, scene=True), options.look(), output, axes, device)
+        return
+    check_normals_path(first_of(output), axes, bits)
+    view = View(look=options.look())
+    write_normals(load(frame, sequence=is_numbered(output)), view, output, axes, bits, explain, device)
+
+
+@spread
+def depth(
+    output: DepthOutput,
+    frame: FrameOptions,
+    options: NormalOptions,
+    place: ViewOptions,
+    overwrite: Overwrite = False,
+    device: Device = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Write the depth of the picture that render draws: metres to .exr, .tif and .npy, millimetres to .png.
+
+    Write all frames of a sequence to numbered files such as %04d.png. Missing depth is 0.
+    """
+    from ...files.writing.maps_and_points import check_depth_path
+    from ..written import write_depth
+
+    check_depth_path(first_of(output))
+    view = place.view(options.look())
+    source = as_scene(load(frame, sequence=is_numbered(output), scene=True), view.look, NormalOptions().look())
+    if isinstance(source, Scene):
+        check_look(view.look)
+    write_depth(source, view, output, device)
+
+
+@spread
+def albedo(
+    output: AlbedoOutput,
+    frame: FrameOptions,
+    explain: Explain = False,
+    overwrite: Overwrite = False,
+    device: Device = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Write the albedo that several photographs of one view share, each taken under its own light.
+
+    INPUT is a folder with a sequence: one camera at one place, things at rest, only the light moves.
+    """
+    check_writable(output)
+    photos = load_photographs(frame)
+    with open_renderer(device, output) as renderer:
+        start = time.perf_counter()
+        image = albedo_of(renderer, photos, explain)
+        spent = time.perf_counter() - start
+        save_image(output, image)
+        report(output, f"{image.shape[1]}x{image.shape[0]} pixels of {len(photos)} photographs", renderer, spent)
+
 
 MOST_VIEWS = 4
 

@@ -1,16 +1,20 @@
-"""The `pointshade render ...` line that makes a picture which the window saved: the other way round."""
+"""The other way round: values and windows become the words of the command line that makes their picture."""
 
 from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..files.access.known_names import FRAMES
 from ..files.frame_sources import is_cloud
-from ..scene.appearance import CLOUD_SPLATS
+from ..notes.words import option
+from ..scene.appearance import CLOUD_SPLATS, Look
+from ..scene.camera import quaternion_of
 from ..scene.cloud import CLOUD_SHADINGS, PointCloud
 from ..scene.graph import Scene, scene_of
 from ..scene.light import Light
@@ -18,9 +22,53 @@ from ..scene.viewpoint import viewing_pose
 from ..viewer.document import Dropped
 from ..viewer.picture import Picture, SavedPicture
 from ..viewer.views import Shown, Views, camera_of, clouds_of
-from .command_words import light_words, look_words, pose_words, text_of, words_of
-from .look_options import LookOptions
-from .picture_options import EnvironmentOptions
+from .option_groups import LookOptions
+from .options import FrameOptions
+from .written import EnvironmentOptions, PictureOptions
+
+DIGITS = 12  # of a number: far more than pictures show, so that the line makes the same one
+
+
+def words_of(options: Any) -> list[str]:
+    """The words for a group of options (see cli/options.py), without those that have their default."""
+    words = []
+    for field in fields(options):
+        value = getattr(options, field.name)
+        if value == field.default or value is None:
+            continue
+        name = f"--{field.name.replace('_', '-')}"
+        for one in value if isinstance(value, list) else [value]:
+            words += [name] if one is True else [text_of(one)] if field.name == "input" else [name, text_of(one)]
+    return words
+
+
+def text_of(value: Any) -> str:
+    """A number, several with commas between them, or a text as it is."""
+    if isinstance(value, Sequence | np.ndarray) and not isinstance(value, str):
+        return ",".join(map(text_of, value))
+    return f"{value + 0.0:.{DIGITS}g}" if isinstance(value, float | np.floating) else str(value)
+
+
+def look_words(look: Look) -> list[str]:
+    """How objects look. A filter over time is left out: a single picture has nothing before it."""
+    return words_of(LookOptions.of(look.alone))
+
+
+def light_words(light: Light, in_scene: bool) -> list[str]:
+    """`--light` and its words. In a scene lights cast shadows unless they say no."""
+    words, plain = [], Light(shadow=in_scene)
+    for field in fields(Light):
+        value = getattr(light, field.name)
+        if value != getattr(plain, field.name):
+            is_switch = isinstance(value, bool)
+            words.append(f"{field.name}={'yes' if value else 'no'}" if is_switch else f"{field.name}={text_of(value)}")
+    return ["--light", " ".join(words)]
+
+
+def pose_words(pose: NDArray[np.float64]) -> list[str]:
+    """`--pose` with tx,ty,tz,qx,qy,qz,qw."""
+    return ["--pose", text_of([*pose[:3, 3], *quaternion_of(pose[:3, :3])])]
+
 
 CLOSE = 1e-9  # share of the distance: poses that differ by less are the same
 
@@ -174,3 +222,20 @@ def _pose_words(picture: Picture, shown: Shown) -> list[str]:
     if np.abs(moved - pose).max() > CLOSE * max(shown.scale, 1e-3):
         return pose_words(pose)
     return [word for name, value in turns.items() if value for word in (f"--{name}", text_of(float(value)))]
+
+
+def page_line(
+    frame: FrameOptions,
+    look: LookOptions,
+    picture: PictureOptions,
+    more: Sequence[str] | None = None,
+    views: str | None = None,
+    unlight_all: bool = False,
+) -> str:
+    """Return what was typed about what is read and how it looks, but for lights, shading, samples and exposure."""
+    frame = frame if frame.input or frame.depth or frame.color else replace(frame, input=FRAMES[0])
+    words = [*words_of(frame), *(more or []), *(["--views", views] if views else [])]
+    words += [option("unlight_all")] if unlight_all else []
+    words += words_of(replace(look, light=None, shading=LookOptions().shading))
+    words += words_of(replace(picture, samples=None, exposure=None))
+    return shlex.join(["pointshade", "render", *words])

@@ -19,18 +19,21 @@ from ...renderer.requests import RenderRequest
 from ...scene.appearance import LIT_EARLY
 from ...scene.graph import Scene
 from ...scene.viewpoint import View, check_turntable, moves_camera
+from ..command_lines import page_line
 from ..inputs import (
     Together,
     are_clouds,
+    as_one_frame,
     as_scene,
     check_align,
     check_stream,
     load,
     load_clouds,
+    load_photographs,
     load_together,
     load_views,
 )
-from ..look_options import LookOptions, NormalOptions
+from ..option_groups import LookOptions, NormalOptions, check_folders
 from ..options import (
     Device,
     Explain,
@@ -48,12 +51,7 @@ from ..options import (
     spread,
 )
 from ..output import explainer, in_turn, new_beside, open_renderer, progress, report, spinner, warn_skipped
-from ..page_line import page_line
-from ..page_options import PageOptions, is_page
-from ..photographs import as_one_frame, load_photographs
-from ..picture_options import PictureOptions, view_of
-from ..saved_poses import SavePoses, check_saved, poses_saved, poses_saver
-from ..usage_errors import check_folders
+from ..written import PageOptions, PictureOptions, SavePoses, check_saved, is_page, poses_saved, poses_saver, view_of
 
 
 @dataclass(frozen=True)
@@ -264,7 +262,7 @@ def _write_page(asked: Asked, view: View) -> None:
 def _write_points(asked: Asked, view: View) -> None:
     """The points of a frame, or of each frame of a sequence, in world coordinates."""
     from ...files.writing.maps_and_points import check_points_path
-    from ..written_maps import write_points
+    from ..written import write_points
 
     output, film = asked.output, asked.film
     if asked.save_poses is not None and not asked.is_set:
@@ -293,7 +291,7 @@ def _write_points(asked: Asked, view: View) -> None:
 
 def _write_cloud(asked: Asked, view: View) -> None:
     """The points of a cloud, with normals."""
-    from ..written_clouds import check_unlit, write_cloud
+    from ..written import check_unlit, write_cloud
 
     if asked.more:
         raise ValueError(f"{asked.output} holds the points of one cloud: pass one INPUT")

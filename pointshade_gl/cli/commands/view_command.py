@@ -17,7 +17,7 @@ from ...scene.frame import Frame
 from ...scene.graph import Scene
 from ...scene.settings import Finish
 from ...scene.viewpoint import View
-from ..command_words import words_of
+from ..command_lines import words_of
 from ..inputs import (
     are_clouds,
     as_scene,
@@ -29,15 +29,13 @@ from ..inputs import (
     load_several,
     load_together,
 )
-from ..look_options import LookOptions
+from ..option_groups import LookOptions, check_folders, rates_from, size_from, views_from
 from ..options import FrameOptions, MoreInputs, NoOutput, Overwrite, PlaceOptions, Quiet, Views, WindowOptions, spread
 from ..output import announce
-from ..parse import rates_from, size_from, views_from
-from ..picture_options import EnvironmentOptions
-from ..usage_errors import check_folders
+from ..written import EnvironmentOptions
 
 if TYPE_CHECKING:
-    from ..window_line import Typed
+    from ..command_lines import Typed
 
 
 @spread
@@ -61,7 +59,7 @@ def view(
     from ...scene.orbit import State
     from ...viewer import Viewer
     from ...viewer.panel import MISSING
-    from ..window_line import render_line
+    from ..command_lines import render_line
 
     if window.panel and find_spec("imgui_bundle") is None:
         raise ValueError(MISSING)
@@ -125,7 +123,7 @@ def _several(frame: FrameOptions, inputs: Sequence[str]) -> list[Any]:
 
 def _typed(frame: FrameOptions, inputs: Sequence[str]) -> Typed:
     """What was typed about the input, for the command line that the window writes."""
-    from ..window_line import Typed
+    from ..command_lines import Typed
 
     words = words_of(frame if frame.input or frame.depth or frame.color else replace(frame, input=FRAMES[0]))
     named = 0 if words[0].startswith("--") else 1

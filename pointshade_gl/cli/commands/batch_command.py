@@ -1,0 +1,370 @@
+"""`pointshade batch`: its options, the jobs after all of them are checked, and what becomes of them."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import closing, suppress
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ...batch.batch_inputs import Source, find_sources, not_whole
+from ...batch.jobs import FILMS, NORMALS, PAGE, Done, Job
+from ...batch.manifest import Failure, Manifest, Planned, plan, shard_of, split_done, told
+from ...batch.on_ray import run_all_on_ray, silence_ray
+from ...batch.processes import Failed, run_all
+from ...checks.arguments import check_choice, check_fps
+from ...files.access.atomic_write import check_place
+from ...files.access.content import check_not_read
+from ...files.access.folders import Listing
+from ...files.access.known_names import BATCH as KINDS
+from ...files.frame_sources import is_cloud, is_scene
+from ...files.pictures.picture_files import check_writable
+from ...files.writing.film import check_film
+from ...files.writing.maps_and_points import check_normals_path
+from ...gpu.context.software_driver import is_software
+from ...notes.notes import once, print_note
+from ...notes.words import counted, option
+from ...scene.graph import check_of_clouds, given_by
+from ...scene.option_fields import BATCH
+from ...scene.viewpoint import View, check_turntable, moves_camera
+from ..help import complete_input
+from ..inputs import check_look
+from ..option_groups import LookOptions, said
+from ..options import Axes, Bits, CloudOptions, Device, FilmOptions, Quiet, ReadingOptions, ViewOptions, spread
+from ..output import SOFTWARE, complain, print_line, progress
+from ..written import NAMES, PageOptions, PictureOptions, view_of
+
+Inputs = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="INPUT",
+        help="Folders with a sequence or a frame, folders of such folders, depth files, scenes, point clouds "
+        "or folders of them, built-in names.",
+        autocompletion=complete_input,
+    ),
+]
+Folder = Annotated[
+    Path,
+    typer.Option(
+        "-o", "--output", metavar="DIR", help="The folder to write to, and its manifest.jsonl.", rich_help_panel=BATCH
+    ),
+]
+
+
+@dataclass(frozen=True)
+class BatchOptions:
+    """What comes out of a batch, and who does it."""
+
+    to: str = said(
+        f"What comes out, the ending of each name: {', '.join(KINDS)}. Films are one for each sequence.",
+        metavar="KIND",
+        known=KINDS,
+        default="png",
+        panel=BATCH,
+    )
+    workers: int | None = said("Processes that draw. Default: one for each core.", metavar="N", min=1, panel=BATCH)
+    ray: str | None = said(
+        "Draw on a Ray cluster, as at auto or host:6379, instead of on this machine; local starts a Ray here. "
+        "Its machines must all see INPUT.",
+        metavar="local|ADDRESS",
+        panel=BATCH,
+    )
+    num_gpus: float | None = said(
+        "With --ray: GPUs for each worker, which draws on that GPU; 0.25 lets four share one.",
+        metavar="N",
+        min=0,
+        panel=BATCH,
+    )
+    shard: str | None = said(
+        "Do part I of N, counted from 1, as in --shard $SLURM_ARRAY_TASK_ID/8 with sbatch --array=1-8.",
+        metavar="I/N",
+        panel=BATCH,
+    )
+    resume: bool = said(
+        "Go on: do again what the manifest does not prove to be whole and made of the same input, with the "
+        "same options and version.",
+        "--resume",
+        default=False,
+        panel=BATCH,
+    )
+    overwrite: bool = said(
+        "Do everything again, and write over files that are read as inputs, too.",
+        "--overwrite",
+        default=False,
+        panel=BATCH,
+    )
+
+    def part(self) -> tuple[int, int] | None:
+        """Which part of how many, from 1. Raises ValueError for anything else."""
+        if self.shard is None:
+            return None
+        number, _, count = self.shard.partition("/")
+        if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
+            raise ValueError(
+                f"{option('shard')} is a part from 1 and how many there are, such as 1/8 to 8/8, got {self.shard!r}: "
+                "with an array from 0 add 1, as in $((SLURM_ARRAY_TASK_ID+1))/8"
+            )
+        return int(number), int(count)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was typed."""
+
+    inputs: Inputs
+    output: Folder
+    how: BatchOptions
+    reading: ReadingOptions
+    cloud: CloudOptions
+    look: LookOptions
+    place: ViewOptions
+    picture: PictureOptions
+    film: FilmOptions
+    page: PageOptions
+    axes: Axes = None
+    bits: Bits = 8
+    device: Device = 0
+    quiet: Quiet = False
+
+
+INTERRUPTED = 130  # exit code
+
+
+@spread
+def batch(asked: Asked) -> None:
+    """Draw many INPUTs to a folder, in several processes: pictures, normals, pages, or a film of each sequence.
+
+    Each picture is the one that render makes of its frame alone. What is there and whole is skipped; what fails is
+    listed at the end (exit code 3). After Ctrl+C, the same command with --resume goes on.
+    """
+
+    started = time.perf_counter()
+    try:
+        planned, failures = plan_batch(asked)
+        run(asked, planned, failures, started)
+    except KeyboardInterrupt:
+        complain(
+            f"pointshade: interrupted; what is in {asked.output} is whole: the same command with "
+            f"{option('resume', True)} goes on"
+        )
+        raise typer.Exit(INTERRUPTED) from None
+
+
+UNMARKED = ("jpg", "webp", "tif", *FILMS)  # readers of frames cannot tell that these are renderings
+
+
+class Kind(Enum):
+    """What a source is."""
+
+    FRAMES, SCENE, CLOUD = range(3)
+
+    @classmethod
+    def of(cls, path: str) -> Kind:
+        return cls.SCENE if is_scene(path) else cls.CLOUD if is_cloud(path) else cls.FRAMES
+
+
+def plan_batch(asked: Asked) -> tuple[Sequence[Planned], list[Failure]]:
+    """What this process has to care for. Raises ValueError or OSError for options and inputs that cannot be."""
+    part = asked.how.part()
+    _check(asked)
+    folder = Path(os.path.realpath(asked.output))  # resolve() fails where a link leads to itself
+    views = {kind: _view(asked, folder, kind) for kind in Kind}
+    listing = Listing()
+    sources = find_sources(asked.inputs, folder, listing)
+    _check_apart(asked, sources, folder)
+    kinds = {source.path: Kind.of(source.path) for source in sources}
+    _check_kinds(asked, {*kinds.values()})
+    _make_folder(asked.output)
+    _check_writable(asked, folder)
+    reading = tuple(told(asked.reading).items())
+    given = {kind: reading + (tuple(told(asked.cloud).items()) if kind is Kind.CLOUD else ()) for kind in Kind}
+    planned, failures = plan(
+        sources,
+        lambda one: _job(asked, one, folder, given[kinds[one.path]], views[kinds[one.path]]),
+        folder,
+        listing,
+    )
+    said = "\n".join(failure.sentence for failure in failures)
+    failures += [Failure(*one) for one in not_whole(asked.inputs, listing) if one[1] not in said]
+    if failures and not planned:
+        raise ValueError(failures[0].sentence)
+    if not asked.how.overwrite:
+        check_not_read(*(one.job.path for one in planned))
+    return shard_of(planned, part), failures
+
+
+def _check_kinds(asked: Asked, kinds: set[Kind]) -> None:
+    """Raises ValueError for options that what is drawn has not."""
+    look, plain = asked.look.look(), LookOptions().look()
+    if Kind.SCENE in kinds:
+        check_look(look, plain)
+    if Kind.CLOUD in kinds:
+        check_of_clouds(given_by(look, plain))
+    elif asked.cloud.cloud_options:
+        raise ValueError(f"no INPUT is a point cloud: leave out {', '.join(map(option, asked.cloud.cloud_options))}")
+
+
+def _view(asked: Asked, folder: Path, of: Kind) -> View:
+    """From where, under which lights and how one kind of source is drawn."""
+    kind, turns, of_scene = asked.how.to, moves_camera(asked.film.turntable), of is not Kind.FRAMES
+    if kind in NORMALS:
+        return asked.place.view(asked.look.look(), asked.look.lights(shadow=of_scene))
+    return view_of(
+        asked.look, asked.place, asked.picture, folder / f"*.{kind}",
+        is_scene=of_scene, is_film=kind in FILMS, is_changed=turns, is_cloud=of is Kind.CLOUD,
+    )  # fmt: skip
+
+
+def _job(asked: Asked, source: Source, folder: Path, reading: tuple[tuple[str, Any], ...], view: View) -> Job:
+    """The job of a source, without frame and path."""
+    kind, film = asked.how.to, asked.film
+    writing: tuple[Any, ...] = asked.axes, asked.bits, asked.page.exactness, asked.page.title
+    return Job(source.path, folder, kind, None, view, reading, film.turntable, film.frames, film.fps, *writing)
+
+
+def _check(asked: Asked) -> None:
+    """Raises ValueError for options that do not go together."""
+    how, picture, kind = asked.how, asked.picture, asked.how.to
+    check_choice(option("to"), kind, KINDS)
+    if how.num_gpus is not None and how.ray is None:
+        raise ValueError(f"{option('num_gpus')} is of a Ray cluster: add {option('ray', 'local', 'ADDRESS')}")
+    if how.resume and how.overwrite:
+        raise ValueError(f"pass {option('resume', True)} or {option('overwrite', True)}, not both")
+    if kind in FILMS:
+        check_fps(asked.film.fps, option("fps"), "pictures")
+        if asked.film.turntable is not None:
+            check_turntable(asked.film.turntable)
+        if asked.look.align and asked.film.turntable is not None:
+            raise ValueError(
+                f"{option('align', True)} is of several frames, {option('turntable')} shows one: leave one out"
+            )
+    else:
+        _check_still(asked)
+    if kind == PAGE:
+        check_choice(option("quality"), asked.page.exactness, NAMES)
+    else:
+        asked.page.check_none(Path(f"*.{kind}"))
+    if kind in NORMALS:
+        picture.check_none(Path(f"*.{kind}"))
+    elif asked.axes is not None or asked.bits != 8:
+        raise ValueError(f"{option('axes')} and {option('bits')} are of normals: add {option('to', NORMALS[0])}")
+
+
+def _check_still(asked: Asked) -> None:
+    """Raises ValueError for what only films have."""
+    films = f"{option('to', 'mp4')} or {option('to', 'gif')}"
+    if asked.film.turntable is not None:
+        raise ValueError(f"{option('turntable')} makes films: add {films}")
+    if asked.look.align:
+        raise ValueError(
+            f"{option('align', True)} corrects the poses of several frames of one thing, and each picture is drawn "
+            f"alone: add {films}, or leave it out"
+        )
+    if asked.look.temporal:
+        raise ValueError(f"{option('temporal', True)} filters over time, and each picture is drawn alone: add {films}")
+
+
+def _check_apart(asked: Asked, sources: Sequence[Source], folder: Path) -> None:
+    """Raises ValueError for outputs in the folder of a sequence, which would be taken for its colours."""
+    paths = map(Path, {source.path for source in sources})
+    near = (path for path in paths if path.name in folder.parts or path.is_symlink())  # few: links need not be followed
+    inside = [path for path in near if folder.is_relative_to(os.path.realpath(path))]
+    if inside and asked.how.to in UNMARKED:
+        raise ValueError(
+            f"{asked.output} is in {inside[0]}, which would take each {asked.how.to} there for its own colours: "
+            f"pass another -o DIR, or {option('to', 'png')}"
+        )
+
+
+def _check_writable(asked: Asked, folder: Path) -> None:
+    """Raises ValueError for a kind that needs an extra which is not installed, OSError for no such place."""
+    path = folder / f"*.{asked.how.to}"
+    with suppress(PermissionError):  # which is told once something is to be written
+        if asked.how.to in FILMS:
+            check_film(path)
+        elif asked.how.to in NORMALS:
+            check_normals_path(path, asked.axes, asked.bits)
+        elif asked.how.to == PAGE:
+            check_place(path)
+        else:
+            check_writable(path)
+
+
+def _make_folder(output: Path) -> None:
+    """Makes the folder to write to, if need be. Raises OSError if there can be none."""
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise NotADirectoryError(
+            f"{output} is a file, expected a folder for many outputs: pass another -o DIR"
+        ) from None
+    except OSError as error:
+        raise OSError(f"cannot make the folder {output}: {error.strerror}") from None
+
+
+FAILED = 3  # exit code
+
+
+def run(asked: Asked, planned: Sequence[Planned], failures: list[Failure], started: float) -> None:
+    """Does what is not done, and says what has become of it: exit code 3 if anything failed."""
+    output, how = asked.output, asked.how
+    manifest = Manifest(output.resolve(), how.part())
+    todo = list(planned) if how.overwrite else _undone(planned, manifest, output, how.resume)
+    if todo:
+        check_place(manifest.path)
+    counts = {"written": 0, "there": len(planned) - len(todo), "left out": 0}
+    try:
+        for one, outcome in _outcomes(asked, todo) if todo else ():
+            if not isinstance(outcome, Failed):
+                manifest.add(outcome, one.made_from)
+                counts["written"] += 1
+            elif outcome.kind == "failed":
+                failures.append(Failure(str(one.job.path.relative_to(manifest.folder)), outcome.sentence))
+            else:
+                counts[outcome.kind] += 1
+    finally:
+        for failure in failures:
+            complain(f"failed: {' '.join(failure.name.split())}: {failure.sentence}")
+    told = [f"{count} {name}" for name, count in (counts | {"failed": len(failures)}).items() if count]
+    print_line(f"{output}: {', '.join(told) or 'nothing to do'}, {time.perf_counter() - started:.1f} s")
+    if failures:
+        raise typer.Exit(FAILED)
+
+
+def _undone(planned: Sequence[Planned], manifest: Manifest, output: Path, resume: bool) -> list[Planned]:
+    """What is not there and whole. Raises ValueError if some of it was made otherwise, unless it may be done again."""
+    todo, changed = split_done(planned, manifest, resume)
+    if changed and not resume:
+        path, how_so = changed[0]
+        raise ValueError(
+            f"{counted(len(changed), 'output')} in {output} were made {how_so}, such as "
+            f"{path.relative_to(manifest.folder)}: pass {option('resume', True)} to do these again, "
+            f"{option('overwrite', True)} to do all again, or another -o DIR"
+        )
+    return todo
+
+
+def _outcomes(asked: Asked, todo: Sequence[Planned]) -> Iterator[tuple[Planned, Done | Failed]]:
+    """What becomes of each. Notes that workers send are printed once; a bar moves on a terminal."""
+    tell, by_path = once(print_note), {one.job.path: one for one in todo}
+    jobs, how = [one.job for one in todo], asked.how
+    if how.ray is None:
+        running = run_all(jobs, how.workers, asked.device)
+    else:
+        silence_ray()
+        running = run_all_on_ray(jobs, asked.output, how.ray, how.workers, how.num_gpus or 0, asked.device)
+    with progress(len(todo), with_rate=True) as advance, closing(running):
+        for done, (job, outcome) in enumerate(running, 1):
+            if not isinstance(outcome, Failed):
+                if is_software(outcome.renderer):
+                    tell(SOFTWARE.format(outcome.renderer))
+                for note in outcome.notes:
+                    tell(note)
+            yield by_path[job.path], outcome
+            advance(done, len(todo))

@@ -8,7 +8,7 @@ from .notes.version import __version__ as __version__
 if TYPE_CHECKING:
     from . import batch as batch
     from . import files as files
-    from .files import frame_sources as sources
+    from .files import frame_sources as _sources
     from .files import gltf as gltf
     from .files import live as _live
     from .files.clouds.load_cloud import load_cloud
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from .scene.settings import Finish
     from .scene.viewpoint import View
 
-    live = _live
+    live, sources = _live, _sources
 
 __all__ = [
     "Camera",

@@ -1,4 +1,4 @@
-"""The module `pointshade_gl.files.sources` under its public name."""
+"""The module `pointshade_gl.files.frame_sources` under its public name."""
 
 import sys
 

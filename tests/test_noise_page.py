@@ -2,6 +2,7 @@
 
 import ast
 import re
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -9,10 +10,11 @@ import pytest
 from .support.places import ROOT
 
 PAGE = (ROOT / "docs/noise-model.md").read_text(encoding="utf-8")
-TABLES = {
-    path: dict(re.findall(r"^\| `(\w+)` \| (.*?) \| (?:derived|published|measured|chosen) \| \S", rows, re.MULTILINE))
-    for path, rows in re.findall(r"^`([\w/]+\.(?:py|glsl))`\n(.*?)(?=^#|\Z)", PAGE, re.MULTILINE | re.DOTALL)
-}
+TABLES: dict[str, dict[str, str]] = {}
+for path, rows in re.findall(r"^`([\w/]+\.(?:py|glsl))`\n(.*?)(?=^#|\Z)", PAGE, re.MULTILINE | re.DOTALL):
+    found = re.findall(r"^\| `(\w+)` \| (.*?) \| (?:derived|published|measured|chosen) \| \S", rows, re.MULTILINE)
+    TABLES.setdefault(path, {}).update(found)
+WHOLE = "estimation/noise_model.py", ".glsl"  # files of which every constant is on the page
 MATHS = {"radians": np.radians, "sqrt": np.sqrt}
 
 
@@ -28,8 +30,9 @@ def constants_of(path):
             target = node.targets[0]
             names += [one.id for one in getattr(target, "elts", [target]) if isinstance(one, ast.Name)]
             if names and names[-1].isupper():
-                exec(ast.unparse(node), known)
-    return {name: known[name] for name in names if name.isupper()}
+                with suppress(NameError):  # a number of another module
+                    exec(ast.unparse(node), known)
+    return {name: known[name] for name in names if name.isupper() and name in known}
 
 
 def test_there_are_tables():
@@ -42,6 +45,8 @@ def test_a_table_lists_what_the_file_has(path):
     found = {}
     for name, value in TABLES[path].items():
         found[name] = known[name] = eval(value, known)
+    if not path.endswith(WHOLE):
+        expected = {name: expected[name] for name in found}
     assert found == pytest.approx(expected, rel=1e-12)
 
 

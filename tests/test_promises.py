@@ -89,7 +89,7 @@ def test_the_example_of_ending_work_draws():
 
 def heard(lines, tmp_path):
     """What a process says on stderr that runs these lines and then has a note and a warning."""
-    code = "\n".join(["import pointshade_gl.messages.notes as n", *lines, "n.print_note('a')", "n.print_warning('b')"])
+    code = "\n".join(["import pointshade_gl.notes.notes as n", *lines, "n.print_note('a')", "n.print_warning('b')"])
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
     return done.stderr
 
@@ -125,4 +125,4 @@ def test_the_code_for_tensors_calls_what_is_there():
     """As far as can be told without a GPU: see tests/clients/test_torch.py for the run of it."""
     calls = {ast.unparse(node.func) for node in ast.walk(ast.parse(INTEROP)) if isinstance(node, ast.Call)}
     assert {"renderer.draw", "texture.read_into", "context.buffer", "ps.Renderer"} <= calls
-    assert "egl_device" in (ROOT / "pointshade_gl/gpu/context/cuda_devices.py").read_text(encoding="utf-8")
+    assert "egl_device" in (ROOT / "pointshade_gl/gpu/context/context.py").read_text(encoding="utf-8")

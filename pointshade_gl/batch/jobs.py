@@ -43,7 +43,7 @@ class Job:
              in another folder
     number   of the frame in its sequence; None: the whole sequence for a film, else the first frame, or the scene
     path     the file to write; folders are made
-    kind     one of BATCH (files/access/written_suffixes.py): what the name ends with
+    kind     one of BATCH (files/access/known_names.py): what the name ends with
     view     from where, under which lights and how it is drawn
     reading  options of `load_frame` by name, as pairs
     turntable, frames, fps  of a film, as for `pointshade render`

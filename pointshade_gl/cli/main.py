@@ -26,10 +26,20 @@ _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(s
 SOFTWARE = 70  # exit code of a bug: EX_SOFTWARE, which Windows has not
 CLOSED = 141  # whoever read the output has gone: as shells say of a program that ended by SIGPIPE
 
-COMMANDS = "render", "normals", "depth", "albedo", "align", "view", "info", "batch", "bench"  # as the help lists them
+COMMANDS = {  # as the help lists them, and the files in commands/ that hold them
+    "render": "render_command",
+    "normals": "estimate_commands",
+    "depth": "estimate_commands",
+    "albedo": "estimate_commands",
+    "align": "estimate_commands",
+    "view": "view_command",
+    "info": "info_command",
+    "batch": "batch_command",
+    "bench": "info_command",
+}
 
 
-def command_line(names: Sequence[str] = COMMANDS) -> typer.Typer:
+def command_line(names: Sequence[str] = tuple(COMMANDS)) -> typer.Typer:
     """Return the command line with these commands. Each is imported here: the others would take as long again."""
     app = typer.Typer(
         cls=Commands,
@@ -39,7 +49,7 @@ def command_line(names: Sequence[str] = COMMANDS) -> typer.Typer:
     )
     app.callback()(_every_command)
     for name in names:
-        app.command(cls=Command)(getattr(import_module(f"{__package__}.commands.{name}"), name))
+        app.command(cls=Command)(getattr(import_module(f"{__package__}.commands.{COMMANDS[name]}"), name))
     return app
 
 
@@ -94,7 +104,7 @@ def _every_one() -> Mapping[str, Any]:
 
 def _asked(typed: Sequence[str]) -> Sequence[str]:
     """Return the command that was typed; all of them for the help, the shell's completion and words that are none."""
-    return typed[:1] if typed and typed[0] in COMMANDS else COMMANDS
+    return typed[:1] if typed and typed[0] in COMMANDS else tuple(COMMANDS)
 
 
 def _interrupt(*_: object) -> NoReturn:

@@ -201,6 +201,7 @@ class LookOptions(
 UsageError: Any = typer.BadParameter.__base__
 _LIGHT_WORD = re.compile(rf"\b(?:{'|'.join(FIELDS)})\b(?:=|$)")
 _NO_NUMBER = re.compile(r"('.*') is not a valid (float|int\w*)(?: range)?", re.DOTALL)
+_OUTSIDE = re.compile(r"(\S+) is not in the range x([<>]=?)(\S+)")
 _EXTRA = re.compile(r"extra argument\S* \((.*)\)", re.DOTALL)
 _QUOTES = 'put the words of a light in quotes, as in --light "position=-.5,-.7,.2 shadow"'
 
@@ -297,6 +298,8 @@ def _fact(error: Any) -> str:
     message = error.message.rstrip(".")
     if found := _NO_NUMBER.fullmatch(message):
         return f"must be a {'whole ' if found[2].startswith('int') else ''}number, got {found[1]}"
+    if found := _OUTSIDE.fullmatch(message):
+        return f"must be {found[3]} or {'more' if '>' in found[2] else 'less'}, got {found[1]}"
     return message
 
 

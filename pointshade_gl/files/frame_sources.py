@@ -62,8 +62,8 @@ def open_source(path: FilePath | None, **load_options: Unpack[LoadOptions]) -> F
 
     Notes
     -----
-    Pictures, cameras and poses are found by the patterns in files/access/file_name_patterns.py. Where several views
-    overlap, their depths show how poses are to be understood, see files/poses/pose_convention.py. Of each kind of note
+    Pictures, cameras and poses are found by the patterns in files/access/known_names.py. Where several views
+    overlap, their depths show how poses are to be understood, see files/cameras/pose_files.py. Of each kind of note
     only the first is printed.
     """
     options: dict[str, Any] = {name: value for name, value in load_options.items() if value is not None}

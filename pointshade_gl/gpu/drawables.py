@@ -21,9 +21,9 @@ from .points.rasterizers import Rasterizers
 from .points.tiles import TiledPoints
 from .shading.light_set import Tile
 
-# A new kind of object is described beside scene/mesh.py, may be placed by scene/node.py, has its passes beside
+# A new kind of object is described beside scene/objects.py, may be placed by scene/node.py, has its passes beside
 # meshes/mesh_objects.py and its type here. It needs a branch wherever this module, pipeline/gpu_scene.py,
-# scene/visible_scene.py, viewer/screen.py and files/gltf/write.py ask whether something is a mesh: all others count as
+# scene/visible.py, viewer/screen.py and files/gltf/write_gltf.py ask whether something is a mesh: all others count as
 # point objects.
 Drawable = ShownPoints | ShownGrid | ShownSet | TiledPoints | PlacedMesh | PlacedCloud
 Drawables = dict[Placed, Drawable]

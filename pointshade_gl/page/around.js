@@ -1,9 +1,9 @@
-// Light from all around: what hides it (gpu/surface/visibility.py, gpu/shading/view_visibility.py), and an environment
+// Light from all around: what hides it (gpu/shading/occlusion.py), and an environment
 // (gpu/shading/light_set.py).
 
 const SEARCHED = 80000; // for about so many pixels the planes are searched (visibility_stride)
 
-// Radiance as spherical harmonics in other axes: turn takes these to the bands' own (estimation/turned_bands.py).
+// Radiance as spherical harmonics in other axes: turn takes these to the bands' own (estimation/environment_light.py).
 function turnedBands(bands, turn) {
   const [c4, c5, c6, c7, c8] = bands.slice(4), channels = [0, 1, 2];
   const forms = channels.map((k) => {
@@ -17,7 +17,7 @@ function turnedBands(bands, turn) {
   ];
 }
 
-// By how many pixels the planes that are searched are moved in a sample (gpu/shading/view_visibility.py).
+// By how many pixels the planes that are searched are moved in a sample (gpu/shading/occlusion.py).
 function planeShift(sample) {
   const spread = [0, 2, 1, 3];
   return [spread[Math.floor(sample / 4) % 4], spread[sample % 4]];

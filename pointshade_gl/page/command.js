@@ -1,4 +1,4 @@
-// The `pointshade render ...` line that makes the picture that is seen (cli/window_line.py), and what pages hand out.
+// The `pointshade render ...` line that makes the picture that is seen (cli/command_lines.py), and what pages hand out.
 
 const DIGITS = 12; // of a number: far more than pictures show
 const PLAIN_LIGHT = {

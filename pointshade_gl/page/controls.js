@@ -1,6 +1,6 @@
 // What keys and buttons do, and when the picture is drawn: after something has changed, and finer when all rests.
 //
-// data      what write.py puts into the page: camera {fx, fy, cx, cy, width, height}; stage {pivot, radius, upright};
+// data      what page_file.py puts into the page: camera {fx, fy, cx, cy, width, height}; stage {pivot, radius, upright};
 //           start, what differs from START; held, the light that the mouse holds; lights, the others; background, CSS
 // drawing   what createDrawing(canvas, data) gives, a promise or not: draw(view, lights, options), with
 //           view {camera, pose}, camera in pixels of the canvas, pose camera-to-home, lights in home axes; options

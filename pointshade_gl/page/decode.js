@@ -1,4 +1,4 @@
-// Bytes -> pictures, as page/picture_coding.py has made them.
+// Bytes -> pictures, as page/parts.py has made them.
 
 async function unpacked(base64) {
   const text = atob(base64), bytes = new Uint8Array(text.length);
@@ -92,7 +92,7 @@ function surfacePlane(reader, part) {
   return { surface, kinds };
 }
 
-// The points of a cloud as floats, in the order of POINT_LAYOUT, and their colours (page/cloud_parts.py).
+// The points of a cloud as floats, in the order of POINT_LAYOUT, and their colours (page/parts.py).
 function cloudPoints(reader, part) {
   const { count, discs, edges, low, step, smallest, sizeStep } = part, sizesOf = [...part.bytes];
   const isBorder = reader.take(discs), line = (known, length, stored) => wholePlane(reader, length, 1, known, stored, sizesOf.shift());

@@ -213,7 +213,7 @@ class Drawing {
     if (thing.stride) this.drawShadow(this.hiddenBy(thing), { camera, pose, near, first }, side);
   }
 
-  // What the points of a frame hide and what goes on behind them, as fewer points: gpu/surface/hidden_planes.py.
+  // What the points of a frame hide and what goes on behind them, as fewer points: gpu/surface/refinement.py.
   hiddenBy(thing) {
     if (thing.hidden) return thing.hidden;
     const { gl } = this, { stride, axes, scale } = thing, half = Math.floor(stride / 2);

@@ -1,4 +1,4 @@
-// The frames of a sequence: bytes (page/film_coding.py) -> what is uploaded, in steps of a few milliseconds -> the points on the GPU.
+// The frames of a sequence: bytes (page/films.py) -> what is uploaded, in steps of a few milliseconds -> the points on the GPU.
 
 const breath = () => new Promise((go) => setTimeout(go)); // events and pictures come between two steps
 

@@ -1,4 +1,4 @@
-// The cameras of the pictures that lights take for their shadows (scene/shadow_cameras.py), and where those lie (gpu/shading/shadow_map.py).
+// The cameras of the pictures that lights take for their shadows (scene/shadow_cameras.py), and where those lie (gpu/shading/light_set.py).
 
 const FAR_AWAY = 1000, LEAST_CONTACT = 0.0005, NEAREST = 0.002; // radii of the scene
 const CONTACT = 1.2; // pixels of a frame

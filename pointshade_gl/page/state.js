@@ -1,5 +1,5 @@
 // Where the viewer and the light are: plain values and their arithmetic, no GL, no page. The functions, their names and
-// their order are those of scene/orbit_state.py; a test compares them. Vectors are arrays, matrices arrays of rows.
+// their order are those of scene/orbit.py; a test compares them. Vectors are arrays, matrices arrays of rows.
 
 const RIM = 0.5; // share of the picture's smaller side between the object's middle and its rim
 const FARTHEST = (175 / 180) * Math.PI; // radians from the viewer's direction

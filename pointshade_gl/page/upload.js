@@ -1,4 +1,4 @@
-// What write.py has packed -> things on the GPU.
+// What page_file.py has packed -> things on the GPU.
 
 async function takeThings(gl, reader, heads) {
   const things = [];

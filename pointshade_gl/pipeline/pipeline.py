@@ -58,9 +58,9 @@ class LitPoints(NamedTuple):
 class Pipeline:
     """Draws scenes, and keeps what the next picture can use again.
 
-    What is in view (scene/visible_scene.py) is put on the GPU (gpu_scene.py), its lights are set up (light_setup.py),
-    as bright as asked for (exposure.py), and what is seen is drawn and lit (frame_pass.py); several such samples are
-    added up (accumulation.py).
+    What is in view (scene/visible.py) is put on the GPU (gpu_scene.py), its lights are set up (light_setup.py),
+    and what is seen is drawn and lit (frame_pass.py); several such samples are added up, as bright as asked for
+    (accumulation.py).
     """
 
     def __init__(self, context: Context, steps: Steps, can_compute: bool, merge: float):

@@ -209,7 +209,8 @@ def _explain_primary(importances: NDArray[np.float64], names: Sequence[str]) -> 
     if len(primary) == len(importances):
         return f"primary views: all {len(primary)}"
     rest = len(importances) - len(primary)
-    return f"primary views: {_frames_in_words(primary[:MOST], len(primary) - MOST)}; {counted(rest, 'other')} may fill gaps"
+    named = _frames_in_words(primary[:MOST], len(primary) - MOST)
+    return f"primary views: {named}; {counted(rest, 'other')} may fill gaps"
 
 
 def _frames_in_words(names: Sequence[str], more: int) -> str:

@@ -282,7 +282,7 @@ class Frame(Value, Preview):
 
     @cached_property
     def is_sparse(self) -> bool:
-        """Return whether few depths are known, far from one another, see scene/sparsity.py."""
+        """Return whether few depths are known, far from one another, see scene/frame.py."""
         return is_sparse(self.depth)
 
     @cached_property

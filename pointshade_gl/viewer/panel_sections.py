@@ -1,4 +1,4 @@
-"""The panel's sections and widgets: facts, views, light, surface, points, nodes. Each returns what the user made of it."""
+"""The panel's sections and widgets: facts, views, light, surface, points, nodes, and what the user made of them."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ vec3 moved_plane(vec3 plane, vec2 off) {
     return vec3(plane.x + dot(plane.yz, off), plane.yz);
 }
 
-// A candidate: a plane at the place; no vote if it does not reach it. hidden_below: see estimation/pattern_shadows.py
+// A candidate: a plane at the place; no vote if it does not reach it. hidden_below: see estimation/stereo_shadows.py
 vec4 candidate_of(vec3 plane, float votes, float hidden_below) {
     float seen = hidden_below > 0.0 && plane.x > hidden_below ? UNSEEN : 1.0;
     return vec4(plane, plane.x > 0.0 ? votes * seen : 0.0);
@@ -101,7 +101,7 @@ vec4 guide_at(sampler2D color_map, ivec2 pixel, ivec2 size) {
 }
 
 // The 1/z from which on the sensor would have seen a surface at a pixel, 0 if it may be any. hidden_map: of the frame's own
-// size, see estimation/pattern_shadows.py; of one pixel where nothing is known.
+// size, see estimation/stereo_shadows.py; of one pixel where nothing is known.
 float hidden_below_at(sampler2D hidden_map, ivec2 pixel, ivec2 size) {
     vec2 place = (vec2(pixel) + 0.5) * (vec2(textureSize(hidden_map, 0)) / vec2(size));
     return texelFetch(hidden_map, ivec2(place), 0).r;

@@ -1,4 +1,4 @@
-// What the planes of a film's frames stand for: page/film_coding.py.
+// What the planes of a film's frames stand for: page/films.py.
 
 // The unit normal at a place on an octahedron, 0 to 1 (Meyer et al. 2010).
 vec3 unfolded_normal(vec2 place) {

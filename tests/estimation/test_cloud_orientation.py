@@ -40,7 +40,7 @@ def test_a_sheet_is_looked_at_from_above():
 
 
 def test_what_was_not_looked_at_follows_its_neighbours(monkeypatch):
-    monkeypatch.setattr(cloud_orientation, "SAMPLE", 3000)
+    monkeypatch.setattr(cloud_orientation, "ORIENTED_SAMPLE", 3000)
     made = cloud("torus", 30_000, 52)
     found, _ = outward(made.positions + np.array([1e6, 0, 0]), unsure(made.normals), UP)
     assert right(found, made.normals) > 0.999

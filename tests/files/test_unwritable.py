@@ -121,8 +121,7 @@ def test_commands_tell_it_before_they_draw(typed, monkeypatch, line, is_there):
     def no_renderer(*_, **__):
         raise AssertionError("it draws")
 
-    for module in ("output", "batch_run"):
-        monkeypatch.setattr(f"pointshade_gl.cli.{module}.Renderer", no_renderer, raising=False)
+    monkeypatch.setattr("pointshade_gl.cli.output.Renderer", no_renderer)
     monkeypatch.setattr("pointshade_gl.cli.commands.batch_command._outcomes", no_renderer)
     monkeypatch.setattr("pointshade_gl.viewer.viewer.Window", no_renderer)
     if is_there:

@@ -16,18 +16,18 @@ SUFFIX = re.compile(r"(?<![\w%])\.[a-z]\w{1,4}\b")
 COMMANDS = {  # what each command takes after -o
     "render": known.RENDERED,
     "normals": known.NORMALS,
-    "depth": known.DEPTH,
+    "depth": known.DEPTH_MAPS,
     "info": known.IMAGES,
 }
 LIBRARY = {
     "save_image": (known.IMAGES, lambda path: ps.save_image(path, np.zeros((8, 8, 3), np.uint8))),
-    "save_depth": (known.DEPTH, lambda path: ps.save_depth(path, np.ones((8, 8), np.float32))),
+    "save_depth": (known.DEPTH_MAPS, lambda path: ps.save_depth(path, np.ones((8, 8), np.float32))),
     "save_normals": (known.NORMALS, lambda path: ps.save_normals(path, np.ones((8, 8, 3), np.float32))),
     "save_points": (known.POINTS, lambda path: ps.save_points(path, ps.render_points(frames.sphere()))),
-    "save_poses": (known.POSES, lambda path: ps.save_poses(path, [frames.sphere()])),
+    "save_poses": (known.POSE_LISTS, lambda path: ps.save_poses(path, [frames.sphere()])),
     "save_page": (known.PAGES, lambda path: ps.save_page(path, frames.sphere())),
     "save_scene": (
-        known.SCENES,
+        known.SCENE_SUFFIXES,
         lambda path: ps.save_scene(path, scene()),
     ),
     "Film": (known.FILMS, lambda path: film(path)),
@@ -110,4 +110,4 @@ def test_a_batch_lists_its_kinds_alike(typed, monkeypatch):
 
 
 def test_scenes_are_read_as_they_are_written():
-    assert known.SCENES == SCENE_FILES
+    assert known.SCENE_SUFFIXES == SCENE_FILES

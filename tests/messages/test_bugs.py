@@ -77,7 +77,7 @@ def test_a_command_says_that_it_is_a_bug(typed, monkeypatch, name):
     code, _, errors = typed("render vase -o out.png")
     assert code == 70 and errors.count("\n") == 1 and "Traceback" not in errors
     assert "this is a bug in pointshade_gl" in errors and "please report it" in errors
-    assert "(in cli/commands/render.py:" in errors  # the last line of ours
+    assert "(in cli/commands/render_command.py:" in errors  # the last line of ours
 
 
 @pytest.mark.parametrize("name", ["vase", "nowhere"])

@@ -113,7 +113,7 @@ def test_the_level_of_the_logger_silences_notes(capsys):
 
 
 def test_a_level_that_the_application_chose_before_stays():
-    code = "import logging as l; l.getLogger('pointshade_gl').setLevel(30); import pointshade_gl.messages.notes as n"
+    code = "import logging as l; l.getLogger('pointshade_gl').setLevel(30); import pointshade_gl.notes.notes as n"
     done = subprocess.run([sys.executable, "-c", f"{code}; n.print_note('no')"], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
 
@@ -196,9 +196,9 @@ def test_what_may_print_a_note_takes_notes(tmp_path, unposed, monkeypatch, capsy
 
 
 SPEAKS = {  # files of the library that say something otherwise, and why
-    "messages/notes.py": "writes what is logged to stderr where no application listens",
-    "messages/bugs.py": "POINTSHADE_DEBUG=1 shows a traceback",
-    "rendering/renderer.py": "a ResourceWarning, as Python has for files that nobody closed",
+    "notes/notes.py": "writes what is logged to stderr where no application listens",
+    "notes/errors.py": "POINTSHADE_DEBUG=1 shows a traceback",
+    "renderer/renderer.py": "a ResourceWarning, as Python has for files that nobody closed",
     "viewer/viewer.py": "the window prints the path of a picture that it saved",
 }
 

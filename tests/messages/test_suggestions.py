@@ -99,7 +99,7 @@ def things(tmp_path):
         ("render --rgb a.png", "there is no option --rgb (did you mean --color?)"),
         ("render --scale 5000", "there is no option --scale (did you mean --depth-scale?)"),
         ("render vase -o out.png --depth", "option '--depth' requires an argument"),
-        ("render --frames 0 -o out.png", "--frames must be greater than or equal to 1, got '0'"),
+        ("render --frames 0 -o out.png", "--frames must be 1 or more, got 0"),
         (
             "render --pose pose.txt --yaw 3 -o out.png",
             "pass --pose or --yaw, not both: only a frame's own pose is moved",

@@ -1,4 +1,4 @@
-"""The page's state.js is scene/orbit_state.py again: the same actions give the same view and the same light."""
+"""The page's state.js is scene/orbit.py again: the same actions give the same view and the same light."""
 
 import math
 from dataclasses import fields, replace

@@ -1,4 +1,4 @@
-"""The chain of gpu/surface/completion.py on the CPU, around the mirrored functions."""
+"""The chain of gpu/surface/refinement.py on the CPU, around the mirrored functions."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def completed_surface(
 
     surface_map  unit normals and depth, negative at rims, 0 where missing
     color_map    (h, w, 3 or 4) in 0..1, of any size
-    hidden_map   as `hidden_below` in estimation/pattern_shadows.py returns it
+    hidden_map   as `hidden_below` in estimation/stereo_shadows.py returns it
     """
     near_planes, other_planes, colors_map, plane_map = completed_planes(
         surface_map, color_map, source, hidden_map, is_alone

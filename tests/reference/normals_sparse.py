@@ -87,7 +87,7 @@ def sparse_plane(cells, pixel, here, level, intrinsics, tilt):
 
 
 def estimate_sparse(depth_map, pixel, intrinsics):
-    """Return unit normal and depth (h, w, 4) float32 as gpu/surface/sparse_normals.py draws them, 0 without depth."""
+    """Return unit normal and depth (h, w, 4) float32 as gpu/surface/surface_normals.py draws them, 0 without depth."""
     known, here, ray, intrinsics = start(depth_map, pixel, intrinsics)
     plane = np.stack([*facing_slope(ray, intrinsics), np.zeros_like(here)])
     levels, left = cell_levels(depth_map, pixel, SPARSE_LEVELS), known.copy()

@@ -1,4 +1,4 @@
-"""The chain of gpu/surface/normals.py for "auto" and "adaptive" on the CPU, around the mirrored functions."""
+"""The chain of gpu/surface/surface_normals.py for "auto" and "adaptive" on the CPU, around the mirrored functions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The chain of gpu/surface/upsampling.py and gpu/surface/flying_pixels.py on the CPU, around the mirrored functions."""
+"""The chain of gpu/surface/refinement.py and gpu/surface/refinement.py on the CPU, around the mirrored functions."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ def load_cloud(
     color_by : {"rgb", "intensity", "class", "height"}, optional
         Where the colours are from. The default is the file's colours, else its intensity as grey.
     max_pixels : float
-        Limit for the number of points; other limits follow from it, see files/access/limits.py.
+        Limit for the number of points; other limits follow from it, see files/access/content.py.
     notes : callable, optional
         Called with one sentence for every guess; the default prints it to stderr.
 

@@ -311,7 +311,7 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     """The frames of a folder in their order; none if it has no depth.
 
     Pictures are those that a list names (depth.txt and rgb.txt of TUM, associations.txt, transforms.json), else those
-    whose names say what they are (see file_name_patterns.py), in the folder itself before those in folders of it.
+    whose names say what they are (see known_names.py), in the folder itself before those in folders of it.
     Depth and colour belong together by name, else by number, else by the nearest time stamp, else by order.
 
     Raises ValueError if none of these fits, or if a list names files elsewhere.

@@ -53,7 +53,7 @@ def load_frame(
     Parameters
     ----------
     folder : path, optional
-        The folder of a frame, in any layout that files/access/file_name_patterns.py lists, or of a sequence, of which
+        The folder of a frame, in any layout that files/access/known_names.py lists, or of a sequence, of which
         the first frame is read; a depth file, with colour and camera possibly beside it; "vase", a built-in frame; or,
         with a network, a photograph, a video or a folder of photographs.
     color : path or (h, w, 3|4) uint8, optional
@@ -61,7 +61,7 @@ def load_frame(
     depth : path, (h, w) array or network, optional
         A picture, .npy, .npz, EXR or array, in place of the folder's. What a masked array hides is missing. An .onnx
         file or a function is a network, as depth_model. With colours, depth without a unit, or of floats that are known
-        everywhere, is taken at a smaller size if its edges are wider than a pixel, see files/depth/enlarged_depth.py.
+        everywhere, is taken at a smaller size if its edges are wider than a pixel, see files/depth/depth_kinds.py.
     intrinsics : path, str, (4,) float or Camera, optional
         A file (see files/cameras/camera_files.py), "fx,fy,cx,cy", four numbers or a camera. The default is a file
         beside the pictures or the lens in EXIF, else, with a note, a camera that is usual for the size: a sensor's or
@@ -76,30 +76,30 @@ def load_frame(
     baseline : float, optional
         Metres between the two cameras of a disparity.
     pose : path or (4, 4) float, optional
-        Camera-to-world matrix, or its file (see files/poses/pose_files.py).
+        Camera-to-world matrix, or its file (see files/cameras/pose_files.py).
     poses : path, optional
         A file with the poses of the folder's frames, in place of what lies in the folder: any that
-        files/poses/pose_files.py reads, by name, time stamp, number or order. A pose by the folder's own name is that
+        files/cameras/pose_files.py reads, by name, time stamp, number or order. A pose by the folder's own name is that
         of all its frames, as of a camera that stands still.
     allow_outside : bool
         Let depth.txt and rgb.txt name files outside the folder.
     max_pixels : float
         Limit for one picture; the default allows 12 288 x 8 192. Other limits follow from it, see
-        files/access/limits.py.
+        files/access/content.py.
     depth_model : path or callable, optional
         A network that makes depth of the photograph: an .onnx file (extra "onnx"), or a function that takes
         (h, w, 3) uint8 and returns depth, (h, w) or a mapping with depth (or inverse_depth, points) and perhaps mask
         and intrinsics. The camera is that of EXIF, else of the network, else sees 60 degrees.
     model_size : str, int or (width, height), optional
         Pixels of an .onnx file's input, such as "686x518", or its shorter side alone. The default is what the file, the
-        configuration beside it or its family says, see files/depth_models/families.py.
+        configuration beside it or its family says, see files/networks/model_options.py.
     model_pixels : {"imagenet", "symmetric", "unit", "bytes"}, optional
         What its pixels are: normalised by mean and deviation of ImageNet, from -1 to 1, from 0 to 1, from 0 to 255.
     cache : bool
         Keep the depth of an .onnx file in a folder .pointshade beside the photograph, named by the bytes of both.
     scale_frames : {"auto", "keep"}
         Whether one scale is found for the frames of a film whose depth has none, or breathes, from what does not change
-        between them (see files/depth/frame_scale.py), which is the default, or each is kept by itself.
+        between them (see files/depth/scale_over_time.py), which is the default, or each is kept by itself.
     notes : callable, optional
         Called with one sentence for every guess; the default prints it to stderr.
 

@@ -65,7 +65,7 @@ def load_scene(
     allow_outside : bool
         Let the scene name files outside its folder.
     max_pixels : float
-        Limit for one picture; all other limits follow from it, see files/access/limits.py.
+        Limit for one picture; all other limits follow from it, see files/access/content.py.
     notes : callable, optional
         Called with one sentence for everything that is left out; the default prints it to stderr.
 

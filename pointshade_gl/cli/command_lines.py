@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +19,14 @@ from ..scene.cloud import CLOUD_SHADINGS, PointCloud
 from ..scene.graph import Scene, scene_of
 from ..scene.light import Light
 from ..scene.viewpoint import viewing_pose
-from ..viewer.document import Dropped
-from ..viewer.picture import Picture, SavedPicture
-from ..viewer.views import Shown, Views, camera_of, clouds_of
 from .option_groups import LookOptions
 from .options import FrameOptions
 from .written import EnvironmentOptions, PictureOptions
+
+if TYPE_CHECKING:  # a picture without a window needs none of it
+    from ..viewer.document import Dropped
+    from ..viewer.picture import Picture, SavedPicture
+    from ..viewer.views import Shown, Views
 
 DIGITS = 12  # of a number: far more than pictures show, so that the line makes the same one
 
@@ -90,12 +92,14 @@ def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
 
     The line is "" if there is none. typed  for what the window was opened with; what was dropped onto it names itself
     """
+    from ..viewer.views import camera_of
+
     picture, camera = saved.picture, saved.picture.camera
     source, missing = _source_words(saved, typed if saved.dropped is None else _as_typed(saved.dropped))
     if source is None:
         return "", missing
     shown = picture.shown
-    own = camera_of(shown.shown[0] if isinstance(shown, Views) else shown)  # of the line's picture, without a size
+    own = camera_of(shown.shown[0] if _are_views(shown) else shown)  # of the line's picture, without a size
     size = []
     if (camera.width, camera.height) != (own.width, own.height):
         size = ["--picture-size", f"{camera.width}x{camera.height}"]
@@ -124,11 +128,11 @@ def _source_words(saved: SavedPicture, typed: Typed) -> tuple[list[str] | None, 
     if isinstance(shown, Scene):
         hidden = _hidden(shown) - _hidden(saved.first)
         return [*typed.inputs, *options], f"that these are hidden: {', '.join(sorted(hidden))}" if hidden else ""
-    if isinstance(shown, Views) and len(numbers) > 1:  # of several sources
+    if _are_views(shown) and len(numbers) > 1:  # of several sources
         chosen = [k for k, on in enumerate(shown.on) if on]
         words = ",".join(str(max(numbers[k], 0)) for k in chosen)
         return [*(typed.inputs[k] for k in chosen), *options, "--frame", words], ""
-    if isinstance(shown, Views):
+    if _are_views(shown):
         names = ",".join(shown.shown_names)
         return [*typed.inputs, *options, "--views" if len(shown.shown) > 1 else "--frame", names], ""
     if not numbers:
@@ -138,12 +142,20 @@ def _source_words(saved: SavedPicture, typed: Typed) -> tuple[list[str] | None, 
     return [*typed.inputs, *options, "--frame", str(numbers[0])], ""
 
 
+def _are_views(shown: Any) -> TypeGuard[Views]:
+    from ..viewer.views import Views
+
+    return isinstance(shown, Views)
+
+
 def _hidden(scene: Any) -> set[str]:
     return {node.name or "a node" for _, node in scene.every_node() if not node.visible}
 
 
 def _clouds(picture: Picture, inputs: Sequence[str]) -> list[PointCloud]:
     """The clouds that are shown, if the INPUTs are such; none of other scenes."""
+    from ..viewer.views import clouds_of
+
     return clouds_of(picture.shown) if all(map(is_cloud, inputs)) else []
 
 
@@ -156,7 +168,7 @@ def _look_words(picture: Picture, clouds: Sequence[PointCloud]) -> tuple[list[st
             return words_of(LookOptions(shading=shading)), ""
         return words_of(_cloud_options(clouds[0], shading if shading in CLOUD_SHADINGS else CLOUD_SHADINGS[0])), ""
     look = picture.request().look
-    if not isinstance(picture.shown, Views) or len(picture.shown.shown) == 1:
+    if not _are_views(picture.shown) or len(picture.shown.shown) == 1:
         look = replace(look, align=False)  # there is nothing to align
     is_whole = look == look.alone
     return look_words(look), "" if is_whole else "the filter over time, which needs the frames before"
@@ -210,6 +222,8 @@ def _is_same(light: Light, other: Light) -> bool:
 
 def _pose_words(picture: Picture, shown: Shown) -> list[str]:
     """Yaw, pitch and dolly if they make its pose, otherwise the pose itself. shown: as the line has it unmoved."""
+    from ..viewer.views import Views
+
     state, pose = picture.now.state, picture.pose
     if isinstance(shown, Views):
         return [] if np.allclose(shown.shown[0].pose, pose, rtol=0, atol=0) else pose_words(pose)

@@ -13,9 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checks.arguments import Count
-from ..estimation.agreement import ReducedFrame
-from ..estimation.alignment import STEPS, Fit, align
-from ..estimation.pose_search import Found, search_poses
 from ..gpu.drawables import Drawables
 from ..gpu.points.point_objects import ShownSet
 from ..notes.notes import print_note
@@ -28,7 +25,9 @@ from ..scene.objects import PointObject
 from .gpu_scene import GpuScene, surface_of
 
 if TYPE_CHECKING:
+    from ..estimation.agreement import ReducedFrame
     from ..estimation.alignment import Fit
+    from ..estimation.pose_search import Found
 
 REFINED = 4, 16, 64  # sets of a stream after which its cameras are aligned again, and the poses averaged
 MOVED, LEAST_MOVED = 2.0, 5e-4  # times the spread of depths, and more by so much of them: a camera was moved
@@ -125,6 +124,8 @@ class Aligner:
         for frame in frames:
             reduced.append(self._gpu_scene.read_reduced(frame, look))
             count.step()
+        from ..estimation.alignment import align  # only here: most pictures align nothing
+
         fits = align(reduced, poses, count.step)
         count.step(alignment_steps(len(frames)) - (count.done - first))  # if there was less to do
         return tuple(fits)
@@ -205,6 +206,8 @@ class Aligner:
 
 def alignment_steps(frames: int) -> int:
     """Return how many steps aligning so many frames counts: each is read, then there are levels and checks."""
+    from ..estimation.alignment import STEPS  # only here
+
     return frames + STEPS
 
 
@@ -291,6 +294,8 @@ def search(gpu_scene: GpuScene, frames: Sequence[Frame], look: Look, count: Coun
     for frame in frames:
         reduced.append(gpu_scene.read_reduced(frame, look))
         count.step()
+    from ..estimation.pose_search import search_poses  # only here
+
     found = search_poses(reduced, [frame.pose for frame in frames], count.step)
     count.step(count.all - count.done)  # if there was less to do
     return found
@@ -298,6 +303,8 @@ def search(gpu_scene: GpuScene, frames: Sequence[Frame], look: Look, count: Coun
 
 def search_steps(frames: int) -> int:
     """Return how many steps a search counts: each frame is read, each pair is compared, then all are aligned."""
+    from ..estimation.alignment import STEPS  # only here
+
     return frames + comb(frames, 2) + STEPS
 
 
@@ -344,6 +351,8 @@ class PoseTrack:
             return frame
         near = sorted(self._keyframes, key=lambda one: _apart(one.pose, start, reduced))[:NEAREST]
         poses = [*(one.pose for one in near), start]
+        from ..estimation.alignment import align  # only here
+
         *_, fit = align([*(one.reduced for one in near), reduced], poses, known=len(near))
         self._lost = 0 if fit.placed else self._lost + 1
         if self._lost == 1:

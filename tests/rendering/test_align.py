@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.pipeline import aligned_poses
+from pointshade_gl.estimation import alignment
 
 from ..support.posed_views import corner, disturbed, off, turned, views
 
@@ -33,8 +33,8 @@ def renderer():
 @pytest.fixture
 def runs(monkeypatch):
     """How many frames were aligned, each time."""
-    counted, usual = [], aligned_poses.align
-    monkeypatch.setattr(aligned_poses, "align", lambda *args: (counted.append(len(args[0])), usual(*args))[1])
+    counted, usual = [], alignment.align
+    monkeypatch.setattr(alignment, "align", lambda *args: (counted.append(len(args[0])), usual(*args))[1])
     return counted
 
 

@@ -7,7 +7,7 @@ from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,10 +29,11 @@ from ..depth.scale_over_time import FilmScale, Laid
 from ..finding.folder_cameras import Cameras
 from ..finding.folder_frames import FrameFiles, check_folder, find_color, find_frames, find_photographs, is_container
 from ..finding.folder_poses import FoundPoses, find_poses, given_poses
-from ..networks.model_options import how_to_make_depth
-from ..networks.photo_depth import PhotoDepth
 from .assembly import assemble, find_filed, read_colors_of
 from .frame_parts import Assembled, Parts, ReadOptions, check_readable, check_registration, is_path, what_else
+
+if TYPE_CHECKING:
+    from ..networks.photo_depth import PhotoDepth
 
 _APART = 0.1  # metres, or what a turn of 6 degrees changes: views that are compared are so far apart
 _COMPARED = 3
@@ -231,6 +232,8 @@ def _instead(place: Folder) -> str:
     photo = next((path for path in files if path.suffix.lower() in COLOR_SUFFIXES), None)
     if photo is None:
         return "; it is empty" if not files else ""
+    from ..networks.model_options import how_to_make_depth  # only here
+
     return f"; {photo.relative_to(folder)} is a photograph: {how_to_make_depth()}"
 
 
@@ -342,6 +345,8 @@ def open_photographs(place: Folder, source: Any, options: ReadOptions, note: Not
         one._replace(filed=camera, pose=pose, maker=network.title)
         for one, camera, pose in zip(found, filed, poses.poses, strict=True)
     ]
+    from ..networks.photo_depth import PhotoDepth  # only here: few depth is made by a network
+
     shown = _Shown(found, options, PhotoDepth(network, note, options.max_pixels), note)
     parts = [one._replace(contents=partial(shown.contents, index)) for index, one in enumerate(found)]
     return FrameSequence(place, parts, options, note, poses.source)

@@ -110,5 +110,9 @@ def _asked(typed: Sequence[str]) -> Sequence[str]:
 def _interrupt(*_: object) -> NoReturn:
     """Ends the work as Ctrl-C does, so that nothing is left half-written; only once, or cleaning up would end, too."""
     for ending in _ENDINGS:
-        signal.signal(ending, signal.SIG_IGN)
+        signal.signal(ending, _no_more)
     raise KeyboardInterrupt
+
+
+def _no_more(*_: object) -> None:
+    """Ends nothing twice. To ignore a signal that has come already, Python would print a traceback."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 from typing import NoReturn
@@ -77,9 +77,10 @@ def in_turn(*calls: Callable[[Renderer], None]) -> Callable[[Renderer], None]:
 
 
 def fail(error: str, code: int) -> NoReturn:
-    """Ends the process with the error, if it says anything, in one line."""
+    """Ends the process with the error, if it says anything, in one line, and if somebody reads it."""
     if error:
-        complain(f"pointshade: {' '.join(error.split())}")
+        with suppress(OSError):
+            complain(f"pointshade: {' '.join(error.split())}")
     raise SystemExit(code) from None
 
 

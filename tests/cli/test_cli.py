@@ -400,3 +400,33 @@ except SystemExit as end:
     sys.exit(end.code or [name for name in sys.modules if name.startswith("pydantic")] or 0)"""
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="files of Linux")
+@pytest.mark.parametrize(("line", "code"), [("render nowhere", 2), ("render --bogus", 2), ("--version", 2)])
+def test_an_output_that_is_full_changes_no_exit_code_and_prints_no_traceback(line, code, tmp_path):
+    with Path("/dev/full").open("w") as full:
+        stdout, stderr = (full, subprocess.PIPE) if line == "--version" else (subprocess.PIPE, full)
+        done = subprocess.run(
+            [sys.executable, "-m", "pointshade_gl", *line.split()], stdout=stdout, stderr=stderr, timeout=60
+        )
+    assert done.returncode == code
+    assert not done.stderr or (b"No space left" in done.stderr and b"Traceback" not in done.stderr)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="Windows has no SIGHUP")
+def test_two_signals_at_once_end_a_command_without_a_traceback():
+    """As systemd sends them with SendSIGHUP=yes: the second has come before the first is answered."""
+    code = """
+import os, signal
+from pointshade_gl.cli import main
+def command(*_, **__):
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM, signal.SIGHUP])
+    os.kill(os.getpid(), signal.SIGTERM)
+    os.kill(os.getpid(), signal.SIGHUP)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM, signal.SIGHUP])
+main.command_line = lambda _: command
+from pointshade_gl.__main__ import main
+main()"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 130 and "race condition" not in done.stderr and "Traceback" not in done.stderr

@@ -129,6 +129,47 @@ def test_numbers_come_before_a_profile(tmp_path):
     assert _read(path)[0] == [218, 0, 26]
 
 
+@pytest.mark.parametrize(
+    "mode, color, expected",
+    [
+        ("P", (200, 40, 40), [218, 0, 26]),
+        ("RGB", (200, 40, 40), [218, 0, 26]),
+        ("L", 128, None),
+    ],
+)
+def test_transparency_without_a_channel_is_kept(mode, color, expected, tmp_path):
+    path = tmp_path / "cut.png"
+    image = Image.new("RGB" if mode == "P" else mode, (8, 6), color)
+    image = image.quantize(4) if mode == "P" else image
+    transparent = {"P": 0, "RGB": (200, 40, 40), "L": 128}[mode]
+    image.save(path, transparency=transparent, icc_profile=icc() if expected else None)
+    if not expected:
+        add_chunks(path, (b"gAMA", struct.pack(">I", 55556)))
+    color, notes = _read(path)
+    assert len(color) == 4 and color[3] == 0 and len(notes) == 1
+    assert expected is None or np.abs(np.array(color[:3]) - expected).max() <= 1
+
+
+def test_deep_grey_is_converted_in_8_bits(tmp_path):
+    path = tmp_path / "deep.png"
+    Image.fromarray(np.full((6, 8), 40000, np.uint16)).save(path)
+    assert _read(path) == ([156, 156, 156], [])
+    add_chunks(path, (b"gAMA", struct.pack(">I", 100000)))  # linear light
+    assert _read(path)[0] == [205, 205, 205]
+    Image.fromarray(np.full((6, 8), 40000, np.uint16)).save(path)
+    add_chunks(path, (b"cICP", bytes([12, 13, 0, 1])))  # grey is grey in any primaries of this white
+    assert _read(path)[0] == [156, 156, 156]
+
+
+def test_a_large_profile_and_a_short_chunk_do_not_spoil_a_picture(tmp_path):
+    path = _save(tmp_path / "large.png", icc_profile=icc() + bytes(2_000_000))
+    color, _ = _read(path)
+    assert color in ([218, 0, 26], [200, 40, 40])
+    path = _save(tmp_path / "short.png")
+    add_chunks(path, (b"cICP", b""))
+    assert _read(path) == ([200, 40, 40], [])
+
+
 def _frame_of(folder, color, **options):
     folder.mkdir()
     Image.fromarray(np.full((6, 8), 1500, np.uint16)).save(folder / "depth.png", icc_profile=icc())

@@ -199,3 +199,26 @@ def test_the_working_folder_may_be_named_through_proc(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     if Path("/proc/self/cwd").exists():
         assert ps.load_frame("/proc/self/cwd", fov=50).depth[0, 0] == 1.5
+
+
+def test_names_that_are_no_text_are_written_and_refused_in_words(tmp_path):
+    frame = ps.Frame(np.zeros((6, 8, 3), np.uint8), np.ones((6, 8), np.float32), ps.Camera(10, 10, 3.5, 2.5, 8, 6))
+    cloud = ps.PointCloud(np.eye(3, dtype=np.float32))
+    scene = ps.Scene((ps.Node(ps.PointObject(frame), name="n\udcff"), ps.Node(cloud)))
+    ps.save_scene(tmp_path / "scene.gltf", scene)
+    assert ps.load_scene(tmp_path / "scene.gltf").nodes[0].name == "n\udcff"
+    text = (tmp_path / "scene.gltf").read_text(encoding="utf-8").replace('"scene.bin"', '"\\ud800"')
+    (tmp_path / "scene.gltf").write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match="it is no text") as refused:
+        ps.load_scene(tmp_path / "scene.gltf")
+    assert type(refused.value) is ValueError
+
+
+@pytest.mark.skipif(os.name == "nt", reason="modes of Unix")
+def test_a_file_that_is_replaced_keeps_who_may_read_it(tmp_path):
+    path = tmp_path / "a.png"
+    for _ in range(2):
+        ps.save_image(path, np.zeros((4, 4, 3), np.uint8))
+        path.chmod(0o600)
+        ps.save_image(path, np.zeros((4, 4, 3), np.uint8))
+        assert path.stat().st_mode & 0o777 == 0o600

@@ -10,7 +10,7 @@ import errno
 import os
 import unicodedata
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from uuid import uuid4
 
@@ -82,6 +82,8 @@ def written_whole(path: FilePath) -> Iterator[Path]:
     with naming_written(path):
         try:
             yield temporary
+            with suppress(OSError):  # a new file has no mode to keep
+                temporary.chmod(target.stat().st_mode & 0o7777)
             temporary.replace(target)
         finally:
             temporary.unlink(missing_ok=True)

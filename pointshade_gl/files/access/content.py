@@ -62,6 +62,7 @@ FilePath = str | PathLike[str]
 MATLAB = b"MATLAB "  # the first bytes of a .mat file
 
 
+IN_JSON = "backslashreplace"  # how names that are no text are encoded: as JSON escapes such characters itself
 _files_read: dict[tuple[int, int], Path] | None = None  # by device and inode; None: nobody wants to know
 
 
@@ -168,6 +169,8 @@ def followed(path: Path) -> Path:
         real = path.resolve()
     except RuntimeError:  # up to Python 3.12
         real = path
+    except UnicodeEncodeError:
+        raise ValueError(f"{str(path)!a} cannot be the name of a file: it is no text") from None
     if real.is_symlink():
         raise OSError(f"{path} is a link that leads back to itself")
     return real

@@ -21,7 +21,7 @@ from ...scene.appearance import NOT_LIT, SWITCHES, Look, Material
 from ...scene.frame import Frame
 from ...scene.objects import MOST_FRAMES, PointObject
 from ..access.atomic_write import FileSet
-from ..access.content import MAX_PIXELS, SCENE_FRAMES, check_limit, split_numbers
+from ..access.content import IN_JSON, MAX_PIXELS, SCENE_FRAMES, check_limit, split_numbers
 from ..access.folders import Folder
 from ..access.known_names import FRAMES
 from ..arrays.numpy_files import read_npy
@@ -342,7 +342,7 @@ class Document:
             return
         if self._blob:
             self.files.stage(binary).write_bytes(self._blob)
-        self.files.stage(self.path.name).write_text(_lines(self.document()) + "\n", encoding="utf-8")
+        self.files.stage(self.path.name).write_text(_lines(self.document()) + "\n", encoding="utf-8", errors=IN_JSON)
 
     def document(self) -> dict[str, Any]:
         """The whole file as JSON has it, without empty lists, in the order in which people read: bytes last."""

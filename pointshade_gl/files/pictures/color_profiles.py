@@ -73,7 +73,7 @@ def read_cicp(file: BinaryIO) -> tuple[int, int] | None:
         return None
     for _ in range(_CHUNKS):
         head = file.read(8)
-        if head[4:] == b"cICP":
+        if head == b"\0\0\0\4cICP":
             primaries, transfer = file.read(2).ljust(2, b"\2")
             return primaries, transfer
         if len(head) < 8 or head[4:] == b"IDAT":

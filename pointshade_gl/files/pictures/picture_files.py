@@ -43,6 +43,7 @@ _READ = ("PNG", "JPEG", "BMP", "DIB", "PPM", "GIF", "TIFF", "WEBP", "TGA", "JPEG
 _READ_IF_KNOWN = ("AVIF", "HEIF")  # Pillow's from version 11.3, and a plug-in's
 _POSTSCRIPT = (b"%!PS", b"\xc5\xd0\xd3\xc6")  # Pillow hands it to Ghostscript
 TURNED = 0x0112  # the EXIF tag of how a camera was held
+_MOST_PROFILE = 1 << 24  # bytes of a colour profile in a PNG: Pillow takes no more than one million
 _TILE = (322, 323)  # the TIFF tags of a tile's width and height
 # Signs of a normal's x, y and z (camera axes: right, down, forward) in other axes, by the names that normal maps have.
 # The surface that faces the viewer is blue in OpenGL's and in DirectX's; their green points up and down.
@@ -176,8 +177,8 @@ def decode_image(
 ) -> NDArray[Any]:
     """What `read_image` gives, from an open file. Raises ValueError, with the name, as it does."""
     image = _open_image(file, name, max_pixels)
-    if to_srgb is not None:
-        image = in_srgb(image, image.info, name, to_srgb, read_cicp(file))
+    if to_srgb is not None and image.mode != "F":
+        image = in_srgb(_with_alpha(image), image.info, name, to_srgb, read_cicp(file))
     if image.mode in ("I", "F") or image.mode.startswith("I;16"):
         array = np.asarray(image)
         return array.astype(array.dtype.newbyteorder("="), copy=False)  # I;16B is big-endian
@@ -186,6 +187,16 @@ def decode_image(
     elif image.mode not in ("L", "RGB", "RGBA") or image.has_transparency_data:
         image = image.convert("RGBA" if image.has_transparency_data else "RGB")
     return np.asarray(image)
+
+
+def _with_alpha(image: Image.Image) -> Image.Image:
+    """A picture of colours in 8 bits, whose transparency is a channel."""
+    if image.mode == "I" or image.mode.startswith("I;16"):
+        from PIL import Image
+
+        deep = np.clip(np.asarray(image), 0, 65535).astype(np.uint32)
+        return Image.fromarray(((deep * 255 + 32767) // 65535).astype(np.uint8))
+    return image.convert("RGBA") if image.has_transparency_data and image.mode not in ("LA", "RGBA") else image
 
 
 def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
@@ -239,11 +250,14 @@ def opened_picture(file: BinaryIO, head: bytes) -> Generator[Image.Image, None, 
         formats = tuple(name for name in _READ_IF_KNOWN if name in Image.OPEN)
     with _pillow, warnings.catch_warnings():
         warnings.simplefilter("ignore")
+        from PIL import PngImagePlugin
+
         usual, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+        largest, PngImagePlugin.MAX_TEXT_CHUNK = PngImagePlugin.MAX_TEXT_CHUNK, _MOST_PROFILE
         try:
             image = Image.open(file, formats=formats)
         finally:
-            Image.MAX_IMAGE_PIXELS = usual
+            Image.MAX_IMAGE_PIXELS, PngImagePlugin.MAX_TEXT_CHUNK = usual, largest
     with image:
         yield image
 

@@ -21,7 +21,7 @@ from ...scene.frame import Frame
 from ...scene.graph import Scene, scene_of
 from ...scene.node import Node
 from ..access.atomic_write import check_place, written_whole
-from ..access.content import FilePath
+from ..access.content import IN_JSON, FilePath
 from ..access.known_names import DEPTH_MAPS, FOUND_POSES, NORMALS, POINTS, POSE_LISTS, check_suffix
 from ..arrays.ply_and_pcd import write_ply
 from ..cameras.pose_files import WRITTEN
@@ -298,4 +298,4 @@ def save_found_poses(path: Path, poses: Mapping[str, NDArray[np.float64] | None]
 
 def _write(path: Path, text: str) -> None:
     with written_whole(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_text(text, encoding="utf-8", errors=IN_JSON)

@@ -18,7 +18,7 @@ from ..notes.notes import few_notes
 from ..notes.version import __version__
 from ..notes.words import as_command_line
 from .option_groups import Command, Commands, UsageError, sentence_of
-from .output import fail
+from .output import drop_unread, fail
 
 # a process is asked to end, or its terminal is closed (not on Windows)
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
@@ -82,6 +82,7 @@ def main() -> None:
         with as_command_line(), few_notes(), noting_reads():
             ended = command_line(_asked(sys.argv[1:]))(prog_name="pointshade", standalone_mode=False)
             print(end="", flush=True)  # while a closed or full output is still an error
+        drop_unread("stderr")
         raise SystemExit(ended or 0)
     except SystemExit as end:
         if isinstance(end.__context__, BrokenPipeError):  # typer has ended it

@@ -77,11 +77,21 @@ def in_turn(*calls: Callable[[Renderer], None]) -> Callable[[Renderer], None]:
 
 
 def fail(error: str, code: int) -> NoReturn:
-    """Ends the process with the error, if it says anything, in one line, and if somebody reads it."""
+    """Ends the process with the error, if it says anything, in one line, and if somebody can read it."""
     if error:
         with suppress(OSError):
             complain(f"pointshade: {' '.join(error.split())}")
+    drop_unread("stdout", "stderr")
     raise SystemExit(code) from None
+
+
+def drop_unread(*streams: str) -> None:
+    """Lets go of streams that are closed or full: at its end Python would try again, and change the exit code."""
+    for name in streams:
+        try:
+            getattr(sys, name).flush()
+        except (AttributeError, OSError):
+            setattr(sys, name, None)
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
 from ..files.access.content import MAX_PIXELS, note_read
-from ..files.access.folders import LEVELS, Folder, Item, Listing, from_root, words_of
+from ..files.access.folders import LEVELS, Folder, ListedFile, Listing, from_root, words_of
 from ..files.access.known_names import (
     CAMERA_SUFFIXES,
     CAMERAS,
@@ -144,14 +144,14 @@ def _below(folder: Path, name: PurePosixPath, real: str, passed: set[str], listi
     return [Source(str(item.path), name / item.path.stem) for item in files if item.suffix in _ALONE]
 
 
-def _clouds(files: list[Item], name: PurePosixPath) -> list[Source]:
+def _clouds(files: list[ListedFile], name: PurePosixPath) -> list[Source]:
     """The point clouds among the files of a folder, found by their names; by all of it where others begin so."""
     paths = [item.path for item in files if item.suffix in CLOUD_SUFFIXES or _is_pcd(item)]
     stems = [path.stem for path in paths]
     return [Source(str(path), name / (path.stem if stems.count(path.stem) == 1 else path.name)) for path in paths]
 
 
-def _is_pcd(item: Item) -> bool:
+def _is_pcd(item: ListedFile) -> bool:
     return item.suffix == ".pcd" and is_cloud(item.path)
 
 
@@ -165,7 +165,7 @@ def _filled(folders: list[Path], listing: Listing) -> list[Path]:
     return [path for path in folders if listing.files(path, LEVELS - 1)]
 
 
-def _of(parts: list[Path], folder: Path, listing: Listing) -> Iterator[Item]:
+def _of(parts: list[Path], folder: Path, listing: Listing) -> Iterator[ListedFile]:
     """The files in some folders of a folder, by their names in it."""
     tops = tuple(f"{path.name.lower()}/" for path in parts)
     return (item for item in listing.files(folder, LEVELS) if item.name.startswith(tops)) if parts else iter(())
@@ -178,14 +178,14 @@ def _is_part(folder: Path, listing: Listing) -> bool:
     return bool(items) and not ("depth" in roles and roles & {"color", ""})
 
 
-def _has_depth(items: Iterable[Item]) -> bool:
+def _has_depth(items: Iterable[ListedFile]) -> bool:
     return any(
         item.role == "depth" and item.suffix in DEPTH_SUFFIXES and not NOT_PICTURES.fullmatch(item.name)
         for item in items
     )
 
 
-def _is_listed(folder: Path, files: list[Item], listing: Listing) -> bool:
+def _is_listed(folder: Path, files: list[ListedFile], listing: Listing) -> bool:
     """Whether a list in the folder names the pictures."""
     names = [item.name for item in files]
     is_list = any(name in _LISTS or TRANSFORMS.fullmatch(name) or PAIR_LISTS.fullmatch(name) for name in names)
@@ -199,7 +199,7 @@ def _has_frames(folder: Path, listing: Listing) -> bool:
         return True  # told when it is read
 
 
-class Part(NamedTuple):
+class SourcePart(NamedTuple):
     """What one output is made of.
 
     number  of the frame in its sequence; None: all of it, or a scene
@@ -212,7 +212,7 @@ class Part(NamedTuple):
     state: str
 
 
-def parts_of(source: Source, reading: dict[str, Any], output: Path, listing: Listing) -> list[Part]:
+def parts_of(source: Source, reading: dict[str, Any], output: Path, listing: Listing) -> list[SourcePart]:
     """The frames of a source in their order; one part for a scene or a point cloud.
 
     reading  options of `load_frame`
@@ -229,23 +229,23 @@ def parts_of(source: Source, reading: dict[str, Any], output: Path, listing: Lis
         if output.is_relative_to(path.parent.resolve()):  # its pictures may be in the way
             with suppress(ValueError, OSError):  # told when it is read
                 read_container(path, MAX_PIXELS)
-        return [Part(None, str(path), _state([path, *given, *_beside_scene(path.parent, output, listing)]))]
+        return [SourcePart(None, str(path), _state([path, *given, *_beside_scene(path.parent, output, listing)]))]
     path = builtin_folder(source.path)
     if is_cloud(path):
         note_read([path])
-        return [Part(None, str(path), _state([Path(path)]))]
+        return [SourcePart(None, str(path), _state([Path(path)]))]
     frames = _frames_of(path, dict(reading), listing)
     taken = {file for _, files in frames for file in files}
     note_read((*taken, *given))
     beside = _state([file for file in (*given, *_beside_frames(path, output, listing)) if file not in taken])
-    return [Part(number, str(files[0]), _state(files, beside)) for number, files in frames]
+    return [SourcePart(number, str(files[0]), _state(files, beside)) for number, files in frames]
 
 
-def whole_of(source: Source, parts: list[Part]) -> Part:
+def whole_of(source: Source, parts: list[SourcePart]) -> SourcePart:
     """All frames of a source as one part: of a film."""
     if len(parts) == 1:
         return parts[0]._replace(number=None)
-    return Part(None, source.path, _digest(part.state for part in parts))
+    return SourcePart(None, source.path, _digest(part.state for part in parts))
 
 
 def _frames_of(path: Path, reading: dict[str, Any], listing: Listing) -> list[tuple[int, list[Path]]]:

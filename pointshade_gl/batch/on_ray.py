@@ -115,7 +115,7 @@ SLOW = 20.0  # seconds without a worker, after which a note tells why
 GRACE = 10.0  # seconds in which workers may end what they are at when nobody waits for it any more
 
 
-class _Worker:
+class _RayWorker:
     """What an actor does. Ray gives it a process of its own, and calls it from one thread."""
 
     def __init__(self, function: Function, device: int, threads: int):
@@ -131,7 +131,7 @@ class _Worker:
 
 
 @dataclass(eq=False)
-class _Hand:
+class _PoolWorker:
     """A worker as its employer sees it."""
 
     actor: Any
@@ -178,8 +178,8 @@ def on_ray(
             raise ValueError(f"Ray finds {gpus:g} GPUs on this machine: leave out {option('num_gpus')}")
         count = workers or max(1, int(gpus / num_gpus if num_gpus else cpus))
         count = count if most is None else min(count, most)
-        kind = ray.remote(_Worker).options(num_cpus=CPUS, num_gpus=num_gpus)
-        crew = _Crew(ray, partial(kind.remote, function, device, max(1, int(cpus / count))), lost)
+        kind = ray.remote(_RayWorker).options(num_cpus=CPUS, num_gpus=num_gpus)
+        crew = _RayPool(ray, partial(kind.remote, function, device, max(1, int(cpus / count))), lost)
         try:
             crew.hire(count)
             yield from crew.results(Tasks(items, ahead and ahead * count), QUEUED if ahead else 1)
@@ -187,17 +187,19 @@ def on_ray(
             crew.dismiss()
 
 
-class _Crew:
+class _RayPool:
     """The workers and what they are at. Only who has answered gets work: for others there may never be room."""
 
     def __init__(self, ray: Any, start: Callable[[], Any], lost: Lost):
         self._ray, self._start, self._lost, self._failed = ray, start, lost, 0
-        self._hands: list[_Hand] = []  # those who have answered
-        self._awaited: dict[Any, tuple[_Hand, Task | None]] = {}  # by Ray's reference; no task: whether it is ready
+        self._hands: list[_PoolWorker] = []  # those who have answered
+        self._awaited: dict[
+            Any, tuple[_PoolWorker, Task | None]
+        ] = {}  # by Ray's reference; no task: whether it is ready
 
     def hire(self, count: int = 1) -> None:
         for _ in range(count):
-            hand = _Hand(self._start())
+            hand = _PoolWorker(self._start())
             self._awaited[hand.actor.ready.remote()] = hand, None
 
     def results(self, tasks: Tasks, most: int) -> Iterator[tuple[int, Any]]:
@@ -211,12 +213,12 @@ class _Crew:
             for hand, task, reference in self._wait():
                 yield from self._result(tasks, hand, task, reference)
 
-    def _free(self, most: int) -> _Hand | None:
+    def _free(self, most: int) -> _PoolWorker | None:
         """Who gets the next task: the least busy. A task that is tried again is alone, as it may kill its worker."""
         free = [hand for hand in self._hands if len(hand.tasks) < most and all(task.tries == 1 for task in hand.tasks)]
         return min(free, key=lambda hand: len(hand.tasks), default=None)
 
-    def _wait(self) -> list[tuple[_Hand, Task, Any]]:
+    def _wait(self) -> list[tuple[_PoolWorker, Task, Any]]:
         """Waits until something has happened. Returns the tasks that have ended, and who worked on them."""
         done, _ = self._ray.wait(list(self._awaited), timeout=None if self._hands else SLOW)
         if not done:
@@ -232,7 +234,7 @@ class _Crew:
                 ended.append((hand, task, reference))
         return ended
 
-    def _welcome(self, hand: _Hand, reference: Any) -> None:
+    def _welcome(self, hand: _PoolWorker, reference: Any) -> None:
         """A worker has answered, or has failed to start. Raises OSError when that happens TRIES times in a row."""
         try:
             hand.ours, host, version = self._ray.get(reference)
@@ -248,7 +250,7 @@ class _Crew:
             self._failed = 0
             self._hands.append(hand)
 
-    def _result(self, tasks: Tasks, hand: _Hand, task: Task, reference: Any) -> list[tuple[int, Any]]:
+    def _result(self, tasks: Tasks, hand: _PoolWorker, task: Task, reference: Any) -> list[tuple[int, Any]]:
         hand.tasks.remove(task)
         try:
             return [tasks.done(task, self._ray.get(reference))]

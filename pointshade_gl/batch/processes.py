@@ -101,8 +101,8 @@ def on_processes(
     """
     most = workers or usable_cores()
     count = min(most, len(items)) if isinstance(items, Sized) else most
-    start = partial(_Worker, function, device, max(1, usable_cores() // max(1, count)), lost)
-    tasks, crew, stillborn = Tasks(items, ahead and ahead * count), list[_Worker](), 0
+    start = partial(_ProcessWorker, function, device, max(1, usable_cores() // max(1, count)), lost)
+    tasks, crew, stillborn = Tasks(items, ahead and ahead * count), list[_ProcessWorker](), 0
     results: list[tuple[int, Any]] = []
     try:
         crew += [start() for _ in range(count)]
@@ -138,7 +138,7 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-class _Worker:
+class _ProcessWorker:
     """A process, and the end of the pipe that leads to it.
 
     task      what it works on

@@ -23,7 +23,7 @@ from .tracing import (
     NEIGHBOURS,
     Array,
     Hits,
-    Surface,
+    TracedSurface,
     as_frame,
     encode,
     moved_surface,
@@ -65,7 +65,7 @@ def texture(points: Array) -> Array:
     return 0.5 + 0.4 * np.stack([np.sin(40 * x + 17 * y), np.sin(31 * y - 25 * z), np.cos(37 * x - 28 * z)], -1)
 
 
-def surfaces(far: bool) -> list[Surface]:
+def surfaces(far: bool) -> list[TracedSurface]:
     """The ball and the box; far: their other sides, seen from inside."""
     cube = moved_surface(box((0.17, 0.22, 0.17), far), pose_at((0.42, 0.1, 1.45), 35, 15))
     return [sphere((-0.25, 0.0, 1.5), 0.33, texture, far), replace(cube, albedo=texture)]
@@ -117,7 +117,7 @@ def _trace_band(camera: Camera, source: Camera, pose: Array, light: Light, mater
     return Truth(known.astype(float), shade(hits, light, material, eye), objects)
 
 
-def _is_seen(points: Array, near: Sequence[Surface], source: Camera) -> np.ndarray:
+def _is_seen(points: Array, near: Sequence[TracedSurface], source: Camera) -> np.ndarray:
     """Whether a camera at the origin sees these points (n, 3) of the surfaces."""
     at = source.project(points)
     inside = (at > -0.5).all(-1) & (at < (source.width - 0.5, source.height - 0.5)).all(-1)
@@ -222,7 +222,7 @@ MADE, RESOLVED, PHONG = "flat, lit in the vertex shader", "flat, lit in the reso
 Advance = Callable[[], None]
 
 
-class Job(NamedTuple):
+class FormJob(NamedTuple):
     """One picture."""
 
     samples: int
@@ -230,7 +230,7 @@ class Job(NamedTuple):
     splat: str
 
 
-class View(NamedTuple):
+class FormView(NamedTuple):
     """Who looks, at which size, and the truth."""
 
     camera: Camera
@@ -238,9 +238,9 @@ class View(NamedTuple):
     truth: Truth
 
 
-def jobs() -> Iterator[Job]:
+def jobs() -> Iterator[FormJob]:
     """In this order no picture is the last one with more samples, which would cost less."""
-    return (Job(*values) for values in product(SAMPLES, SCALES, FRAME_SPLATS))
+    return (FormJob(*values) for values in product(SAMPLES, SCALES, FRAME_SPLATS))
 
 
 def count_forms(rounds: int) -> int:
@@ -272,16 +272,16 @@ def measure_forms(renderer: Renderer, size: tuple[int, int], rounds: int, advanc
     return {"size": list(size), "rows": rows, "lit": lit}
 
 
-def view_of(source: Camera, scale: float, pose: Array, truth: Truth) -> View:
+def view_of(source: Camera, scale: float, pose: Array, truth: Truth) -> FormView:
     width, height = (round(scale * side) for side in (source.width, source.height))
-    return View(source.resized(width, height), pose, truth.reduced(round(LARGEST / scale)))
+    return FormView(source.resized(width, height), pose, truth.reduced(round(LARGEST / scale)))
 
 
 def measure_view(
-    renderer: Renderer, scene: Frame, objects: Frame, views: dict[float, View], rounds: int, advance: Advance
+    renderer: Renderer, scene: Frame, objects: Frame, views: dict[float, FormView], rounds: int, advance: Advance
 ) -> list[dict[str, Any]]:
-    laps: dict[Job, list[float]] = {job: [] for job in jobs()}
-    scores: dict[Job, dict[str, float]] = {}
+    laps: dict[FormJob, list[float]] = {job: [] for job in jobs()}
+    scores: dict[FormJob, dict[str, float]] = {}
     for turn in range(rounds + 1):
         for job in jobs():
             view = views[job.scale]
@@ -295,7 +295,7 @@ def measure_view(
     return [job._asdict() | {"ms": median(laps[job][1:])} | scores[job] for job in jobs()]
 
 
-def measure_lit(renderer: Renderer, scene: Frame, view: View) -> list[dict[str, Any]]:
+def measure_lit(renderer: Renderer, scene: Frame, view: FormView) -> list[dict[str, Any]]:
     """The same view by GL points: lit in the vertex shader, or in the passes after it."""
     laps: dict[str, list[float]] = {MADE: [], RESOLVED: [], PHONG: []}
     images = {}

@@ -12,7 +12,7 @@ from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
 
 from ..scene.camera import Camera, check_pose, orbit_pose
-from .tracing import NEIGHBOURS, Array, Surface, moved_surface, patch, plane, sphere, trace
+from .tracing import NEIGHBOURS, Array, TracedSurface, moved_surface, patch, plane, sphere, trace
 
 Vector = tuple[float, ...] | Array
 Sample = tuple[Array, tuple[Any, ...]]  # of points: the signed distances, and what their paint asks for
@@ -37,7 +37,7 @@ def ellipsoid(p: Array, radii: Vector) -> Array:
 
 def solid(
     shape: Callable[[Array], Sample], hull: Array, margin: float, caution: float = 0.4, paint: Paint = grey
-) -> Surface:
+) -> TracedSurface:
     """A sphere-traced surface that stays within `margin` of the points `hull`.
 
     Each step is `caution` times the distance, because the distance of most shapes is only approximate.
@@ -66,7 +66,7 @@ def solid(
         normals[hit] = gradient / np.linalg.norm(gradient, axis=-1, keepdims=True)
         return result, normals
 
-    return Surface(meet, lambda p: paint(p, *shape(p)[1]))
+    return TracedSurface(meet, lambda p: paint(p, *shape(p)[1]))
 
 
 def nearest(curve: Array, p: Array) -> tuple[Array, Array, Array]:
@@ -107,7 +107,7 @@ def pose_at(centre: ArrayLike, yaw: float = 0.0, pitch: float = 0.0, roll: float
     return pose
 
 
-def box(half: ArrayLike, far: bool = False) -> Surface:
+def box(half: ArrayLike, far: bool = False) -> TracedSurface:
     """A box round the origin, by its half edges. far: where rays leave it, instead of where they enter."""
     size = np.asarray(half, float)
 
@@ -119,15 +119,15 @@ def box(half: ArrayLike, far: bool = False) -> Surface:
         normals = np.eye(3)[sides[1].argmin(-1) if far else sides[0].argmax(-1)]
         return np.where((enter < leave) & (t > 0), t, np.inf), normals
 
-    return Surface(meet, grey)
+    return TracedSurface(meet, grey)
 
 
-def sheet(half_width: float, low: float, high: float) -> Surface:
+def sheet(half_width: float, low: float, high: float) -> TracedSurface:
     """A strip of the plane z = 0, `low` to `high` along y."""
     return patch((0, (low + high) / 2, 0), (half_width, 0, 0), (0, (high - low) / 2, 0), grey)
 
 
-def rod(radius: float, half_length: float) -> Surface:
+def rod(radius: float, half_length: float) -> TracedSurface:
     """An open cylinder along y."""
 
     def meet(origin: Array, rays: Array) -> tuple[Array, Array]:
@@ -141,10 +141,10 @@ def rod(radius: float, half_length: float) -> Surface:
         normals[..., [0, 2]] = (o + np.where(np.isfinite(t), t, 0)[..., None] * d) / radius
         return t, normals
 
-    return Surface(meet, grey)
+    return TracedSurface(meet, grey)
 
 
-def torus(ring: float, tube: float) -> Surface:
+def torus(ring: float, tube: float) -> TracedSurface:
     """A ring round the y axis."""
 
     def shape(p: Array) -> Sample:
@@ -154,7 +154,7 @@ def torus(ring: float, tube: float) -> Surface:
     return solid(shape, np.zeros((1, 3)), ring + tube, caution=0.95)
 
 
-def relief(height: Callable[[Array, Array], Array], low: float, high: float) -> Surface:
+def relief(height: Callable[[Array, Array], Array], low: float, high: float) -> TracedSurface:
     """z = height(x, y), between `low` and `high`, seen roughly along z: each ray must meet it once."""
 
     def meet(origin: Array, rays: Array) -> tuple[Array, Array]:
@@ -170,7 +170,7 @@ def relief(height: Callable[[Array, Array], Array], low: float, high: float) -> 
         normals = np.stack([slopes[0] / (2 * e), slopes[1] / (2 * e), -np.ones_like(t)], -1)
         return np.where(t > 0, t, np.inf), normals / np.linalg.norm(normals, axis=-1, keepdims=True)
 
-    return Surface(meet, grey)
+    return TracedSurface(meet, grey)
 
 
 UPRIGHT = np.array([(1, 0, 0, 0), (0, -1, 0, 0.272), (0, 0, -1, 1), (0, 0, 0, 1.0)])  # y down, as in a camera
@@ -197,7 +197,7 @@ def table(p: Array) -> Sample:
     return np.hypot(np.maximum(x, 0), np.maximum(y, 0)) + np.minimum(np.maximum(x, y), 0) - 0.009, ()
 
 
-def leaf(curve: Array, width: float, side: Vector, paint: Paint, thick: float = 0.0019) -> Surface:
+def leaf(curve: Array, width: float, side: Vector, paint: Paint, thick: float = 0.0019) -> TracedSurface:
     """A blade along a curve, folded along its middle; `side` points across it. Without width it is a stem."""
 
     def shape(p: Array) -> Sample:
@@ -210,7 +210,7 @@ def leaf(curve: Array, width: float, side: Vector, paint: Paint, thick: float = 
     return solid(shape, curve, width + thick, paint=paint)
 
 
-def tulip(head: Array, up: Array, size: float, turn: float, paint: Paint) -> Surface:
+def tulip(head: Array, up: Array, size: float, turn: float, paint: Paint) -> TracedSurface:
     """Two rings of three pointed petals on an egg."""
 
     def shape(p: Array) -> Sample:
@@ -227,7 +227,7 @@ def tulip(head: Array, up: Array, size: float, turn: float, paint: Paint) -> Sur
     return solid(shape, head[None], 1.2 * size, paint=paint)
 
 
-def daisy(head: Array, up: Array, size: float, turn: float, paint: Paint) -> Surface:
+def daisy(head: Array, up: Array, size: float, turn: float, paint: Paint) -> TracedSurface:
     """Two rings of petals around a domed heart."""
 
     def shape(p: Array) -> Sample:
@@ -245,7 +245,7 @@ def daisy(head: Array, up: Array, size: float, turn: float, paint: Paint) -> Sur
     return solid(shape, head[None], 1.12 * size, paint=paint)
 
 
-def vase_scene(**paints: Paint) -> list[Surface]:
+def vase_scene(**paints: Paint) -> list[TracedSurface]:
     """All parts: the vase, the table, then the flowers. paints: by the names of what they are for; others are grey."""
     paint = defaultdict(lambda: grey, paints)
     parts = [
@@ -303,21 +303,21 @@ def standard_camera(width: int, height: int) -> Camera:
     return Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
 
 
-def wall() -> Surface:
+def wall() -> TracedSurface:
     return plane((0.15, -0.1, -1), (0, 0, 2.6), grey)
 
 
-def tilted(degrees: float, roll: float, low: float, high: float) -> list[Surface]:
+def tilted(degrees: float, roll: float, low: float, high: float) -> list[TracedSurface]:
     return [moved_surface(sheet(20, low, high), pose_at((0, 0, MIDDLE), pitch=degrees, roll=roll))]
 
 
-def turned_vase(_: Camera) -> list[Surface]:
+def turned_vase(_: Camera) -> list[TracedSurface]:
     """The built-in scene, close up and in front of a wall."""
     to_camera = pose_at((0, 0.02, -0.22)) @ np.linalg.inv(VASE_POSE)
     return [moved_surface(part, to_camera) for part in vase_scene()] + [plane((0.1, 0, -1), (0, 0, 1.1), grey)]
 
 
-def stairs(_: Camera) -> list[Surface]:
+def stairs(_: Camera) -> list[TracedSurface]:
     """Nine steps away from a camera that looks down on them, and five plates in the air: pure jumps in depth."""
     down = np.linalg.inv(pose_at((0, 0, 0), pitch=12))
     parts = [moved_surface(plane((0, 0, -1), (0, 0, 5), grey), down)]
@@ -329,7 +329,7 @@ def stairs(_: Camera) -> list[Surface]:
     return parts
 
 
-def rods(camera: Camera) -> list[Surface]:
+def rods(camera: Camera) -> list[TracedSurface]:
     """Ribbons 1, 2 and 3 pixels wide in five directions, tilted along their length, and 3-pixel rods.
 
     No estimator can find the normal of a rod of 1 or 2 pixels from its depth: such rods would measure luck.
@@ -347,7 +347,7 @@ def rods(camera: Camera) -> list[Surface]:
     return parts
 
 
-def waves(camera: Camera) -> list[Surface]:
+def waves(camera: Camera) -> list[TracedSurface]:
     """Waves from a fifth of the picture's width down to 5 pixels, 37 degrees steep everywhere."""
     long, short = 0.19 * camera.width, 5.0
     rate = np.log(long / short) / camera.width
@@ -362,13 +362,13 @@ def waves(camera: Camera) -> list[Surface]:
     return [relief(height, MIDDLE - 0.1, MIDDLE + 0.1)]
 
 
-def overlap(_: Camera) -> list[Surface]:
+def overlap(_: Camera) -> list[TracedSurface]:
     """A box and two balls, one in front of the other, in front of a wall."""
     cube = moved_surface(box((0.3, 0.3, 0.3)), pose_at((0.25, 0.08, 1.75), 40, 25))
     return [wall(), cube, sphere((-0.2, 0.05, 1.15), 0.25, grey), sphere((0.03, -0.2, 1.3), 0.12, grey)]
 
 
-SCENES: dict[str, Callable[[Camera], list[Surface]]] = {
+SCENES: dict[str, Callable[[Camera], list[TracedSurface]]] = {
     "plane": lambda _: [plane((0, 0, -1), (0, 0, MIDDLE), grey)],
     "tilted-60": lambda _: tilted(60, 30, -1.5, 5),
     "grazing-85": lambda _: tilted(85, 70, -1.2, 4),

@@ -15,7 +15,7 @@ from rich.console import Console
 
 from ..files.frames.frame_files import load_frame
 from ..files.pictures.picture_files import save_image
-from ..gpu.core.steps import Lap
+from ..gpu.core.steps import Timing
 from ..gpu.points.tiles import LARGEST_WHOLE, TILE_POINTS
 from ..notes.errors import ContextError
 from ..renderer.renderer import Renderer
@@ -233,7 +233,7 @@ def bandwidth(copy: Callable[[], object]) -> float:
     return max(2 * COPY / (clocked(copy)[1] / 1e3) for _ in range(8))
 
 
-def timed(lap: Lap) -> float:
+def timed(lap: Timing) -> float:
     """Milliseconds by the GPU's timer, if there is one."""
     return lap.wall_ms if lap.gpu_ms is None else lap.gpu_ms
 

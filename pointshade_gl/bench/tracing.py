@@ -20,7 +20,7 @@ Albedo = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
-class Surface:
+class TracedSurface:
     """`meet(origin, directions)` gives distance factors (inf = miss) and unit normals; `albedo(points)` linear RGB."""
 
     meet: Callable[[Array, Array], tuple[Array, Array]]
@@ -38,7 +38,7 @@ class Hits:
     surface: NDArray[np.int64]
 
 
-def sphere(centre: ArrayLike, radius: float, albedo: Albedo, far: bool = False) -> Surface:
+def sphere(centre: ArrayLike, radius: float, albedo: Albedo, far: bool = False) -> TracedSurface:
     """far: where rays leave it, instead of where they enter."""
     middle, sign = np.asarray(centre, float), 1 if far else -1
 
@@ -50,10 +50,10 @@ def sphere(centre: ArrayLike, radius: float, albedo: Albedo, far: bool = False) 
         normals = (origin + np.where(np.isfinite(t), t, 0)[..., None] * rays - middle) / radius
         return np.where(t > 0, t, np.inf), normals
 
-    return Surface(meet, albedo)
+    return TracedSurface(meet, albedo)
 
 
-def plane(normal: ArrayLike, point: ArrayLike, albedo: Albedo) -> Surface:
+def plane(normal: ArrayLike, point: ArrayLike, albedo: Albedo) -> TracedSurface:
     n = np.asarray(normal, float) / np.linalg.norm(normal)
 
     def meet(origin: Array, rays: Array) -> tuple[Array, Array]:
@@ -62,10 +62,10 @@ def plane(normal: ArrayLike, point: ArrayLike, albedo: Albedo) -> Surface:
             t = ((np.asarray(point, float) - origin) @ n) / slant
         return np.where(np.isfinite(t) & (t > 0), t, np.inf), np.broadcast_to(n, rays.shape)
 
-    return Surface(meet, albedo)
+    return TracedSurface(meet, albedo)
 
 
-def patch(centre: ArrayLike, u: ArrayLike, v: ArrayLike, albedo: Albedo) -> Surface:
+def patch(centre: ArrayLike, u: ArrayLike, v: ArrayLike, albedo: Albedo) -> TracedSurface:
     """The parallelogram of all centre + a * u + b * v, a and b from -1 to 1."""
     middle, axes = np.asarray(centre, float), np.stack([np.asarray(u, float), np.asarray(v, float)])
     whole = plane(np.cross(*axes), middle, albedo)
@@ -76,10 +76,10 @@ def patch(centre: ArrayLike, u: ArrayLike, v: ArrayLike, albedo: Albedo) -> Surf
         at = (origin + np.where(np.isfinite(t), t, 0)[..., None] * rays - middle) @ to_axes
         return np.where((np.abs(at) <= 1).all(-1), t, np.inf), normals
 
-    return Surface(meet, albedo)
+    return TracedSurface(meet, albedo)
 
 
-def moved_surface(surface: Surface, pose: ArrayLike) -> Surface:
+def moved_surface(surface: TracedSurface, pose: ArrayLike) -> TracedSurface:
     """The surface, carried by a rigid pose: its own axes are the pose's."""
     matrix = check_pose(pose)
     turn, shift = matrix[:3, :3], matrix[:3, 3]
@@ -88,10 +88,10 @@ def moved_surface(surface: Surface, pose: ArrayLike) -> Surface:
         t, normals = surface.meet((origin - shift) @ turn, rays @ turn)
         return t, normals @ turn.T
 
-    return Surface(meet, lambda points: surface.albedo((points - shift) @ turn))
+    return TracedSurface(meet, lambda points: surface.albedo((points - shift) @ turn))
 
 
-def trace(surfaces: Sequence[Surface], camera: Camera, pose: ArrayLike | None = None) -> Hits:
+def trace(surfaces: Sequence[TracedSurface], camera: Camera, pose: ArrayLike | None = None) -> Hits:
     """The nearest surface through every pixel's centre."""
     matrix = check_pose(pose)
     rays = camera.rays() @ matrix[:3, :3].T  # length along the optical axis stays 1, so t is z
@@ -163,6 +163,6 @@ def waves(points: Array) -> Array:
     return 0.5 + 0.25 * np.stack([np.sin(9 * x + 4 * y), np.sin(7 * y - 5 * z), np.cos(8 * x - 6 * z)], -1)
 
 
-def sphere_and_wall() -> list[Surface]:
+def sphere_and_wall() -> list[TracedSurface]:
     """The scene of the picture tests: a smooth sphere in front of a slanted wall."""
     return [sphere((0.05, 0.02, 1.5), 0.4, waves), plane((0.15, -0.1, -1), (0, 0, 2.4), waves)]

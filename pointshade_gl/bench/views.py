@@ -28,7 +28,7 @@ from .forms import SAME_DEPTH, decibels, near_edge
 from .measure import add_kinect_noise, angle, clocked, generator, round_disparity
 from .scenes import box, pose_at, standard_camera
 from .speed import peak_memory_mb
-from .tracing import Array, Hits, Surface, encode, moved_surface, plane, shade, sphere, trace, waves
+from .tracing import Array, Hits, TracedSurface, encode, moved_surface, plane, shade, sphere, trace, waves
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,7 +56,7 @@ FULL_VIEWS = ViewsPlan((640, 480), (1, 2, 4, 8, 16, 30), 5, 3)
 QUICK_VIEWS = ViewsPlan((160, 120), (1, 2, 4, 8), 3, 3)
 
 
-def things() -> list[Surface]:
+def things() -> list[TracedSurface]:
     """A ball and a box on a floor before a wall."""
     cube = moved_surface(replace(box((0.15, 0.22, 0.15)), albedo=waves), pose_at((0.42, 0.28, 1.75), yaw=30))
     walls = plane((0.15, 0, -1), (0, 0, 2.4), waves), plane((0, -1, 0), (0, 0.5, 0), waves)
@@ -90,7 +90,7 @@ def taken(hits: Hits, camera: Camera, pose: Array, error: float, random: np.rand
     return Frame(np.clip(np.round(colors), 0, 255).astype(np.uint8), np.where(hits.depth > 0, depth, 0), camera, wrong)
 
 
-class Stage:
+class BenchStage:
     """The scene as traced: from the cameras, and along the path, whose middle is scored."""
 
     def __init__(self, plan: ViewsPlan):
@@ -117,7 +117,7 @@ class Stage:
 
 def measure_views(device: int, plan: ViewsPlan, seed: int, advance: Advance) -> dict[str, Any]:
     """Everything that `bench --views` shows, ready for JSON."""
-    stage = Stage(plan)
+    stage = BenchStage(plan)
     advance()
     with Renderer(device=device) as renderer:
         results: dict[str, Any] = {"gl": renderer.context.limits(), "is_software": renderer.context.is_software}
@@ -142,7 +142,7 @@ def steps_of(plan: ViewsPlan) -> int:
     return 1 + (len(POSE_ERRORS) + 1) * len(plan.counts)
 
 
-def quality(renderer: Renderer, stage: Stage, frames: Sequence[Frame], place: NormalsAt) -> dict[str, float]:
+def quality(renderer: Renderer, stage: BenchStage, frames: Sequence[Frame], place: NormalsAt) -> dict[str, float]:
     """normals: their mean error in degrees; psnr: of the lit picture, dB; flicker, see there. All away from edges."""
     middle = len(stage.path) // 2
     scene, hits = stage.scene(frames, place), stage.truths[middle]
@@ -156,7 +156,7 @@ def quality(renderer: Renderer, stage: Stage, frames: Sequence[Frame], place: No
     return {"normals": float(found.mean()), "psnr": psnr, "flicker": flicker(stage, errors, pictures)}
 
 
-def flicker(stage: Stage, errors: Sequence[Array], pictures: Sequence[np.ndarray]) -> float:
+def flicker(stage: BenchStage, errors: Sequence[Array], pictures: Sequence[np.ndarray]) -> float:
     """By how many of 255 steps (rms) a point's error changes from one picture of a path to the next."""
     changes = []
     for (k, before), (j, after) in pairwise(enumerate(stage.truths)):
@@ -183,7 +183,7 @@ def between_pixels(picture: Array, at: Array) -> np.ndarray:
 
 
 def measure_cost(
-    device: int, stage: Stage, plan: ViewsPlan, frames: Sequence[Frame], advance: Advance
+    device: int, stage: BenchStage, plan: ViewsPlan, frames: Sequence[Frame], advance: Advance
 ) -> list[dict[str, Any]]:
     """For each number of views, medians of milliseconds from call to NumPy, see `milliseconds`.
 
@@ -202,7 +202,7 @@ def measure_cost(
     return rows
 
 
-def lap(renderer: Renderer, stage: Stage, frames: Sequence[Frame], turn: int) -> dict[str, float]:
+def lap(renderer: Renderer, stage: BenchStage, frames: Sequence[Frame], turn: int) -> dict[str, float]:
     """The times of `measure_cost`, once each; from turn to turn another place is the first."""
     new = [Frame(frame.color, frame.depth, frame.camera, frame.pose) for frame in frames]
     scenes = {place: stage.scene(new, place) for place in NORMALS_AT}

@@ -19,13 +19,13 @@ from ..scene.cloud import CLOUD_SHADINGS, PointCloud
 from ..scene.graph import Scene, scene_of
 from ..scene.light import Light
 from ..scene.viewpoint import viewing_pose
-from .option_groups import LookOptions
+from .option_groups import LookGroup
 from .options import FrameOptions
 from .written import EnvironmentOptions, PictureOptions
 
 if TYPE_CHECKING:  # a picture without a window needs none of it
     from ..viewer.document import Dropped
-    from ..viewer.picture import Picture, SavedPicture
+    from ..viewer.picture import SavedPicture, ShownPicture
     from ..viewer.views import Shown, Views
 
 DIGITS = 12  # of a number: far more than pictures show, so that the line makes the same one
@@ -53,7 +53,7 @@ def text_of(value: Any) -> str:
 
 def look_words(look: Look) -> list[str]:
     """How objects look. A filter over time is left out: a single picture has nothing before it."""
-    return words_of(LookOptions.of(look.alone))
+    return words_of(LookGroup.of(look.alone))
 
 
 def light_words(light: Light, in_scene: bool) -> list[str]:
@@ -152,20 +152,20 @@ def _hidden(scene: Any) -> set[str]:
     return {node.name or "a node" for _, node in scene.every_node() if not node.visible}
 
 
-def _clouds(picture: Picture, inputs: Sequence[str]) -> list[PointCloud]:
+def _clouds(picture: ShownPicture, inputs: Sequence[str]) -> list[PointCloud]:
     """The clouds that are shown, if the INPUTs are such; none of other scenes."""
     from ..viewer.views import clouds_of
 
     return clouds_of(picture.shown) if all(map(is_cloud, inputs)) else []
 
 
-def _look_words(picture: Picture, clouds: Sequence[PointCloud]) -> tuple[list[str], str]:
+def _look_words(picture: ShownPicture, clouds: Sequence[PointCloud]) -> tuple[list[str], str]:
     """What of the look a scene has, which is a shading for all its objects; what clouds have; or all of frames."""
     if isinstance(picture.shown, Scene):
         state = picture.now.state
         shading = state.look.shading if state.lit else "none"
         if not clouds:
-            return words_of(LookOptions(shading=shading)), ""
+            return words_of(LookGroup(shading=shading)), ""
         return words_of(_cloud_options(clouds[0], shading if shading in CLOUD_SHADINGS else CLOUD_SHADINGS[0])), ""
     look = picture.request().look
     if not _are_views(picture.shown) or len(picture.shown.shown) == 1:
@@ -174,13 +174,13 @@ def _look_words(picture: Picture, clouds: Sequence[PointCloud]) -> tuple[list[st
     return look_words(look), "" if is_whole else "the filter over time, which needs the frames before"
 
 
-def _cloud_options(cloud: PointCloud, shading: str) -> LookOptions:
+def _cloud_options(cloud: PointCloud, shading: str) -> LookGroup:
     """How a cloud looks. Discs are what clouds have unless they are told otherwise."""
     splat = {} if cloud.splat == CLOUD_SPLATS[0] else {"splat": cloud.splat}
-    return replace(LookOptions(), shading=shading, point_size=cloud.point_size, **splat, **vars(cloud.material))
+    return replace(LookGroup(), shading=shading, point_size=cloud.point_size, **splat, **vars(cloud.material))
 
 
-def _light_words(picture: Picture, lights: Sequence[Light]) -> list[str]:
+def _light_words(picture: ShownPicture, lights: Sequence[Light]) -> list[str]:
     """Nothing where light is not seen, or is as the scene has it."""
     own = picture.shown.lights if isinstance(picture.shown, Scene) else None
     if not picture.now.state.is_lit or (own is not None and _are_same(lights, own)):
@@ -188,7 +188,7 @@ def _light_words(picture: Picture, lights: Sequence[Light]) -> list[str]:
     return [word for light in lights for word in light_words(light, in_scene=own is not None)]
 
 
-def _environment_words(picture: Picture) -> tuple[list[str], str]:
+def _environment_words(picture: ShownPicture) -> tuple[list[str], str]:
     """Nothing where light is not seen; what no words say, in words. A scene's own environment goes without saying."""
     state, own = picture.now.state, picture.shown.environment if isinstance(picture.shown, Scene) else None
     finish = state.finish
@@ -220,7 +220,7 @@ def _is_same(light: Light, other: Light) -> bool:
     return True
 
 
-def _pose_words(picture: Picture, shown: Shown) -> list[str]:
+def _pose_words(picture: ShownPicture, shown: Shown) -> list[str]:
     """Yaw, pitch and dolly if they make its pose, otherwise the pose itself. shown: as the line has it unmoved."""
     from ..viewer.views import Views
 
@@ -240,7 +240,7 @@ def _pose_words(picture: Picture, shown: Shown) -> list[str]:
 
 def page_line(
     frame: FrameOptions,
-    look: LookOptions,
+    look: LookGroup,
     picture: PictureOptions,
     more: Sequence[str] | None = None,
     views: str | None = None,
@@ -250,6 +250,6 @@ def page_line(
     frame = frame if frame.input or frame.depth or frame.color else replace(frame, input=FRAMES[0])
     words = [*words_of(frame), *(more or []), *(["--views", views] if views else [])]
     words += [option("unlight_all")] if unlight_all else []
-    words += words_of(replace(look, light=None, shading=LookOptions().shading))
+    words += words_of(replace(look, light=None, shading=LookGroup().shading))
     words += words_of(replace(picture, samples=None, exposure=None))
     return shlex.join(["pointshade", "render", *words])

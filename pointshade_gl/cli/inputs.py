@@ -26,7 +26,7 @@ from .output import explainer, spinner
 PLAIN = Look()
 
 
-class Together(NamedTuple):
+class MergedViews(NamedTuple):
     """Frames that are drawn as one object.
 
     scene    with the object; who looks is the first one's camera
@@ -39,7 +39,7 @@ class Together(NamedTuple):
     numbers: list[int]
 
     @classmethod
-    def of(cls, frames: Sequence[Frame], look: Look, names: list[str], numbers: list[int]) -> Together:
+    def of(cls, frames: Sequence[Frame], look: Look, names: list[str], numbers: list[int]) -> MergedViews:
         """Return frames as one object."""
         scene = Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
         return cls(scene, frames, names, numbers)
@@ -95,7 +95,7 @@ def are_clouds(frame: FrameOptions, inputs: Sequence[str]) -> bool:
     return bool(clouds)
 
 
-def load_together(frame: FrameOptions, look: Look, inputs: Sequence[str]) -> Together:
+def load_together(frame: FrameOptions, look: Look, inputs: Sequence[str]) -> MergedViews:
     """One frame of each of several inputs, the first or that with the number given, as one object."""
     every = [str(frame.input), *inputs]
     numbers = [0] * len(every) if frame.frame is None else frames_from(frame.frame, len(every))
@@ -103,7 +103,7 @@ def load_together(frame: FrameOptions, look: Look, inputs: Sequence[str]) -> Tog
     names = [f"{name} {number}" if every.count(name) > 1 else name for name, number in zip(every, numbers, strict=True)]
     sources = load_several(replace(frame, frame=None), inputs, names)
     found = [_numbered(source, number) for source, number in zip(sources, numbers, strict=True)]
-    return Together.of(found, look, every, list(range(len(every))))
+    return MergedViews.of(found, look, every, list(range(len(every))))
 
 
 def check_different(inputs: Sequence[str], numbers: Sequence[int]) -> None:
@@ -124,7 +124,7 @@ def _numbered(source: Any, number: int) -> Frame:
     return frames[number]
 
 
-def load_views(frame: FrameOptions, look: Look, views: str) -> Together:
+def load_views(frame: FrameOptions, look: Look, views: str) -> MergedViews:
     """Frames of a sequence as one object."""
     from ..files.frame_sources import views_of
 
@@ -133,7 +133,7 @@ def load_views(frame: FrameOptions, look: Look, views: str) -> Together:
     source = load(frame, sequence=True)
     found = views_of(source, count)
     numbers = [source.parts[k].number for k in found]
-    return Together.of(list(found.values()), look, list(map(str, found)), numbers)
+    return MergedViews.of(list(found.values()), look, list(map(str, found)), numbers)
 
 
 def load_several(frame: FrameOptions, inputs: Sequence[str], names: Sequence[str] = ()) -> list[Any]:

@@ -17,7 +17,7 @@ from ..notes.errors import ContextError, error_text, is_expected
 from ..notes.notes import few_notes
 from ..notes.version import __version__
 from ..notes.words import as_command_line
-from .option_groups import Command, Commands, UsageError, sentence_of
+from .option_groups import CliCommand, CliCommands, UsageError, sentence_of
 from .output import drop_unread, fail
 
 # a process is asked to end, or its terminal is closed (not on Windows)
@@ -42,14 +42,14 @@ COMMANDS = {  # as the help lists them, and the files in commands/ that hold the
 def command_line(names: Sequence[str] = tuple(COMMANDS)) -> typer.Typer:
     """Return the command line with these commands. Each is imported here: the others would take as long again."""
     app = typer.Typer(
-        cls=Commands,
+        cls=CliCommands,
         no_args_is_help=True,
         pretty_exceptions_enable=False,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(_every_command)
     for name in names:
-        app.command(cls=Command)(getattr(import_module(f"{__package__}.commands.{COMMANDS[name]}"), name))
+        app.command(cls=CliCommand)(getattr(import_module(f"{__package__}.commands.{COMMANDS[name]}"), name))
     return app
 
 

@@ -32,7 +32,7 @@ from .help import one_of
 Typed = tuple[str, Any, Any]  # name, type and field, as `make_dataclass` takes them
 
 
-def said(
+def cli_option(
     help: str, *names: str, panel: str = "", known: Iterable[str] = (), default: Any = None, was: str = "", **more: Any
 ) -> Any:
     """Return the field of an option, in a panel of the help. names: if its field's name does not tell all of them.
@@ -67,7 +67,9 @@ def typed(
         names = [f"--{one.name.replace('_', '-')}", *filter(None, [has.short])] if is_switch or has.short else []
         default = None if defaults is None and not is_switch else (defaults or {}).get(one.name, one.default)
         how = {"panel": has.panel, "known": has.known, "was": has.was, "metavar": has.metavar}
-        found.append((one.name, kind if is_switch else kind | None, said(has.help, *names, default=default, **how)))
+        found.append(
+            (one.name, kind if is_switch else kind | None, cli_option(has.help, *names, default=default, **how))
+        )
     return found
 
 
@@ -101,21 +103,21 @@ def light_from(text: str, **unless_said: Any) -> Light:
     Numbers of a colour are linear, as in Light; #rrggbb and names are sRGB, as on screens, and converted. A switch
     may stand without a value. Raises ValueError for anything else, and as Light.
     """
-    said: dict[str, Any] = {}
+    cli_option: dict[str, Any] = {}
     for word in _joined(_joined(text, ","), "=").split():
         name, _, value = word.partition("=")
         if "=" not in word and word[0] in "+-.0123456789":
             name, value = "position", word
         if name not in FIELDS:
             raise _refusal(text, f"{shown(name)} is unknown{did_you_mean(name, FIELDS)}")
-        if name in said:
+        if name in cli_option:
             commas = ", numbers need commas and no spaces between them" if name == "position" else ""
             raise _refusal(text, f"{name} is there twice{commas}", names=False)
-        said[name] = _value(name, value, text)
-    if not said:
+        cli_option[name] = _value(name, value, text)
+    if not cli_option:
         raise _refusal(text, "it is empty")
     try:
-        return Light(**{**unless_said, **said})
+        return Light(**{**unless_said, **cli_option})
     except (ValueError, TypeError) as error:
         raise ValueError(f"{option('light', shown(text))}: {error}") from None
 
@@ -177,14 +179,14 @@ class NormalOptions(group_of(typed(Look, (SURFACE,)))):
 
 
 @dataclass(frozen=True)
-class LookOptions(
+class LookGroup(
     group_of([_SHADING, ("light", Lights, None), *typed(Material, (SHADING,)), *_FORM, *_REST, *_MISSING]),
     NormalOptions,
 ):
     """How objects look, and under which lights."""
 
     @classmethod
-    def of(cls, look: Look) -> LookOptions:
+    def of(cls, look: Look) -> LookGroup:
         """What is typed for a look; its values need not be texts."""
         values = look.options | vars(look.material)
         return cls(**{one.name: values[one.name] for one in fields(cls) if one.name in values})
@@ -206,7 +208,7 @@ _EXTRA = re.compile(r"extra argument\S* \((.*)\)", re.DOTALL)
 _QUOTES = 'put the words of a light in quotes, as in --light "position=-.5,-.7,.2 shadow"'
 
 
-class Command(TyperCommand):
+class CliCommand(TyperCommand):
     """One of the commands: its help is ours."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
@@ -215,7 +217,7 @@ class Command(TyperCommand):
         show_help(self, ctx)
 
 
-class Commands(TyperGroup):
+class CliCommands(TyperGroup):
     """The commands by name. A wrong name gets the near one; an input without a command, the commands for it."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:

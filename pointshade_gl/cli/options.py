@@ -30,7 +30,7 @@ from ..scene.option_fields import CAMERA, CLOUD, FILM, LIGHT, NETWORK, PAGE, PIC
 from ..scene.settings import SIMPLE, Finish
 from ..scene.viewpoint import SIZES, TURNTABLES, View
 from .help import complete_input
-from .option_groups import check_exist, check_input, group_of, pose_from, said, size_from, typed
+from .option_groups import check_exist, check_input, cli_option, group_of, pose_from, size_from, typed
 
 
 def _output(suffixes: tuple[str, ...], help: str = "The file to write, such as out.png") -> Any:
@@ -147,9 +147,9 @@ class InputOptions:
             callback=check_input,
         ),
     ] = None
-    color: str | None = said("Colour picture.", metavar="FILE", panel=READING)
-    depth: str | None = said("Depth picture.", metavar="FILE", panel=READING)
-    poses: str | None = said(
+    color: str | None = cli_option("Colour picture.", metavar="FILE", panel=READING)
+    depth: str | None = cli_option("Depth picture.", metavar="FILE", panel=READING)
+    poses: str | None = cli_option(
         "Poses of the frames, in place of those in INPUT; of several INPUTs one pose for each, by name or in order.",
         metavar="FILE",
         panel=READING,
@@ -160,74 +160,76 @@ class InputOptions:
 class ReadingOptions:
     """How depth, camera and names in files are to be understood."""
 
-    intrinsics: str | None = said("Camera of the depth picture.", metavar="FILE|fx,fy,cx,cy", panel=CAMERA)
-    fov: float | None = said("Vertical field of view, instead of intrinsics.", metavar="DEG", panel=CAMERA)
-    depth_scale: float | None = said("Depth units per metre (1000: millimetres).", metavar="N", panel=CAMERA)
-    depth_kind: str | None = said(
+    intrinsics: str | None = cli_option("Camera of the depth picture.", metavar="FILE|fx,fy,cx,cy", panel=CAMERA)
+    fov: float | None = cli_option("Vertical field of view, instead of intrinsics.", metavar="DEG", panel=CAMERA)
+    depth_scale: float | None = cli_option("Depth units per metre (1000: millimetres).", metavar="N", panel=CAMERA)
+    depth_kind: str | None = cli_option(
         f"What depth values are: {', '.join(KINDS)}. Those of a network are often inverse.",
         metavar="KIND",
         known=KINDS,
         panel=CAMERA,
     )
-    baseline: float | None = said("Metres between the two cameras, for disparity.", metavar="M", panel=CAMERA)
-    allow_outside: bool = said(
+    baseline: float | None = cli_option("Metres between the two cameras, for disparity.", metavar="M", panel=CAMERA)
+    allow_outside: bool = cli_option(
         "Let files name others outside their folder.", "--allow-outside", default=False, panel=READING
     )
-    depth_model: str | None = said(
+    depth_model: str | None = cli_option(
         "INPUT is a photograph, a video or a folder of photographs: an .onnx network makes its depth (extra 'onnx').",
         metavar="FILE",
         panel=NETWORK,
     )
-    model_size: str | None = said(
+    model_size: str | None = cli_option(
         "Pixels of the network's input, or of its shorter side, where its file does not say them.",
         metavar="WxH|N",
         panel=NETWORK,
     )
-    model_pixels: str | None = said(
+    model_pixels: str | None = cli_option(
         f"What the network's pixels are: {', '.join(PIXELS)}.", metavar="KIND", known=PIXELS, panel=NETWORK
     )
-    cache: bool = said(
+    cache: bool = cli_option(
         "Keep the network's depth in a folder .pointshade beside the photograph.",
         "--cache",
         default=False,
         panel=NETWORK,
     )
-    scale_frames: str | None = said(
+    scale_frames: str | None = cli_option(
         "Of a film whose depth has no scale: find one for all frames (auto, the default), or keep each by itself.",
         metavar="auto|keep",
         known=SCALES,
         panel=NETWORK,
     )
-    max_pixels: int = said(
+    max_pixels: int = cli_option(
         "Pixels a picture may have; scales all limits.", metavar="N", default=MAX_PIXELS, panel=READING
     )
 
 
 @dataclass(frozen=True)
-class CloudOptions:
+class CloudGroup:
     """How a point cloud is to be understood."""
 
-    up: str | None = said("Of a point cloud: which axis points up.", metavar="AXIS", known=UPS, panel=CLOUD)
-    color_by: str | None = said(
+    up: str | None = cli_option("Of a point cloud: which axis points up.", metavar="AXIS", known=UPS, panel=CLOUD)
+    color_by: str | None = cli_option(
         f"Of a point cloud: where its colours are from, {', '.join(COLOR_BY)}.",
         metavar="WHAT",
         known=COLOR_BY,
         panel=CLOUD,
     )
-    most: int | None = said("Of a point cloud: read N points at most, an even sample.", metavar="N", min=1, panel=CLOUD)
+    most: int | None = cli_option(
+        "Of a point cloud: read N points at most, an even sample.", metavar="N", min=1, panel=CLOUD
+    )
 
     @property
     def cloud_options(self) -> dict[str, Any]:
         """Those that were typed, by name."""
-        typed = {field.name: getattr(self, field.name) for field in fields(CloudOptions)}
+        typed = {field.name: getattr(self, field.name) for field in fields(CloudGroup)}
         return {name: value for name, value in typed.items() if value is not None}
 
 
 @dataclass(frozen=True)
-class FrameOptions(CloudOptions, ReadingOptions, InputOptions):
+class FrameOptions(CloudGroup, ReadingOptions, InputOptions):
     """What is read, and what its depth means."""
 
-    frame: str | None = said(
+    frame: str | None = cli_option(
         "One frame of a sequence, counted from 0; of several INPUTs one number for each.",
         metavar="N[,N...]",
         panel=READING,
@@ -236,7 +238,7 @@ class FrameOptions(CloudOptions, ReadingOptions, InputOptions):
     @property
     def load_options(self) -> dict[str, Any]:
         """All about frames but what is read, by name, as arguments of `load_frame`; a switch that is off is None."""
-        others = "input", "frame", *(field.name for field in fields(CloudOptions))
+        others = "input", "frame", *(field.name for field in fields(CloudGroup))
         found = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in others}
         return {name: None if value is False else value for name, value in found.items()}
 
@@ -253,7 +255,7 @@ _PLACE, _SIZE = typed(View, (VIEW,)), typed(View, (PICTURE,))
 class PlaceOptions(group_of(_PLACE)):
     """From where objects are seen."""
 
-    zoom: float | None = said(
+    zoom: float | None = cli_option(
         "In place of --dolly: how many times as large the object is seen.", metavar="N", panel=VIEW
     )
 
@@ -284,17 +286,17 @@ class ViewOptions(group_of(_SIZE), PlaceOptions):
 class FilmOptions:
     """What a film or a series of pictures shows."""
 
-    turntable: str | None = said(
+    turntable: str | None = cli_option(
         "Make a film in which the light or the camera moves around the object. The camera goes all around (360), or 25 "
         "degrees to either side and back (swing, or other degrees). camera: a swing of a single frame, else 360.",
         metavar="light|camera|swing[:DEG]|360",
         known=TURNTABLES,
         panel=FILM,
     )
-    frames: int | None = said(
+    frames: int | None = cli_option(
         "Pictures of a turntable (default 75), or only the first N of a sequence.", metavar="N", min=1, panel=FILM
     )
-    fps: float = said("Pictures per second.", metavar="N", default=25.0, panel=FILM)
+    fps: float = cli_option("Pictures per second.", metavar="N", default=25.0, panel=FILM)
 
 
 _SEEN = [one for one in typed(Finish, (PICTURE,), None) if one[0] in ("samples", "exposure", "show")]
@@ -304,33 +306,37 @@ _SEEN = [one for one in typed(Finish, (PICTURE,), None) if one[0] in ("samples",
 class WindowOptions(group_of(_SEEN)):
     """The window of `pointshade view`."""
 
-    window_size: str | None = said(
+    window_size: str | None = cli_option(
         "Size of the window.", "--window-size", "--picture-size", metavar="WxH", was="size", panel=WINDOW
     )
-    panel: bool = said("Open the panel (needs the extra 'gui').", "--panel", default=False, panel=WINDOW)
-    fps: str = said(
+    panel: bool = cli_option("Open the panel (needs the extra 'gui').", "--panel", default=False, panel=WINDOW)
+    fps: str = cli_option(
         "Frames of a sequence per second; of several INPUTs also one number for each.",
         metavar="N[,N...]",
         default="30",
         panel=WINDOW,
     )
-    record: Path | None = said(f"Record the window as a film: {' or '.join(FILMS)}.", metavar="FILE", panel=WINDOW)
+    record: Path | None = cli_option(
+        f"Record the window as a film: {' or '.join(FILMS)}.", metavar="FILE", panel=WINDOW
+    )
 
 
 @dataclass(frozen=True)
 class BenchOptions:
     """What `pointshade bench` measures."""
 
-    output: Path = said("Where to write.", "-o", "--output", metavar="FOLDER", default=Path("bench"))
-    quick: bool = said("Smaller pictures, fewer scenes: under a minute.", "--quick", default=False)
-    only: list[str] | None = said("Only this method, condition or stress; repeatable.", metavar="NAME")
-    images: bool = said("Also measure lit pictures: estimators, forms, samples.", "--images", default=False)
-    speed: bool = said("Measure speed instead: stages, points, merging.", "--speed", default=False)
-    against: str | None = said(
+    output: Path = cli_option("Where to write.", "-o", "--output", metavar="FOLDER", default=Path("bench"))
+    quick: bool = cli_option("Smaller pictures, fewer scenes: under a minute.", "--quick", default=False)
+    only: list[str] | None = cli_option("Only this method, condition or stress; repeatable.", metavar="NAME")
+    images: bool = cli_option("Also measure lit pictures: estimators, forms, samples.", "--images", default=False)
+    speed: bool = cli_option("Measure speed instead: stages, points, merging.", "--speed", default=False)
+    against: str | None = cli_option(
         "With --speed: only compare with a commit, or with an older speed.json.", metavar="REV|FILE"
     )
-    views: bool = said("Measure several views of one thing instead: normals, flicker, cost.", "--views", default=False)
-    seed: int = said("Seed of the noise and the holes.", metavar="N", min=0, default=0)
+    views: bool = cli_option(
+        "Measure several views of one thing instead: normals, flicker, cost.", "--views", default=False
+    )
+    seed: int = cli_option("Seed of the noise and the holes.", metavar="N", min=0, default=0)
 
 
 def spread(command: Callable[..., None]) -> Callable[..., None]:

@@ -34,8 +34,8 @@ from ..scene.noise import describe
 from ..scene.option_fields import LIGHT, PAGE, PICTURE, SETS
 from ..scene.settings import FILM, STILL, Finish
 from ..scene.viewpoint import View
-from .inputs import Together, check_stream
-from .option_groups import FieldOptions, LookOptions, NormalOptions, environment_from, group_of, said, typed
+from .inputs import MergedViews, check_stream
+from .option_groups import FieldOptions, LookGroup, NormalOptions, cli_option, environment_from, group_of, typed
 from .options import FilmOptions, FrameOptions, ViewOptions
 from .output import open_renderer, print_line, progress, report, spinner, warn_skipped
 
@@ -54,10 +54,10 @@ def is_page(output: Path) -> bool:
 class PageOptions:
     """How a page is written."""
 
-    quality: str | None = said(
+    quality: str | None = cli_option(
         "Of an .html: exact, or small (a third smaller, colours as JPEG).", metavar="NAME", known=NAMES, panel=PAGE
     )
-    title: str | None = said("Of an .html. Default: INPUT.", metavar="TEXT", panel=PAGE)
+    title: str | None = cli_option("Of an .html. Default: INPUT.", metavar="TEXT", panel=PAGE)
 
     @property
     def exactness(self) -> QualityName:
@@ -189,7 +189,7 @@ def _as_typed(value: Any) -> Any:
 
 
 def view_of(
-    look: LookOptions,
+    look: LookGroup,
     place: ViewOptions,
     picture: PictureOptions,
     output: Path,
@@ -231,7 +231,7 @@ def check_saved(path: Path, aligns: bool) -> None:
     check_poses_path(path)
 
 
-def poses_saver(path: Path | None, together: Together) -> Callable[[Renderer], None]:
+def poses_saver(path: Path | None, together: MergedViews) -> Callable[[Renderer], None]:
     """A function for after each picture: with a path, it writes the poses of the first."""
     waiting = [path] if path is not None else []
 

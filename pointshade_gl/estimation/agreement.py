@@ -230,7 +230,7 @@ FEWEST = 20  # of values of which a median is trusted
 Array = NDArray[np.floating]
 
 
-class Placed(NamedTuple):
+class PlacedFrame(NamedTuple):
     """Points of a frame where its pose puts them."""
 
     numbers: NDArray[np.intp]  # (n,) of the points in the frame
@@ -256,22 +256,22 @@ class Matches(NamedTuple):
     seen: int  # points of the first frame that the other should show: nothing in it lies before them
 
 
-def placed(frame: ReducedFrame, pose: Array, step: int) -> Placed:
+def placed(frame: ReducedFrame, pose: Array, step: int) -> PlacedFrame:
     """Return every step-th point of a frame, and of its columns, in the world. pose: (4, 4) camera-to-world."""
     numbers = frame.samples(step)
     turn = pose[:3, :3].astype(np.float32)
     points = frame.points[numbers] @ turn.T + pose[:3, 3].astype(np.float32)
-    return Placed(numbers, points, frame.normals[numbers] @ turn.T)
+    return PlacedFrame(numbers, points, frame.normals[numbers] @ turn.T)
 
 
-def count_seen(points: Placed, target: ReducedFrame, pose: Array, gate: float) -> int:
+def count_seen(points: PlacedFrame, target: ReducedFrame, pose: Array, gate: float) -> int:
     """Return how many points another frame should show, as `find_matches` counts them."""
     found = _project(points, target, pose)
     return int(np.count_nonzero(found.behind < gate))
 
 
 def find_matches(
-    points: Placed, own: Brightness | None, target: ReducedFrame, pose: Array, gate: float, level: int
+    points: PlacedFrame, own: Brightness | None, target: ReducedFrame, pose: Array, gate: float, level: int
 ) -> Matches | None:
     """Return the points that lie on the surface of another frame; None if it shows none of them.
 
@@ -309,7 +309,7 @@ class _Projected(NamedTuple):
     behind: Array  # how far behind its surface, a share of the surface's depth
 
 
-def _project(points: Placed, target: ReducedFrame, pose: Array) -> _Projected:
+def _project(points: PlacedFrame, target: ReducedFrame, pose: Array) -> _Projected:
     turn, place = pose[:3, :3].astype(np.float32), pose[:3, 3].astype(np.float32)
     camera, at = target.camera, (points.points - place) @ turn
     with np.errstate(all="ignore"):

@@ -156,7 +156,7 @@ def _shares(theirs: Array, ours: Array) -> Array:
     return np.maximum(overlap, 0) / np.diff(ours)[:, None]
 
 
-def turned_bands(bands: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray[np.float64]:
+def sh_rotation(bands: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (9, 3) for directions in other axes.
 
     bands  (9, 3): radiance along a unit direction is c0 + c1 x + c2 y + c3 z + c4 xy + c5 yz + c6 xz + c7 (3 zz - 1)

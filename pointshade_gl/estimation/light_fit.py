@@ -23,7 +23,7 @@ JUMP = 0.08  # share of the depth by which these places differ, of one surface
 DARK = 0.004  # linear light that is mostly noise
 
 
-class Pairs(NamedTuple):
+class LightPairs(NamedTuple):
     """n pairs of pixels: unit normals of both (n, 3); log ratio of their brightness and weight, (n,) each."""
 
     one: Array
@@ -51,7 +51,7 @@ CONNECTED = Reach((0.025, 0.15), 0.03, True)
 WIDE = Reach((0.025, 0.3), 0.015, False)
 
 
-def find_pairs(colors: Array, surfaces: Array, reach: Reach, seed: int = 0) -> Pairs:
+def find_pairs(colors: Array, surfaces: Array, reach: Reach, seed: int = 0) -> LightPairs:
     """Choose the pairs of pixels for `light_fit`, from the same arrays."""
     chance = np.random.default_rng(seed)
     height, width = colors.shape[:2]
@@ -61,7 +61,7 @@ def find_pairs(colors: Array, surfaces: Array, reach: Reach, seed: int = 0) -> P
     places = np.flatnonzero(known)
     if not len(places):
         empty = np.zeros(0, np.float32)
-        return Pairs(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), empty, empty)
+        return LightPairs(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), empty, empty)
     first = places[chance.integers(0, len(places), TRIES * PAIRS)]
     far = np.exp(chance.uniform(np.log(reach.way[0]), np.log(reach.way[1]), len(first))) * max(width, height)
     way = np.rint(chance.normal(size=(2, len(first))) * far).astype(int)
@@ -79,7 +79,7 @@ def find_pairs(colors: Array, surfaces: Array, reach: Reach, seed: int = 0) -> P
     chosen = chosen[:PAIRS]
     first, second = first[chosen], second[chosen]
     brighter = np.log(brightness[first] / brightness[second])
-    return Pairs(flat_surfaces[first, :3], flat_surfaces[second, :3], brighter, weight[chosen])
+    return LightPairs(flat_surfaces[first, :3], flat_surfaces[second, :3], brighter, weight[chosen])
 
 
 def _is_one_surface(surfaces: Array, first: Index, second: Index, width: int) -> NDArray[np.bool_]:
@@ -172,7 +172,7 @@ def fit_light(colors: Array, surfaces: Array, seed: int = 0) -> FoundLight:
     return FoundLight((x, y, z), 1 / size, *_judged(judge, light, near, normals))
 
 
-def _judged(judge: Array, light: Array, pairs: Pairs, normals: Array) -> tuple[float, str]:
+def _judged(judge: Array, light: Array, pairs: LightPairs, normals: Array) -> tuple[float, str]:
     """Return how far a light can be trusted, 0..1, and what speaks against it most.
 
     judge    the light that fits these pairs best
@@ -208,13 +208,13 @@ def _agreement(one: Array, other: Array, normals: Array) -> float:
     return float((first * second).sum() / max(np.sqrt((first**2).sum() * (second**2).sum()), 1e-9))
 
 
-def _made(light: Array, pairs: Pairs) -> float:
+def _made(light: Array, pairs: LightPairs) -> float:
     """Return the difference of log brightness that a light makes in the pairs, root mean square."""
     one, two = (np.log1p(np.maximum(normals @ light, 0)) for normals in (pairs.one, pairs.two))
     return max(float(np.sqrt(np.average((one - two) ** 2, weights=pairs.weight))), 1e-6)
 
 
-def _missed(light: Array, pairs: Pairs) -> float:
+def _missed(light: Array, pairs: LightPairs) -> float:
     """Return the difference of log brightness that normals explain beyond the light, as smooth texture or other lights
     do: by spherical harmonics of first and second order (Ramamoorthi, Hanrahan 2001)."""
     miss = _miss(light, pairs)[0]
@@ -230,19 +230,19 @@ def _harmonics(normals: Array) -> Array:
     return np.stack([x, y, z, x * y, y * z, z * x, x * x - y * y, 3 * z * z - 1], -1)
 
 
-def _miss(light: Array, pairs: Pairs) -> tuple[Array, Array, Array]:
+def _miss(light: Array, pairs: LightPairs) -> tuple[Array, Array, Array]:
     """Return the log brightness differences that the light leaves unexplained, and n . light of both pixels."""
     one, two = pairs.one @ light, pairs.two @ light
     return pairs.brighter - np.log1p(np.maximum(one, 0)) + np.log1p(np.maximum(two, 0)), one, two
 
 
-def _fit(pairs: Pairs, loss: Loss) -> Array:
+def _fit(pairs: LightPairs, loss: Loss) -> Array:
     """Return the light g, (3,), that fits best: a normal n receives 1 + max(n . g, 0)."""
     fits = [_refined(start, pairs, loss) for start in _starts(pairs, loss)]
     return min(fits, key=lambda fit: fit[1])[0]
 
 
-def _starts(pairs: Pairs, loss: Loss) -> list[Array]:
+def _starts(pairs: LightPairs, loss: Loss) -> list[Array]:
     """Return the best lights of a grid on all sides, judged by a few of the pairs, as starts for the fit."""
     few = slice(FEW)
     k = np.arange(TURNS) + 0.5
@@ -258,7 +258,7 @@ def _starts(pairs: Pairs, loss: Loss) -> list[Array]:
     return [STRENGTHS[b // TURNS] * directions[:, b % TURNS] for b in best]
 
 
-def _refined(light: Array, pairs: Pairs, loss: Loss) -> tuple[Array, float]:
+def _refined(light: Array, pairs: LightPairs, loss: Loss) -> tuple[Array, float]:
     """Refine a light by Levenberg-Marquardt steps on the robust misfit, and return it with that misfit."""
     damping, (miss, one, two) = 1e-2, _miss(light, pairs)
     cost = float(pairs.weight @ loss.cost(miss))
@@ -281,7 +281,7 @@ def _refined(light: Array, pairs: Pairs, loss: Loss) -> tuple[Array, float]:
     return light, cost
 
 
-def _slopes(one: Array, two: Array, pairs: Pairs) -> Array:
+def _slopes(one: Array, two: Array, pairs: LightPairs) -> Array:
     """Return (n, 3) the derivatives of the differences with respect to the light, from n . light of both pixels."""
     slopes = pairs.one * ((one > 0) / (1 + np.maximum(one, 0)))[:, None]
     return slopes - pairs.two * ((two > 0) / (1 + np.maximum(two, 0)))[:, None]

@@ -115,7 +115,7 @@ class Patches(NamedTuple):
     heights: Floats  # (n, RINGS, ANGLES) above the tangent plane, in radii, -1 to 1, over the root of their number
 
 
-class Pairs(NamedTuple):
+class PosePairs(NamedTuple):
     """Places of two frames that look alike, n pairs."""
 
     first: NDArray[np.intp]  # (n,) number of the place in the first frame
@@ -189,7 +189,7 @@ def _mean(picture: Floats) -> Floats:
     return picture
 
 
-def pair_alike(first: Patches, second: Patches) -> Pairs:
+def pair_alike(first: Patches, second: Patches) -> PosePairs:
     """Return pairs of each place of a frame with those of the other that look most like it, turned at will.
 
     A patch is compared at all turns at once, by the Fourier transform along its rings.
@@ -207,7 +207,7 @@ def pair_alike(first: Patches, second: Patches) -> Pairs:
     i, j = np.repeat(np.arange(len(j)), j.shape[1]), j.ravel()
     before, middle, after = (likeness[i, j, (best[i, j] + k) % ANGLES] for k in (-1, 0, 1))
     part = (after - before) / np.maximum(2 * (2 * middle - before - after), 1e-9)  # the top of a parabola
-    return Pairs(i, j, 2 * np.pi * (best[i, j] + np.clip(part, -0.5, 0.5)) / ANGLES)
+    return PosePairs(i, j, 2 * np.pi * (best[i, j] + np.clip(part, -0.5, 0.5)) / ANGLES)
 
 
 REFINED = 8  # different poses that are refined
@@ -256,7 +256,7 @@ def is_same(pose: Matrix, other: Matrix, frame: ReducedFrame) -> bool:
     return bool(_apart(pose[None], other, frame)[0] < OTHER)
 
 
-def _poses_of(one: Patches, other: Patches, pairs: Pairs) -> Matrix:
+def _poses_of(one: Patches, other: Patches, pairs: PosePairs) -> Matrix:
     """Return the poses (n, 4, 4) of the second frame in the first's axes that lay patches of pairs on each other."""
     cosine, sine, zero = np.cos(pairs.turns), np.sin(pairs.turns), np.zeros_like(pairs.turns)
     turns = np.stack([cosine, sine, zero, -sine, cosine, zero, zero, zero, zero + 1], -1).reshape(-1, 3, 3)
@@ -317,7 +317,7 @@ RADIUS = 0.045  # of a patch, a share of what the picture is wide at the frames'
 Links = Mapping[tuple[int, int], Link]  # by the numbers of two frames, both ways: the second's place beside the first
 
 
-class Found(NamedTuple):
+class FoundPose(NamedTuple):
     """What became of a frame."""
 
     fit: Fit  # not placed: it was not found
@@ -326,7 +326,7 @@ class Found(NamedTuple):
 
 def search_poses(
     frames: Sequence[ReducedFrame], poses: Sequence[Matrix], told: Callable[[], object] = lambda: None
-) -> list[Found]:
+) -> list[FoundPose]:
     """Find the poses of frames of one thing; the first keeps its own, and those that are not found theirs.
 
     Two places that look alike on their tangent planes are a whole pose of one frame beside another. All of these are
@@ -348,7 +348,7 @@ def search_poses(
     placed = {k: fit for k, fit in zip(group, fits, strict=True) if fit.placed or k == 0}
     doubts = _doubts(frames, links, parents, placed)
     lost = fits[0]._replace(placed=False, overlap=0.0, agreed=0.0, agrees=0.0, loose=())
-    return [Found(placed.get(k, lost._replace(pose=poses[k])), doubt) for k, doubt in enumerate(doubts)]
+    return [FoundPose(placed.get(k, lost._replace(pose=poses[k])), doubt) for k, doubt in enumerate(doubts)]
 
 
 def _joined(links: Links) -> tuple[dict[int, Matrix], dict[int, int]]:

@@ -19,7 +19,7 @@ from .meshes.mesh_objects import Grid, GridObjects, MeshObjects, PlacedMesh, Sho
 from .points.point_objects import PointObjects, Points, PointSet, ShownPoints, ShownSet
 from .points.rasterizers import Rasterizers
 from .points.tiles import TiledPoints
-from .shading.light_set import Tile
+from .shading.light_set import ShadowTile
 
 # A new kind of object is described beside scene/objects.py, may be placed by scene/node.py, has its passes beside
 # meshes/mesh_objects.py and its type here. It needs a branch wherever this module, pipeline/gpu_scene.py,
@@ -54,7 +54,7 @@ class Objects(Owner):
         if self._meshes and (unused := self._meshes.keep_only(meshes)):
             self._steps.forget(of=unused)
 
-    def add_shadow(self, tile: Tile, shape: Shape, eye: Eye) -> None:
+    def add_shadow(self, tile: ShadowTile, shape: Shape, eye: Eye) -> None:
         """Draw the depth of an object into a shadow map. eye: the light's camera."""
         if isinstance(shape, PlacedMesh):
             self._mesh_objects().add_shadow(tile, shape, eye)

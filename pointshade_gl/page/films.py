@@ -22,7 +22,7 @@ from ..renderer.series import sequence_jobs
 from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.viewpoint import View
-from .page_contents import Surface, reduced, surfaces_of
+from .page_contents import PageSurface, reduced, surfaces_of
 from .page_scene import Showing, arranged, look_of
 from .parts import MISSING, POINT, RIM, Part, QualityName, code_errors, code_normals, code_plane, pack, repeated
 from .template import filled
@@ -72,7 +72,7 @@ class FilmCoder:
         self._kept: Kept | None = None
         self._since_key = 0
 
-    def code(self, surface: Surface) -> tuple[dict[str, Any], bytes]:
+    def code(self, surface: PageSurface) -> tuple[dict[str, Any], bytes]:
         """The frame's description, and its bytes, packed. If they are too many it and later ones are coded less
         exactly."""
         while True:
@@ -85,7 +85,7 @@ class FilmCoder:
         self._kept, self._since_key = kept, self._since_key + 1 if any(head["changes"]) else 0
         return head, packed
 
-    def _coded(self, surface: Surface) -> tuple[dict[str, Any], bytes, Kept]:
+    def _coded(self, surface: PageSurface) -> tuple[dict[str, Any], bytes, Kept]:
         """The frame's description, its bytes, and what the page will have of it."""
         kept = self._kept if self._since_key < KEY_EVERY - 1 else None
         kinds = np.where(surface.depth == 0, MISSING, np.where(surface.depth < 0, RIM, POINT)).astype(np.uint8)
@@ -293,7 +293,7 @@ class _Film:
         }, body
 
 
-def _thing_of(surface: Surface) -> dict[str, Any]:
+def _thing_of(surface: PageSurface) -> dict[str, Any]:
     """What all frames of a film have in common."""
     height, width = surface.depth.shape
     if surface.sizes.size > 1:

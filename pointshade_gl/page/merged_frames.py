@@ -54,7 +54,7 @@ class Member(NamedTuple):
         return np.stack([(columns - cx) / fx, (rows - cy) / fy, np.ones(len(rows))], -1).astype(np.float32)
 
 
-class Points(NamedTuple):
+class MergedPoints(NamedTuple):
     """Points of one frame: the numbers of their pixels, and what is known there."""
 
     pixels: Numbers
@@ -95,15 +95,15 @@ def _weights(member: Member) -> Floats:
     return weights
 
 
-def _points(member: Member) -> Points:
+def _points(member: Member) -> MergedPoints:
     pixels = np.flatnonzero(member.known)
     values = member.surface.reshape(-1, 4)[pixels]
     rays = member.rays(pixels % member.known.shape[1], pixels // member.known.shape[1])
-    return Points(pixels, rays, rays * np.abs(values[:, 3:]), values[:, :3])
+    return MergedPoints(pixels, rays, rays * np.abs(values[:, 3:]), values[:, :3])
 
 
 def _met(
-    points: Points, others: Sequence[tuple[Member, Floats, Flags]], member: Member, own: Floats, band: float
+    points: MergedPoints, others: Sequence[tuple[Member, Floats, Flags]], member: Member, own: Floats, band: float
 ) -> tuple[Floats, Member]:
     """For each point the most weight that a kept point of another frame has there, and the frame with means."""
     total = own.ravel()[points.pixels] ** SHARE
@@ -132,7 +132,7 @@ def _met(
     return best, member._replace(surface=surface, colors=mean)
 
 
-def _agreeing(points: Points, way: Floats, other: Member, band: float) -> tuple[Numbers, Numbers, Floats]:
+def _agreeing(points: MergedPoints, way: Floats, other: Member, band: float) -> tuple[Numbers, Numbers, Floats]:
     """Which points another frame shows, too; at which of its pixels; and by which share it has them farther.
 
     way  (4, 4) from the axes of the points to the other frame's

@@ -31,7 +31,7 @@ AROUND = 2  # pixels beside the known ones that are kept: rims look so far
 MOST_BEHIND = 0.03  # of the depth: by so much the last frame of a set gives way to the first
 
 
-class Surface(NamedTuple):
+class PageSurface(NamedTuple):
     """The points of a frame, cut out of its picture."""
 
     normals: NDArray[np.float32]  # (h, w, 3)
@@ -47,7 +47,7 @@ class Surface(NamedTuple):
     behind: float = 0.0  # share of the depth by which others of its set are seen before it where they agree
 
 
-def surfaces_of(thing: Drawable, is_cut: bool = True) -> Iterator[Surface]:
+def surfaces_of(thing: Drawable, is_cut: bool = True) -> Iterator[PageSurface]:
     """The surfaces of a thing that shows points: one of a frame, several of a set.
 
     is_cut  only the part of the picture where something is known; else all of it, as the next frame's
@@ -81,7 +81,7 @@ def _read_surface(shown: ShownPoints | ShownGrid) -> NDArray[np.float32]:
     return np.array(read_texture(texture.ctx, texture))
 
 
-def _read(shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: bool = True) -> Surface:
+def _read(shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: bool = True) -> PageSurface:
     """What a frame shows, or what is left of it in a set."""
     points = shown.points
     values = _read_surface(shown) if member is None else member.surface
@@ -96,7 +96,7 @@ def _read(shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: 
     height, width = depth.shape
     left, top, right, bottom = box = _box(depth, others, max(stride, 1)) if is_cut else (0, 0, width, height)
     camera = points.source
-    return Surface(
+    return PageSurface(
         values[top:bottom, left:right, :3],
         depth[top:bottom, left:right],
         _cut(colors, box, depth.shape),

@@ -16,17 +16,17 @@ from ..estimation.environment_light import (
     lobe_maps,
     nearest_lobe,
     radiance_bands,
-    turned_bands,
+    sh_rotation,
 )
 from ..renderer.requests import STRAIGHT, RenderRequest, Scenes
 from ..scene.camera import Camera
 from ..scene.cloud import PointCloud
-from ..scene.environment import FAR_AS_SEEN, NOTHING_AROUND, Surroundings
+from ..scene.environment import FAR_AS_SEEN, NOTHING_AROUND, EnvironmentLight
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, at_upper_left
 from ..scene.node import Placed
-from ..scene.orbit import Stage, State
+from ..scene.orbit import OrbitStage, State
 from ..scene.settings import STILL, Finish
 from ..scene.values import linear_to_srgb
 from ..scene.visible import is_alone, material_of, shading_of
@@ -53,13 +53,13 @@ class Showing:
     shading: str
     finish: Finish
     points: int = 0
-    around: Surroundings = NOTHING_AROUND
+    around: EnvironmentLight = NOTHING_AROUND
 
     @property
-    def stage(self) -> Stage:
+    def stage(self) -> OrbitStage:
         if isinstance(self.source, Scene):
-            return Stage.of(replace(self.source, pose=self.home))
-        stage = Stage.of(self.source)
+            return OrbitStage.of(replace(self.source, pose=self.home))
+        stage = OrbitStage.of(self.source)
         return replace(stage, pivot=stage.upright @ self._at_home(self.source.pivot))
 
     def values(self) -> dict[str, Any]:
@@ -95,7 +95,7 @@ class Showing:
             "leftOut": list(left_out(self.scene, self.finish, self.points)),
         }
 
-    def start(self, stage: Stage) -> State:
+    def start(self, stage: OrbitStage) -> State:
         """The state in which the page begins: its first light is the one that is held."""
         yaw, pitch, dolly = self.turn
         state = State(yaw=yaw, pitch=pitch * stage.upright[1, 1], distance=1 - dolly)
@@ -131,7 +131,7 @@ class Showing:
             return found
         picture, up = around.environment.picture, around.floor_in_sky
         bands = around.intensity * radiance_bands(picture, up)
-        found |= {"bands": turned_bands(bands, turn).tolist(), "toSky": turn.tolist()}
+        found |= {"bands": sh_rotation(bands, turn).tolist(), "toSky": turn.tolist()}
         if self.exponents:
             whole = picture if up is None else above_horizon(picture, up)
             maps = around.intensity * lobe_maps(whole, self.exponents)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..gpu.clouds import cloud_objects as drawing
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.meshes.mesh_objects import PlacedMesh, mesh_vertices
-from .page_contents import Surface
+from .page_contents import PageSurface
 
 Whole = NDArray[np.int64]
 Known = NDArray[np.bool_]
@@ -116,7 +116,7 @@ QualityName = Literal["exact", "small"]
 QUALITIES = {"exact": Quality(1e-6, 14, None, 250_000), "small": Quality(2e-5, 10, 95, 125_000)}
 
 
-def surface_part(surface: Surface, quality: Quality) -> Part:
+def surface_part(surface: PageSurface, quality: Quality) -> Part:
     """The points of a frame."""
     depth = surface.depth
     kinds = np.where(depth == 0, MISSING, np.where(depth < 0, RIM, POINT)).astype(np.uint8)

@@ -28,7 +28,7 @@ from ..notes.notes import print_note
 from ..notes.words import option
 from ..scene.appearance import NOT_LIT, Material
 from ..scene.camera import Camera, view_matrix
-from ..scene.environment import Surroundings
+from ..scene.environment import EnvironmentLight
 from ..scene.graph import Scene, shaded
 from ..scene.light import Light
 from ..scene.sample_pattern import at_sample
@@ -285,7 +285,7 @@ class ExposureMeter(FullscreenPasses):
 
     def _measure(
         self, measure: Measure, is_guessed: bool, drawables: Drawables, scene: Scene, lights: Sequence[Light],
-        surroundings: Surroundings,
+        surroundings: EnvironmentLight,
     ) -> float:  # fmt: skip
         camera = check_type(scene.camera, Camera, "camera")
         seen = compose(scene, lights, _small(camera), np.asarray(scene.pose), surroundings)

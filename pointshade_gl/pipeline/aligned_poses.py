@@ -27,7 +27,7 @@ from .gpu_scene import GpuScene, surface_of
 if TYPE_CHECKING:
     from ..estimation.agreement import ReducedFrame
     from ..estimation.alignment import Fit
-    from ..estimation.pose_search import Found
+    from ..estimation.pose_search import FoundPose
 
 REFINED = 4, 16, 64  # sets of a stream after which its cameras are aligned again, and the poses averaged
 MOVED, LEAST_MOVED = 2.0, 5e-4  # times the spread of depths, and more by so much of them: a camera was moved
@@ -53,7 +53,7 @@ class Aligned(NamedTuple):
         return cls(tuple(frames), tuple(moved), tuple(fits))
 
 
-class Entry(NamedTuple):
+class Keyframe(NamedTuple):
     """An object whose frames are aligned: what is drawn in its place, and the cameras of its streams."""
 
     content: PointObject
@@ -106,7 +106,7 @@ class Aligner:
 
     def __init__(self, gpu_scene: GpuScene):
         self._gpu_scene = gpu_scene
-        self._objects: WeakKeyDictionary[PointObject, Entry] = WeakKeyDictionary()
+        self._objects: WeakKeyDictionary[PointObject, Keyframe] = WeakKeyDictionary()
         self._sets: dict[Hashable, Aligned] = {}  # by the frames and how their surface is found, the last ones last
         self._scene: tuple[Scene, Scene] | None = None  # the last one, and with its frames aligned
         self._rigs: dict[Hashable, Rig] = {}  # by what identifies the cameras, the last ones last
@@ -175,7 +175,7 @@ class Aligner:
         if part not in self._objects:
             found = self._of_set(part, count)
             drawn = PointObject(found.frames, look=replace(part.look, align=False))
-            self._objects[part] = Entry(drawn, found, _cameras_of(part.frames))
+            self._objects[part] = Keyframe(drawn, found, _cameras_of(part.frames))
         return self._objects[part].content
 
     def _of_set(self, part: PointObject, count: Count) -> Aligned:
@@ -286,7 +286,7 @@ def _motions(frame: Frame, fit: Fit) -> str:
 MOST_SEARCHED = 8  # frames: each is searched for beside each other
 
 
-def search(gpu_scene: GpuScene, frames: Sequence[Frame], look: Look, count: Count) -> list[Found]:
+def search(gpu_scene: GpuScene, frames: Sequence[Frame], look: Look, count: Count) -> list[FoundPose]:
     """Return the poses of frames of which nothing is known; the first keeps its own. Raises ValueError for too many."""
     if len(frames) > MOST_SEARCHED:
         raise ValueError(f"poses are searched for at most {MOST_SEARCHED} frames at once, got {len(frames)}")
@@ -308,7 +308,7 @@ def search_steps(frames: int) -> int:
     return frames + comb(frames, 2) + STEPS
 
 
-def notes_on_search(found: Sequence[Found]) -> list[str]:
+def notes_on_search(found: Sequence[FoundPose]) -> list[str]:
     """Return a sentence for each frame that was not found, or not surely."""
     notes = []
     for k, one in enumerate(found):

@@ -21,7 +21,7 @@ from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import AroundLookUp, EnvironmentMaps, LightSet, ShadowMap
 from ..scene.appearance import LIT_EARLY, Material
 from ..scene.camera import Eye, view_matrix
-from ..scene.environment import FAR_AS_SEEN, Environment, Row, Surroundings
+from ..scene.environment import FAR_AS_SEEN, Environment, EnvironmentLight, Row
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, unit
@@ -114,7 +114,7 @@ MUCH = 0.1  # share of the light that comes from all around, above which it is w
 def surroundings_of(
     finish: Finish, source: Frame | Scene, scene: Scene, lights: Sequence[Light], materials: Sequence[Material],
     upright: Upright,
-) -> Surroundings:  # fmt: skip
+) -> EnvironmentLight:  # fmt: skip
     """Return what is around a scene.
 
     source   of which the scene was made, which tells where up is
@@ -127,7 +127,7 @@ def surroundings_of(
     occlusion = FAR_AS_SEEN if wanted is True else float(wanted)
     on_ground = finish.ground is not False
     if environment is None:
-        return Surroundings(occlusion, on_ground=on_ground)
+        return EnvironmentLight(occlusion, on_ground=on_ground)
     if finish.up is not None:
         up, has_floor = np.array(finish.up), True
     else:
@@ -136,7 +136,7 @@ def surroundings_of(
     rotation = cast("float | tuple[Row, Row, Row]", finish.environment_rotation)
     facing = AS_IN_GLTF if environment is scene.environment else np.asarray(scene.pose)
     to_sky = rotation if isinstance(rotation, tuple) else standing(up, rotation, facing)
-    return Surroundings(occlusion, environment, finish.environment_intensity, to_sky, floor, on_ground)
+    return EnvironmentLight(occlusion, environment, finish.environment_intensity, to_sky, floor, on_ground)
 
 
 def standing(up: np.ndarray, degrees: float, pose: np.ndarray) -> tuple[Row, Row, Row]:

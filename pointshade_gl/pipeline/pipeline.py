@@ -40,7 +40,7 @@ from .gpu_scene import GpuScene, merged_frames
 from .light_setup import LightSetup, surroundings_of
 
 if TYPE_CHECKING:
-    from ..estimation.pose_search import Found
+    from ..estimation.pose_search import FoundPose
 
 
 class LitPoints(NamedTuple):
@@ -174,7 +174,7 @@ class Pipeline:
         """Return frames of one thing with corrected poses. progress: told of each that is read, and of each level."""
         return self._aligner.align(frames, look, Count(progress, alignment_steps(len(frames))))
 
-    def search(self, frames: Sequence[Frame], look: Look, progress: Progress | None = None) -> list[Found]:
+    def search(self, frames: Sequence[Frame], look: Look, progress: Progress | None = None) -> list[FoundPose]:
         """Return the poses of frames of which nothing is known, and how sure they are."""
         from .aligned_poses import search, search_steps  # only here
 

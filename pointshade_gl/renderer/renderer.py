@@ -27,7 +27,7 @@ from ..pipeline.pipeline import Pipeline
 from ..scene.appearance import Look, Material, Shading, SurfaceOptions
 from ..scene.camera import Camera, check_pose
 from ..scene.cloud import PointCloud, cloud_of
-from ..scene.environment import Surroundings
+from ..scene.environment import EnvironmentLight
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, check_lights
@@ -54,7 +54,7 @@ from .requests import (
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from ..estimation.pose_search import Found
+    from ..estimation.pose_search import FoundPose
     from ..gpu.clouds.cloud_store import CloudNormals
 
 Rasterizer = Literal["auto", "points", "compute"]
@@ -136,7 +136,7 @@ class Renderer:
         return self._pipeline.exposure
 
     @property
-    def surroundings(self) -> Surroundings:
+    def surroundings(self) -> EnvironmentLight:
         """Return what was around the objects of the last picture; its environment, and whether things hid its light."""
         return self._pipeline.surroundings
 
@@ -665,7 +665,7 @@ class Renderer:
 
         return follow()
 
-    def search_poses(self, frames: Sequence[Frame], progress: Progress | None = None) -> list[Found]:
+    def search_poses(self, frames: Sequence[Frame], progress: Progress | None = None) -> list[FoundPose]:
         """Find the poses of frames of one thing of which nothing is known, and say how sure they are.
 
         `align_frames(frames, search=True)` returns the frames at these poses.

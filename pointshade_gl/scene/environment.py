@@ -219,7 +219,7 @@ Row = tuple[float, float, float]
 AS_IT_IS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
-class Surroundings(NamedTuple):
+class EnvironmentLight(NamedTuple):
     """The light from all around.
 
     occlusion    how far things may be that hide some of it, world units; FAR_AS_SEEN is the distance of what is seen,
@@ -248,4 +248,4 @@ class Surroundings(NamedTuple):
         return distance if self.occlusion == FAR_AS_SEEN else self.occlusion
 
 
-NOTHING_AROUND = Surroundings()
+NOTHING_AROUND = EnvironmentLight()

@@ -24,7 +24,7 @@ VERTICAL: Axis = (0.0, 1.0, 0.0)
 
 
 @dataclass(frozen=True)
-class Stage:
+class OrbitStage:
     """What the viewer moves around. Stage and State are in *view axes*: x right, y down in the picture.
 
     pivot    (3,) the object's middle, as the frame's own camera sees it
@@ -39,7 +39,7 @@ class Stage:
     axis: Axis = VERTICAL
 
     @classmethod
-    def of(cls, frame: Frame | Scene) -> Stage:
+    def of(cls, frame: Frame | Scene) -> OrbitStage:
         """Return the stage of a frame or scene. The light moves outside most of it, but not behind the camera."""
         if isinstance(frame, Scene):
             return cls._of_scene(frame)
@@ -54,14 +54,14 @@ class Stage:
         upright = np.diag([1.0, np.sign(frame.camera.fy), 1.0])
         return cls(upright @ pivot, radius, upright)
 
-    def is_as(self, other: Stage) -> bool:
+    def is_as(self, other: OrbitStage) -> bool:
         """Return whether two stages are the same."""
         return (self.radius, self.axis) == (other.radius, other.axis) and all(
             np.array_equal(*both) for both in ((self.pivot, other.pivot), (self.upright, other.upright))
         )
 
     @classmethod
-    def _of_scene(cls, scene: Scene) -> Stage:
+    def _of_scene(cls, scene: Scene) -> OrbitStage:
         pose, (centre, radius) = np.asarray(scene.pose), scene.bounds
         pivot = pose[:3, :3].T @ (centre - pose[:3, 3])
         pivot = np.array([0.0, 0.0, max(pivot[2], 0.1 * radius)])  # what the camera looks at stays in the middle
@@ -189,7 +189,7 @@ class State:
             else turned.with_light_direction(_turn(turned, axis).T @ _turn(self, axis) @ self.towards)
         )
 
-    def framed(self, stage: Stage, camera: Camera) -> State:
+    def framed(self, stage: OrbitStage, camera: Camera) -> State:
         """Return the state with the object's middle in the middle of the picture, from as near as shows all of it."""
         half = min(camera.width / camera.fx, camera.height / abs(camera.fy)) / 2
         distance = stage.radius / math.sin(math.atan(half)) / stage.pivot[2]
@@ -200,7 +200,7 @@ class State:
         x, y = (float(one) for one in middle - stage.pivot[:2] / stage.pivot[2])
         return replace(self, pivot=(0.0, 0.0, 0.0), pan=(x, y), distance=float(distance))
 
-    def seen_from(self, pose: NDArray[np.float64], stage: Stage) -> State:
+    def seen_from(self, pose: NDArray[np.float64], stage: OrbitStage) -> State:
         """Return the state whose viewer stands at a pose (4, 4), to the axes of the frame's camera.
 
         It orbits around the same point, or around what is straight ahead where that point is behind the viewer.
@@ -227,7 +227,7 @@ class State:
         nearest, farthest = min(0.05, self.distance), max(20.0, self.distance)  # a pivot may lie beyond both
         return replace(self, distance=min(max(self.distance / WHEEL**steps, nearest), farthest))
 
-    def with_pivot(self, point: Sequence[float] | NDArray[np.float64], stage: Stage) -> State:
+    def with_pivot(self, point: Sequence[float] | NDArray[np.float64], stage: OrbitStage) -> State:
         """Return a state with the same picture and light, whose orbits turn around another point in front of the
         viewer: (3,), view axes."""
         x, y, z = check_point(point, "pivot")
@@ -249,7 +249,7 @@ class State:
         rims = angle / (math.pi / 2)
         return replace(self, light_at=(rims * math.cos(around), rims * math.sin(around)))
 
-    def with_light(self, light: Light, stage: Stage, frame_pose: NDArray[np.float64]) -> State:
+    def with_light(self, light: Light, stage: OrbitStage, frame_pose: NDArray[np.float64]) -> State:
         """Return the state in which the mouse controls a light of the scene. A directional light gives its direction
         only.
 
@@ -286,16 +286,16 @@ class State:
     def is_behind(self) -> bool:
         return math.hypot(*self.light_at) > 1
 
-    def seen_pivot(self, stage: Stage) -> NDArray[np.float64]:
+    def seen_pivot(self, stage: OrbitStage) -> NDArray[np.float64]:
         """(3,) what orbits turn around, view axes."""
         shift = np.array([*self.pan, 0.0])
         return (stage.pivot + shift * stage.pivot[2]) * self.distance
 
-    def seen_middle(self, stage: Stage) -> NDArray[np.float64]:
+    def seen_middle(self, stage: OrbitStage) -> NDArray[np.float64]:
         """(3,) the object's middle, view axes: the light moves around it."""
         return self.seen_pivot(stage) - _turn(self, stage.axis).T @ self.pivot
 
-    def pose(self, stage: Stage) -> NDArray[np.float64]:
+    def pose(self, stage: OrbitStage) -> NDArray[np.float64]:
         """(4, 4) of the viewer, to the axes of the frame's camera."""
         turn = _turn(self, stage.axis)
         pose = np.eye(4)
@@ -303,7 +303,7 @@ class State:
         pose[:3, 3] = stage.upright @ (stage.pivot + self.pivot - turn @ self.seen_pivot(stage))
         return pose
 
-    def light(self, stage: Stage, frame_pose: NDArray[np.float64], kind: Light = OWN_LIGHT) -> Light:
+    def light(self, stage: OrbitStage, frame_pose: NDArray[np.float64], kind: Light = OWN_LIGHT) -> Light:
         """The light in the world, directed at the object's middle.
 
         kind  says whether it is a point light, a spot, an area or directional, and has all else: cone, attenuation,
@@ -321,7 +321,7 @@ class State:
             intensity=self.light_intensity,
         )
 
-    def middle(self, stage: Stage, camera: Camera) -> Pair:
+    def middle(self, stage: OrbitStage, camera: Camera) -> Pair:
         """Return the object's middle in pixels, kept inside the picture, so that the light stays within reach."""
         x, y, z = self.seen_middle(stage)
         z = max(z, NEAREST * stage.pivot[2])  # behind the viewer it is at the side where it left the picture
@@ -344,7 +344,7 @@ def rims_from(middle: Pair, x: float, y: float, camera: Camera) -> Pair:
     return (x - middle[0]) / rim, (y - middle[1]) / rim
 
 
-def marker_place(state: State, stage: Stage, camera: Camera) -> Pair:
+def marker_place(state: State, stage: OrbitStage, camera: Camera) -> Pair:
     """Return where the light's marker is drawn, in pixels of the picture."""
     rim = RIM * min(camera.width, camera.height)
     middle = state.middle(stage, camera)

@@ -14,7 +14,7 @@ from ..checks.arguments import check_float
 from .appearance import NOT_LIT, Look, Material
 from .camera import Camera, Eye, moved
 from .cloud import PointCloud
-from .environment import NOTHING_AROUND, Surroundings
+from .environment import NOTHING_AROUND, EnvironmentLight
 from .frame import Frame
 from .graph import Scene
 from .light import Light, at_upper_left
@@ -34,7 +34,7 @@ class VisibleScene(NamedTuple):
     shown: Sequence[Placed]  # in view
     casting: Sequence[Placed]  # may cast shadows; empty if no light casts any
     gain: float = 1.0  # factor on all light: the exposure
-    surroundings: Surroundings = NOTHING_AROUND
+    surroundings: EnvironmentLight = NOTHING_AROUND
     sample: int = 0  # of the picture
     scale: ColorScale | None = None  # of colours that are no light
 
@@ -66,7 +66,7 @@ def _material(content: PointObject | Mesh) -> Material:
 
 
 def compose(
-    scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, surroundings: Surroundings = NOTHING_AROUND
+    scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, surroundings: EnvironmentLight = NOTHING_AROUND
 ) -> VisibleScene:
     """Return what a camera at a pose (4, 4) sees of a scene under these lights."""
     things = scene.things

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from ..scene.camera import Camera
 from ..scene.orbit import State, rims_from
 from .events import Command, Effect, Event, Open, Remember, Scrub, ShowMessage, TurnAround
-from .history import Moment
+from .history import Snapshot
 from .keys import STAYS, press_key
 from .mouse import Mouse
 
@@ -16,7 +16,7 @@ BAR = 26.0  # height of the timeline, pixels at scale 1: a line of text, a bar b
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class ControllerInputs:
     """What the controller is told of the window, and does not change.
 
     camera         fitted to the picture; None while the window is minimised
@@ -46,7 +46,7 @@ class Control:
     is_scrubbing  the mouse was pressed on the timeline, and not yet released
     """
 
-    now: Moment
+    now: Snapshot
     mouse: Mouse = field(default_factory=Mouse)
     unplaced: State | None = None
     is_scrubbing: bool = False
@@ -59,7 +59,7 @@ class Control:
 Answer = tuple[Control, tuple[Effect, ...]]
 
 
-def controller(control: Control, place: Surroundings, event: Event, is_taken: bool = False) -> Answer:
+def controller(control: Control, place: ControllerInputs, event: Event, is_taken: bool = False) -> Answer:
     """Return what is there after an event, and what else is to be done, in this order.
 
     is_taken  by the timeline (`is_for_timeline`) or the panel: for keys and mouse it does not count
@@ -79,12 +79,12 @@ def controller(control: Control, place: Surroundings, event: Event, is_taken: bo
     return control, (*scrubbed, *effects, *([Open(event.paths)] if event.kind == "drop" else []))
 
 
-def is_for_timeline(control: Control, place: Surroundings, event: Event) -> bool:
+def is_for_timeline(control: Control, place: ControllerInputs, event: Event) -> bool:
     """Return whether the timeline takes an event: from where the mouse is pressed on it to where it is released."""
     return event.kind in ("press", "move", "release") and _is_scrubbing(control, place, event)
 
 
-def hides_pointer(control: Control, place: Surroundings, event: Event, is_taken: bool) -> bool:
+def hides_pointer(control: Control, place: ControllerInputs, event: Event, is_taken: bool) -> bool:
     """Return whether the light's marker stands for the pointer, after an event was handled."""
     is_over = is_taken or _is_over_bar(place, event)
     state = control.now.state
@@ -102,17 +102,17 @@ def turned_around(control: Control, point: tuple[float, float, float] | None) ->
     return control, (ShowMessage(said), Remember())
 
 
-def _is_over_bar(place: Surroundings, event: Event) -> bool:
+def _is_over_bar(place: ControllerInputs, event: Event) -> bool:
     high = BAR * place.scale
     return bool(place.total) and 0 <= event.x < place.width and place.height - high <= event.y < place.height
 
 
-def _is_scrubbing(control: Control, place: Surroundings, event: Event) -> bool:
+def _is_scrubbing(control: Control, place: ControllerInputs, event: Event) -> bool:
     begins = event.kind == "press" and event.key == "left" and _is_over_bar(place, event)
     return control.is_scrubbing or begins
 
 
-def _scrub(control: Control, place: Surroundings, event: Event) -> Answer:
+def _scrub(control: Control, place: ControllerInputs, event: Event) -> Answer:
     """The timeline shows the frame below the mouse."""
     on, effects = _is_scrubbing(control, place, event), ()
     if on and place.total and event.kind in ("press", "move"):
@@ -122,7 +122,7 @@ def _scrub(control: Control, place: Surroundings, event: Event) -> Answer:
     return replace(control, is_scrubbing=on and not ends), effects
 
 
-def _point(control: Control, place: Surroundings, event: Event) -> Answer:
+def _point(control: Control, place: ControllerInputs, event: Event) -> Answer:
     """View and light move with the mouse. A drag is one step, and so is a turn of the wheel."""
     if place.camera is None:
         return control, ()

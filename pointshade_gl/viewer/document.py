@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..checks.arguments import check_fps, items_of
-from ..files.access.folders import Item
+from ..files.access.folders import ListedFile
 from ..files.access.known_names import COLOR_SUFFIXES, DEPTH_SUFFIXES, ONLY_DEPTH, VIDEO_SUFFIXES
 from ..files.frame_sources import check_posed, is_cloud, is_scene, load_any, open_source
 from ..files.frames.frame_files import load_frame
@@ -20,10 +20,10 @@ from ..notes.words import option, shown
 from ..scene.frame import Frame
 from ..scene.graph import Scene, scene_of
 from ..scene.light import Light
-from ..scene.orbit import OWN_LIGHT, Stage, State
+from ..scene.orbit import OWN_LIGHT, OrbitStage, State
 from ..scene.settings import Metering
 from ..scene.viewpoint import View
-from .history import History, Moment, switches_of
+from .history import History, Snapshot, switches_of
 from .playing import Playing
 from .views import Shown, Views, home_of, pose_of
 
@@ -89,14 +89,14 @@ class Document:
         playing = self.playing.instead(found.source, found.others)
         return Document(playing, state.reset_view(State()), dropped=found)
 
-    def start_at(self, moment: Moment, shown: Shown) -> None:
+    def start_at(self, moment: Snapshot, shown: Shown) -> None:
         """R comes back to this, and nothing before it can be undone."""
         self.start, self._pose = moment, pose_of(shown)
         self.history = History(moment)
 
-    def restart(self, shown: Shown) -> Moment:
+    def restart(self, shown: Shown) -> Snapshot:
         """All as at the start, around the middle of what is shown now. Lights of the world stay there."""
-        stage, pose = Stage.of(home_of(shown)), pose_of(shown)
+        stage, pose = OrbitStage.of(home_of(shown)), pose_of(shown)
         start = self.start._replace(switches=shown.all_on().on) if isinstance(shown, Views) else self.start
         state, before, held, *_ = start
         if stage.is_as(before) and np.array_equal(pose, self._pose):
@@ -111,13 +111,13 @@ def _placed(state: State, shown: Shown, place: View | None) -> State:
     if place is None:
         return state
     _, pose = place.seen(home_of(shown))
-    return state.seen_from(np.linalg.inv(pose_of(shown)) @ pose, Stage.of(home_of(shown)))
+    return state.seen_from(np.linalg.inv(pose_of(shown)) @ pose, OrbitStage.of(home_of(shown)))
 
 
-def _moment(shown: Shown, state: State, lights: Sequence[Light], names: Sequence[str]) -> Moment:
+def _moment(shown: Shown, state: State, lights: Sequence[Light], names: Sequence[str]) -> Snapshot:
     """The mouse holds the first of the lights. There are shadows if one of them casts any, and in scenes, whose
     environment counts unless there is another."""
-    stage = Stage.of(home_of(shown))
+    stage = OrbitStage.of(home_of(shown))
     if lights:
         state = state.with_light(lights[0], stage, pose_of(shown))
     if isinstance(shown, Scene) and state.finish.environment is None:
@@ -125,7 +125,7 @@ def _moment(shown: Shown, state: State, lights: Sequence[Light], names: Sequence
     if isinstance(shown, Scene) or any(light.shadow for light in lights):
         state = replace(state, shadows=True)
     held, *others = lights or [OWN_LIGHT]
-    return Moment(state, stage, held, tuple(others), 0, tuple(names), switches_of(shown))
+    return Snapshot(state, stage, held, tuple(others), 0, tuple(names), switches_of(shown))
 
 
 def read_dropped(paths: Sequence[str]) -> Dropped:
@@ -154,7 +154,7 @@ def read_dropped(paths: Sequence[str]) -> Dropped:
 
 def _files_of(paths: list[Path]) -> dict[str, Any]:
     """The files of a frame, by the names of options: one depth, one colour picture at most, one camera at most."""
-    items = [Item(path, path.name.lower()) for path in paths]
+    items = [ListedFile(path, path.name.lower()) for path in paths]
     pictures = [item for item in items if item.suffix in PICTURES and item.path.is_file()]
     depths = [item for item in pictures if item.role == "depth"] or [
         item for item in pictures if item.suffix in ONLY_DEPTH or is_deep_grey(item.path)

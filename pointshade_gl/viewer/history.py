@@ -12,7 +12,7 @@ from ..scene.cloud import PointCloud
 from ..scene.graph import Scene
 from ..scene.light import Light
 from ..scene.node import Node
-from ..scene.orbit import Pair, Stage, State
+from ..scene.orbit import OrbitStage, Pair, State
 from .views import Shown, Views, parts_of
 
 NodeSwitch = tuple[bool, tuple[Any, ...]]  # whether a node is visible; splat and point size of each of its clouds
@@ -69,7 +69,7 @@ STEPS = 200  # that can be undone
 PAUSE = 0.7  # seconds between two changes of one kind that are one step: of the wheel, of a slider
 
 
-class Moment(NamedTuple):
+class Snapshot(NamedTuple):
     """All that is undone: view, lights, look and switches. Whether help, panel and readout are shown is not.
 
     held    the kind of light that the mouse holds
@@ -80,18 +80,18 @@ class Moment(NamedTuple):
     """
 
     state: State
-    stage: Stage
+    stage: OrbitStage
     held: Light
     lights: tuple[Light, ...]
     number: int = 0
     names: tuple[str, ...] = ()
     switches: Switches = ()
 
-    def shows(self, other: Moment) -> bool:
+    def shows(self, other: Snapshot) -> bool:
         """Whether all that is undone is the same."""
         return self.stage is other.stage and self.beside(other)._replace(stage=None) == other._replace(stage=None)
 
-    def beside(self, now: Moment) -> Moment:
+    def beside(self, now: Snapshot) -> Snapshot:
         """The same, with help, panel and readout as they are at another moment."""
         state = now.state
         return self._replace(state=replace(self.state, help=state.help, panel=state.panel, readout=state.readout))
@@ -100,19 +100,19 @@ class Moment(NamedTuple):
 class History:
     """Remembers the moments before the last steps."""
 
-    def __init__(self, now: Moment):
-        self._past: deque[Moment] = deque(maxlen=STEPS)
-        self._future: deque[Moment] = deque(maxlen=STEPS)
+    def __init__(self, now: Snapshot):
+        self._past: deque[Snapshot] = deque(maxlen=STEPS)
+        self._future: deque[Snapshot] = deque(maxlen=STEPS)
         self._now = now
         self._rest: Pair = now.state.light_at  # where the light was after the last step
         self._kind: Hashable = None
         self._until = 0.0
 
-    def follow(self, now: Moment) -> None:
+    def follow(self, now: Snapshot) -> None:
         """Something changed that is no step: the light went with the mouse, an application moved something."""
         self._now = now
 
-    def act(self, now: Moment, kind: Hashable = None, time: float = 0.0, pause: float = PAUSE) -> None:
+    def act(self, now: Snapshot, kind: Hashable = None, time: float = 0.0, pause: float = PAUSE) -> None:
         """Something may have changed by a step. Changes of one kind with no longer pause (seconds) are one step.
 
         kind  None: a step of its own; "place": it takes the light back to where it was after the step before
@@ -131,28 +131,28 @@ class History:
         self._kind, self._until = kind, time + pause
         self._settle(now)
 
-    def undo(self, now: Moment) -> Moment | None:
+    def undo(self, now: Snapshot) -> Snapshot | None:
         """What was before the last step; None if there is none."""
         return self._go(now, self._past, self._future)
 
-    def redo(self, now: Moment) -> Moment | None:
+    def redo(self, now: Snapshot) -> Snapshot | None:
         """What was before the last undo; None if another step was made since."""
         return self._go(now, self._future, self._past)
 
-    def drop_step(self, now: Moment) -> None:
+    def drop_step(self, now: Snapshot) -> None:
         """The last step becomes a part of the one that follows."""
         self._past.pop()
         self._kind = None
         self.follow(now)
 
-    def withdraw(self, now: Moment) -> None:
+    def withdraw(self, now: Snapshot) -> None:
         """The last step did not come to be: this is what was before it."""
         if self._past and now.shows(self._past[-1]):
             self._past.pop()
         self._kind = None
         self._settle(now)
 
-    def _go(self, now: Moment, there: deque[Moment], back: deque[Moment]) -> Moment | None:
+    def _go(self, now: Snapshot, there: deque[Snapshot], back: deque[Snapshot]) -> Snapshot | None:
         if not there:
             return None
         back.append(now)
@@ -160,5 +160,5 @@ class History:
         self._settle(there.pop())
         return self._now
 
-    def _settle(self, now: Moment) -> None:
+    def _settle(self, now: Snapshot) -> None:
         self._now, self._rest = now, now.state.light_at

@@ -11,7 +11,7 @@ from ..scene.environment import NAMES, Environment
 from ..scene.noise import METHODS
 from ..scene.orbit import State
 from .events import ChangeRate, Command, Effect, PlayCommand, ResizePoints, Seek, ShowMessage, StepFrames, TakeLight
-from .history import Moment
+from .history import Snapshot
 
 ESTIMATORS = ("auto", "star", "adaptive", "star-borrow", "triangles-8", "central", "one-sided", "plane-fit-5")
 TURN = 15.0  # degrees of the environment, and of the view
@@ -61,13 +61,13 @@ class Key(NamedTuple):
     names: tuple[str, ...]
     label: str
     says: str
-    do: Callable[[Moment, str], Answer]
+    do: Callable[[Snapshot, str], Answer]
     of_frame: bool = False
-    of_cloud: Callable[[Moment, str], Answer] | None = None
+    of_cloud: Callable[[Snapshot, str], Answer] | None = None
 
 
 def press_key(
-    now: Moment, is_scene: bool, name: str, ctrl: bool = False, shift: bool = False, has_clouds: bool = False
+    now: Snapshot, is_scene: bool, name: str, ctrl: bool = False, shift: bool = False, has_clouds: bool = False
 ) -> Answer:
     """Return the state after a key, and what else is to be done; with Ctrl and Shift perhaps another key's."""
     chord = "CTRL+" * ctrl + "SHIFT+" * shift + name
@@ -84,11 +84,11 @@ def _say(text: str, state: State) -> Answer:
     return state, (ShowMessage(text),)
 
 
-def _ask(*effects: Effect) -> Callable[[Moment, str], Answer]:
+def _ask(*effects: Effect) -> Callable[[Snapshot, str], Answer]:
     return lambda now, _: (now.state, effects)
 
 
-def _one(**effects: Effect) -> Callable[[Moment, str], Answer]:
+def _one(**effects: Effect) -> Callable[[Snapshot, str], Answer]:
     return lambda now, name: (now.state, (effects[name],))
 
 
@@ -100,18 +100,18 @@ def _lit(state: State) -> State:
     return replace(state.with_finish(show="light"), lit=True)
 
 
-def _toggle_light(now: Moment, _: str) -> Answer:
+def _toggle_light(now: Snapshot, _: str) -> Answer:
     on = not now.state.light_mode
     text = "the light follows the mouse" if on else STAYS
     return _say(text + when_seen(now.state), replace(now.state, light_mode=on))
 
 
-def _choose_shading(now: Moment, name: str) -> Answer:
+def _choose_shading(now: Snapshot, name: str) -> Answer:
     shading = SHADINGS[int(name) - 1]
     return _say(f"shading: {shading}", _lit(now.state.with_look(shading=shading)))
 
 
-def _next_seen(now: Moment, name: str) -> Answer:
+def _next_seen(now: Snapshot, name: str) -> Answer:
     """Photograph, light, normals, depth, certainty, and round again; with Shift the other way."""
     state, step = now.state, -1 if name.startswith("SHIFT") else 1
     shown = [(lit, show) for lit, show, _ in SEEN].index((state.lit or not state.finish.is_light, state.finish.show))
@@ -120,14 +120,14 @@ def _next_seen(now: Moment, name: str) -> Answer:
     return _say(text + (when_seen(state) if _shows_light(state) else ""), state)
 
 
-def _toggle_readout(now: Moment, _: str) -> Answer:
+def _toggle_readout(now: Snapshot, _: str) -> Answer:
     on = not now.state.reads
     text = "the values under the mouse are told below" if on else "no values under the mouse"
     is_usual = on != now.state.finish.is_light
     return _say(text, replace(now.state, readout=None if is_usual else on))
 
 
-def _cycle_normals(now: Moment, _: str) -> Answer:
+def _cycle_normals(now: Snapshot, _: str) -> Answer:
     look = now.state.look
     following = ESTIMATORS.index(look.normals) + 1 if look.normals in ESTIMATORS else 0
     normals = ESTIMATORS[following % len(ESTIMATORS)]
@@ -137,7 +137,7 @@ def _cycle_normals(now: Moment, _: str) -> Answer:
     return _say(f"normals: {normals}{when}", now.state.with_look(normals=normals))
 
 
-def _compare(now: Moment, _: str) -> Answer:
+def _compare(now: Snapshot, _: str) -> Answer:
     state = now.state
     if not state.finish.is_light:
         return _say("lit" + when_seen(_lit(state)), _lit(state))
@@ -151,11 +151,11 @@ def _factor(name: str) -> float:
     return 1.25 if name in ("+", "=") else 1 / 1.25
 
 
-def _resize_clouds(now: Moment, name: str) -> Answer:
+def _resize_clouds(now: Snapshot, name: str) -> Answer:
     return now.state, (ResizePoints(_factor(name)),)
 
 
-def _resize_points(now: Moment, name: str) -> Answer:
+def _resize_points(now: Snapshot, name: str) -> Answer:
     if now.state.look.splat == "mesh":
         return _say("a mesh has no point size", now.state)
     factor = _factor(name)
@@ -165,31 +165,31 @@ def _resize_points(now: Moment, name: str) -> Answer:
     return _say(f"point size: {size:g} pixels of the frame{end}", now.state.with_look(point_size=size))
 
 
-def _toggle_unlight(now: Moment, _: str) -> Answer:
+def _toggle_unlight(now: Snapshot, _: str) -> Answer:
     on = not now.state.look.unlight
     text = "the light in the picture is divided out" if on else "the colours are those of the picture"
     return _recolour(now, text, unlight=on)
 
 
-def _toggle_highlights(now: Moment, _: str) -> Answer:
+def _toggle_highlights(now: Snapshot, _: str) -> Answer:
     on = not now.state.look.remove_highlights
     text = "highlights are taken out, where three or more views are merged" if on else "highlights stay"
     return _recolour(now, text, remove_highlights=on)
 
 
-def _recolour(now: Moment, text: str, **changes: bool) -> Answer:
+def _recolour(now: Snapshot, text: str, **changes: bool) -> Answer:
     """Other colours of a frame's surfaces, which also show without shading."""
     return _say(text + ("" if _shows_light(now.state) else LATER), now.state.with_look(**changes))
 
 
-def _toggle_shadows(now: Moment, _: str) -> Answer:
+def _toggle_shadows(now: Snapshot, _: str) -> Answer:
     on = not now.state.shadows
     casts = any(light.shadow for light in (now.held, *now.lights))
     text = f"shadows {'on' if on else 'off'}" + (when_seen(now.state) if casts else ", but no light casts any")
     return _say(text, replace(now.state, shadows=on))
 
 
-def _next_environment(now: Moment, _: str) -> Answer:
+def _next_environment(now: Snapshot, _: str) -> Answer:
     before = now.state.finish.environment
     order = [None, *map(Environment.of, NAMES)]
     found = order[(order.index(before) + 1) % len(order)] if before in order else None
@@ -197,13 +197,13 @@ def _next_environment(now: Moment, _: str) -> Answer:
     return _say(text + when_seen(now.state), now.state.with_finish(environment=found))
 
 
-def _turn_environment(now: Moment, name: str) -> Answer:
+def _turn_environment(now: Snapshot, name: str) -> Answer:
     if now.state.finish.environment is None:
         return _say("there is no environment to turn: E gives one", now.state)
     return now.state.environment_turned(-TURN if name.endswith("LEFT") else TURN), ()
 
 
-def _next_occlusion(now: Moment, _: str) -> Answer:
+def _next_occlusion(now: Snapshot, _: str) -> Answer:
     following = {None: True, True: False, False: None}
     wanted = following.get(now.state.finish.ambient_occlusion)
     word = {None: "auto", True: "yes", False: "no"}[wanted]
@@ -211,37 +211,37 @@ def _next_occlusion(now: Moment, _: str) -> Answer:
     return _say(text + when_seen(now.state), now.state.with_finish(ambient_occlusion=wanted))
 
 
-def _next_light(now: Moment, _: str) -> Answer:
+def _next_light(now: Snapshot, _: str) -> Answer:
     if not now.lights:
         return _say("there is only one light", now.state)
     return now.state, (TakeLight((now.number + 1) % (1 + len(now.lights))),)
 
 
-def _toggle_help(now: Moment, _: str) -> Answer:
+def _toggle_help(now: Snapshot, _: str) -> Answer:
     return replace(now.state, help=not now.state.help), ()
 
 
-def _leave(now: Moment, name: str) -> Answer:
+def _leave(now: Snapshot, name: str) -> Answer:
     return _toggle_help(now, name) if now.state.help else (now.state, (Command.LEAVE,))
 
 
-def _look_from(now: Moment, name: str) -> Answer:
+def _look_from(now: Snapshot, name: str) -> Answer:
     text, yaw, pitch = SIDES[name]
     return _say(f"from {text}", now.state.turned(yaw, pitch, now.stage.axis, roll=0.0))
 
 
-def _turn_by(now: Moment, name: str) -> Answer:
+def _turn_by(now: Snapshot, name: str) -> Answer:
     state, (right, up) = now.state, TURNS[name]
     pitch = min(max(state.pitch + up * TURN, -90.0), 90.0)
     return state.turned(state.yaw + right * TURN, pitch, now.stage.axis), ()
 
 
-def _look_from_behind(now: Moment, _: str) -> Answer:
+def _look_from_behind(now: Snapshot, _: str) -> Answer:
     state = now.state
     return _say("from the other side", state.turned(state.yaw + 180, -state.pitch, now.stage.axis))
 
 
-def _look_as_taken(now: Moment, _: str) -> Answer:
+def _look_as_taken(now: Snapshot, _: str) -> Answer:
     """Where the frame's own camera was; the light stays with the viewer or with the object, as after a drag."""
     state = now.state.turned(0.0, 0.0, now.stage.axis, roll=0.0)
     return _say("where the camera was", replace(state, distance=1.0, pan=(0.0, 0.0), pivot=(0.0, 0.0, 0.0)))

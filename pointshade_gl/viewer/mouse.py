@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from ..scene.camera import Camera
 from ..scene.light import Light, Vector
-from ..scene.orbit import DEGREES, OWN_LIGHT, Pair, Stage, State, rims_from
+from ..scene.orbit import DEGREES, OWN_LIGHT, OrbitStage, Pair, State, rims_from
 from .events import Event
-from .history import Moment
+from .history import Snapshot
 
 CATCH_UP = 3.0  # how fast the light approaches the mouse, per rim that the mouse moves
 HAND = 4.0  # pixels at scale 1: who moves less while a button is down, clicks
@@ -98,7 +98,7 @@ class Mouse:
         return self.drag in ("orbit", "pan") and self.pressed is None
 
     def handle(
-        self, event: Event, state: State, stage: Stage, camera: Camera, scale: float = 1.0
+        self, event: Event, state: State, stage: OrbitStage, camera: Camera, scale: float = 1.0
     ) -> tuple[Mouse, State]:
         """Return mouse and state after the event, in a picture of this camera.
 
@@ -141,7 +141,7 @@ class Mouse:
         """The light stays where it was held before the mouse began its way out."""
         return replace(state, light_at=self.dwell.left(event.time, state.light_at)) if state.light_mode else state
 
-    def _move(self, event: Event, state: State, stage: Stage, camera: Camera) -> tuple[Mouse, State]:
+    def _move(self, event: Event, state: State, stage: OrbitStage, camera: Camera) -> tuple[Mouse, State]:
         now = event.x, event.y
         last, mouse = self.last or now, replace(self, pressed=None, last=now)
         dx, dy = now[0] - last[0], now[1] - last[1]
@@ -160,7 +160,7 @@ class Mouse:
         return mouse, moved
 
 
-def _move_light(last: Pair, now: Pair, state: State, stage: Stage, camera: Camera) -> State:
+def _move_light(last: Pair, now: Pair, state: State, stage: OrbitStage, camera: Camera) -> State:
     """The light follows the mouse. If they are apart when the mouse takes it, the gap shrinks with each move."""
     middle = state.middle(stage, camera)
     before, after = rims_from(middle, *last, camera), rims_from(middle, *now, camera)
@@ -197,7 +197,7 @@ def as_kind(light: Light, kind: str, side: float) -> Light:
     return replace(made, radius=0.0, size=(side, side)) if kind == "area" else made
 
 
-def taking(number: int, now: Moment, pose: NDArray[np.float64]) -> Moment:
+def taking(number: int, now: Snapshot, pose: NDArray[np.float64]) -> Snapshot:
     """The mouse takes the light with this number; the one that it held stays where it is. pose: of the own camera."""
     every = _by_number(now, now.state.light(now.stage, pose, now.held))
     held, *others = every[number:] + every[:number]
@@ -205,7 +205,7 @@ def taking(number: int, now: Moment, pose: NDArray[np.float64]) -> Moment:
     return now._replace(state=state, held=held, lights=tuple(others), number=number)
 
 
-def added(now: Moment, pose: NDArray[np.float64]) -> Moment:
+def added(now: Snapshot, pose: NDArray[np.float64]) -> Snapshot:
     """One more light, beside the one that the mouse held, which stays where it is; the mouse holds the new one."""
     lights = _by_number(now, now.state.light(now.stage, pose, now.held))
     at = complex(*now.state.light_at)
@@ -221,7 +221,7 @@ def added(now: Moment, pose: NDArray[np.float64]) -> Moment:
     return now._replace(state=state, held=OWN_LIGHT, lights=tuple(lights), number=len(lights), names=names)
 
 
-def removed(number: int, now: Moment, pose: NDArray[np.float64]) -> Moment:
+def removed(number: int, now: Snapshot, pose: NDArray[np.float64]) -> Snapshot:
     """Without the light with this number. If the mouse held it, it takes the one before. One light always stays."""
     if not now.lights:
         return now
@@ -234,7 +234,7 @@ def removed(number: int, now: Moment, pose: NDArray[np.float64]) -> Moment:
     return now._replace(lights=tuple((every[held:] + every[:held])[1:]), number=held, names=names)
 
 
-def placed(now: Moment, place: Vector, pose: NDArray[np.float64]) -> Moment:
+def placed(now: Snapshot, place: Vector, pose: NDArray[np.float64]) -> Snapshot:
     """The light that the mouse holds goes to a place in the world, and stays there; a directional one shines along it,
     which is no place then but a direction. It stays if there is none."""
     light = now.state.light(now.stage, pose, now.held)
@@ -246,14 +246,14 @@ def placed(now: Moment, place: Vector, pose: NDArray[np.float64]) -> Moment:
     return now._replace(state=state)
 
 
-def _by_number(now: Moment, held: Light) -> list[Light]:
+def _by_number(now: Snapshot, held: Light) -> list[Light]:
     """All lights; held: the one that the mouse holds, where it is."""
     every = [held, *now.lights]
     first = -now.number % len(every)
     return every[first:] + every[:first]
 
 
-def titles(now: Moment) -> list[str]:
+def titles(now: Snapshot) -> list[str]:
     """How lists call lights, by their numbers: 'lamp (spot)', or without a name 'light 2 (spot)'."""
     lights = zip(_by_number(now, now.held), chain(now.names, repeat("")), strict=False)
     return [f"{name or f'light {number}'} ({kind_of(light)})" for number, (light, name) in enumerate(lights, 1)]

@@ -15,7 +15,7 @@ from ..files.depth.depth_files import ramp
 from ..notes.notes import print_warning
 from ..scene.frame import Frame
 from ..scene.values import BLUE, ColorScale
-from .picture import Picture
+from .picture import ShownPicture
 
 SECONDS = 4.0
 CLOSES = "(a key or a click closes this)"
@@ -173,7 +173,7 @@ BETWEEN = "   "
 RAMP = 120.0  # width of the colours, pixels at scale 1
 
 
-def values_of(picture: Picture, column: int, row: int, surface: NDArray[np.float32] | None) -> tuple[str, ...]:
+def values_of(picture: ShownPicture, column: int, row: int, surface: NDArray[np.float32] | None) -> tuple[str, ...]:
     """Return where a pixel's surface lies in the world, how far away, which way it faces; of a frame also its pixel.
 
     surface  as of `Renderer.read_surface`

@@ -10,11 +10,11 @@ from typing import Any
 from PIL import ImageFont
 
 from .events import Effect, Event
-from .history import Moment
+from .history import Snapshot
 from .mouse import DOUBLE, HAND
 from .overlay import POINTS
 from .panel_sections import (
-    Facts,
+    PanelFacts,
     ViewsList,
     Widgets,
     show_clouds,
@@ -25,7 +25,7 @@ from .panel_sections import (
     show_points,
     show_surface,
 )
-from .picture import Picture
+from .picture import ShownPicture
 from .views import pose_of
 from .window import Window
 
@@ -128,7 +128,7 @@ class Panel:
             self.is_deciding = is_meant
         return is_meant and event.kind in ("move", "press", "wheel")
 
-    def draw(self, picture: Picture, facts: Facts) -> tuple[Moment, list[Effect]]:
+    def draw(self, picture: ShownPicture, facts: PanelFacts) -> tuple[Snapshot, list[Effect]]:
         """Draw the panel over a picture, and return what the user chose: view and lights, and what is to be done."""
         imgui, width, height = self._imgui, picture.camera.width, picture.camera.height
         imgui.set_current_context(self._context)
@@ -168,7 +168,7 @@ class Panel:
             given = tuple(one * size for one in pixels) if isinstance(pixels, tuple) else pixels * size
             setattr(style, name, self._imgui.ImVec2(*given) if isinstance(given, tuple) else given)
 
-    def _show(self, picture: Picture, facts: Facts, has_room: bool) -> tuple[Moment, list[Effect]]:
+    def _show(self, picture: ShownPicture, facts: PanelFacts, has_room: bool) -> tuple[Snapshot, list[Effect]]:
         ui, now, shown = self._widgets, picture.now, picture.shown
         show_facts(ui, shown, facts, has_room)
         effects = self._views.show(ui, now, shown, facts)

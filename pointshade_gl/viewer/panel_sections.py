@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..estimation.multi_view import is_primary
 from ..gpu.context.software_driver import is_software
-from ..gpu.core.steps import Lap
+from ..gpu.core.steps import Timing
 from ..scene.appearance import CLOUD_SPLATS, FLYING, FRAME_SPLATS, NOT_LIT, SHADINGS, Look, Material
 from ..scene.cloud import CloudLook
 from ..scene.environment import NAMES
@@ -22,7 +22,7 @@ from ..scene.noise import METHODS, SENSORS, Choice
 from ..scene.orbit import State
 from ..scene.settings import OCCLUSION, SIMPLE, TONES
 from .events import Command, Effect, RemoveLight, ShowFrame, TakeLight
-from .history import Moment
+from .history import Snapshot
 from .mouse import KINDS, as_kind, kind_of, placed
 from .views import UNITS, Shown, Views, clouds_of, restyled, size_of, with_unit
 
@@ -179,7 +179,7 @@ DEEPEST = 6  # levels of a scene that are seen
 USUAL, MATT, WIDE = State(), Material(), 45.0  # what a double click on a name brings back
 
 
-class Facts(NamedTuple):
+class PanelFacts(NamedTuple):
     """What the panel tells, and does not change.
 
     driver    its name for what draws
@@ -199,10 +199,10 @@ class Facts(NamedTuple):
     rate: float | None
     samples: tuple[int, int]
     titles: Sequence[str]
-    laps: Mapping[str, Lap] = {}
+    laps: Mapping[str, Timing] = {}
 
 
-def show_facts(ui: Widgets, shown: Shown, facts: Facts, opened: bool) -> None:
+def show_facts(ui: Widgets, shown: Shown, facts: PanelFacts, opened: bool) -> None:
     """Tell rate and samples in two lines; below, if it is opened, the times of the steps and what draws."""
     imgui = ui.imgui
     imgui.text(f"{facts.rate:.1f} pictures/s" if facts.rate else "at rest")
@@ -224,7 +224,7 @@ class ViewsList:
     def __init__(self) -> None:
         self._why: tuple[Any, list[str]] | None = None
 
-    def show(self, ui: Widgets, now: Moment, views: Shown, facts: Facts) -> list[Effect]:
+    def show(self, ui: Widgets, now: Snapshot, views: Shown, facts: PanelFacts) -> list[Effect]:
         """List the views, if there are any, and return which ones the user switched."""
         if not isinstance(views, Views):
             return []
@@ -235,7 +235,7 @@ class ViewsList:
             ui.imgui.text_wrapped("\n".join(self._explained(now.state.look, views, facts)))
         return effects
 
-    def _explained(self, look: Look, views: Views, facts: Facts) -> list[str]:
+    def _explained(self, look: Look, views: Views, facts: PanelFacts) -> list[str]:
         """Asked for once, not for each picture: it is read from the GPU."""
         key = views.shown, look
         if facts.explain and (self._why is None or self._why[0] != key):
@@ -274,7 +274,9 @@ def _show_weight(imgui: Any, weight: float | None) -> None:
         imgui.text_disabled("off" if weight is None else f"{100 * weight:.0f} %")
 
 
-def show_light(ui: Widgets, now: Moment, pose: NDArray[np.float64], facts: Facts) -> tuple[Moment, list[Effect]]:
+def show_light(
+    ui: Widgets, now: Snapshot, pose: NDArray[np.float64], facts: PanelFacts
+) -> tuple[Snapshot, list[Effect]]:
     """Show the lights, and the one that the mouse holds. pose: of the own camera."""
     if not ui.section("light"):
         return now, []
@@ -322,7 +324,7 @@ def _list(ui: Widgets, number: int, titles: Sequence[str]) -> list[Effect]:
     return effects
 
 
-def _place(ui: Widgets, now: Moment, pose: NDArray[np.float64]) -> Vector | None:
+def _place(ui: Widgets, now: Snapshot, pose: NDArray[np.float64]) -> Vector | None:
     """Where the light that the mouse holds is, or which way it shines; None: nothing was changed."""
     light = now.state.light(now.stage, pose, now.held)
     if light.position is not None:

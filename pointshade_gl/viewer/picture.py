@@ -18,12 +18,12 @@ from ..scene.light import Light
 from ..scene.orbit import UPPER_LEFT
 from ..scene.settings import Metering
 from .document import Dropped
-from .history import Moment
+from .history import Snapshot
 from .views import Shown, Views, camera_of, pose_of
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class ShownPicture:
     """A picture of what is shown, by a camera that is fitted to its size.
 
     now    view, lights and look
@@ -32,7 +32,7 @@ class Picture:
     exposure  as of Finish: found for the first picture, then the same, so that light is seen to become more or less
     """
 
-    now: Moment
+    now: Snapshot
     shown: Shown
     camera: Camera
     exposure: float | Metering = "sensor"
@@ -116,7 +116,7 @@ class SavedPicture(NamedTuple):
     dropped  what was opened by a drop onto the window; None: what the program opened
     """
 
-    picture: Picture
+    picture: ShownPicture
     samples: int
     name: str
     first: Shown

@@ -16,7 +16,7 @@ MERGED = "the views are merged: M plays the frames"
 Answer = tuple[Shown | None, str]  # what to show from now on, None for the same; what to say, "" for nothing
 
 
-class Strip(NamedTuple):
+class TimelineBar(NamedTuple):
     """What the timeline shows.
 
     text   in one line
@@ -131,22 +131,22 @@ class Playing:
         text = f"frame {playback.index} (0 to {total - 1})" if total else "paused"
         return new and _as_switched(new, shown), text
 
-    def strip(self, shown: Shown) -> Strip | None:
+    def strip(self, shown: Shown) -> TimelineBar | None:
         """What the timeline shows, or how many views are read; None where frames do not play."""
         if self.merger and self.merger.is_reading:
-            return Strip(f"{self.merger.progress}     Esc ends it", self.merger.share)
+            return TimelineBar(f"{self.merger.progress}     Esc ends it", self.merger.share)
         playback, arriving = self.playback, self._arriving.per_second
         if playback is None or not self._plays(shown):
             return None
         rate = "paused" if playback.is_paused else f"{arriving:.0f} frames/s" if arriving else "playing"
         if isinstance(playback, MultiPlayback):
-            return Strip(rate, None)
+            return TimelineBar(rate, None)
         total = playback.total
         if total is None:
-            return Strip(f"live, {rate}", None)
+            return TimelineBar(f"live, {rate}", None)
         asked = "as fast as they come" if playback.rate is None else f"{playback.rate:g} frames/s"
         state = "paused" if playback.is_paused else "loops" if playback.loops else "plays once"
-        return Strip(f"frame {playback.index} (0 to {total - 1}), {asked}, {state}", (playback.index + 1) / total)
+        return TimelineBar(f"frame {playback.index} (0 to {total - 1}), {asked}, {state}", (playback.index + 1) / total)
 
     def is_moving(self, shown: Shown) -> bool:
         """Whether other frames will come by themselves."""

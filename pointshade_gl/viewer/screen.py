@@ -16,14 +16,14 @@ from ..renderer.renderer import Renderer
 from ..scene.orbit import marker_place
 from .controller import BAR
 from .events import Effect
-from .history import Moment
+from .history import Snapshot
 from .keys import KEYS
 from .mouse import MOUSE
 from .overlay import draw_message, draw_readout, draw_strip, draw_table, legend, values_of
 from .panel import Panel
-from .panel_sections import Facts
-from .picture import Picture
-from .playing import Strip
+from .panel_sections import PanelFacts
+from .picture import ShownPicture
+from .playing import TimelineBar
 from .window import Window
 
 MARKER = 7.0  # radius, pixels at scale 1
@@ -47,7 +47,7 @@ class Overlay(NamedTuple):
 
     message: str
     is_marked: bool
-    strip: Strip | None
+    strip: TimelineBar | None
     help: bool
     panel: bool
     covered: int
@@ -74,7 +74,7 @@ class Screen:
         self._drawings: dict[str, tuple[Any, moderngl.Texture]] = {}
         self._drawn: moderngl.Texture | None = None  # by the renderer
         self._told: Told = None, ()
-        self._last: tuple[Picture, int] | None = None  # what that shows, of how many samples
+        self._last: tuple[ShownPicture, int] | None = None  # what that shows, of how many samples
         self._kept: moderngl.Texture | None = None  # a copy of that, while the renderer is lent
         self._panel: Panel | None = None
 
@@ -88,7 +88,7 @@ class Screen:
                 self._panel = Panel(self.window)
         return self._panel
 
-    def draw(self, picture: Picture, over: Overlay, facts: Facts) -> tuple[Moment, list[Effect]]:
+    def draw(self, picture: ShownPicture, over: Overlay, facts: PanelFacts) -> tuple[Snapshot, list[Effect]]:
         """Redraw the whole window, and return what the user chose in the panel. While the renderer is lent, the picture
         is the last one, with marker, text and panel as they are now."""
         self._steps.timed = over.panel
@@ -127,11 +127,11 @@ class Screen:
         if self.renderer.context.is_software:
             return_freed_memory()  # malloc keeps some for each thread
 
-    def read(self, picture: Picture, samples: int) -> NDArray[np.uint8]:
+    def read(self, picture: ShownPicture, samples: int) -> NDArray[np.uint8]:
         """Return the picture without marker and text: (h, w, 4) uint8."""
         return self.renderer.render(picture.request(samples))
 
-    def find_surface(self, picture: Picture, x: float, y: float) -> tuple[float, float, float] | None:
+    def find_surface(self, picture: ShownPicture, x: float, y: float) -> tuple[float, float, float] | None:
         """Return the point that the window shows at a pixel, or next to it: view axes; None if there is none."""
         camera = picture.camera
         found = self.renderer.find_surface(x, y, camera, picture.pose, round(BESIDE * self.window.scale))
@@ -151,7 +151,7 @@ class Screen:
             self._present.release()
         self.gl.release()  # closes the window, too
 
-    def _marker(self, picture: Picture) -> Marker | None:
+    def _marker(self, picture: ShownPicture) -> Marker | None:
         state, camera = picture.now.state, picture.camera
         if not state.is_lit:
             return None
@@ -160,7 +160,7 @@ class Screen:
         x, y = min(max(x, radius), camera.width - radius), min(max(y, radius), camera.height - radius)
         return Marker(x, y, radius, state.light_color, state.is_behind)
 
-    def _show(self, drawn: Any, picture: Picture, over: Overlay) -> None:
+    def _show(self, drawn: Any, picture: ShownPicture, over: Overlay) -> None:
         """Marker and text over what was drawn."""
         self._present.draw(self.gl.screen, drawn, self._marker(picture) if over.is_marked else None)
         scale, above, wide = over.scale, 0, max(picture.camera.width - over.covered, 1)
@@ -177,13 +177,13 @@ class Screen:
             line = self._drawing("message", draw_message, over.message, scale, max(wide - 2 * margin, 1))
             self._present.lay_over(self.gl.screen, line, margin, margin + above)
 
-    def _show_help(self, picture: Picture, over: Overlay) -> None:
+    def _show_help(self, picture: ShownPicture, over: Overlay) -> None:
         """Beside the panel, and over what is left of it while it is collapsed."""
         wide, high = max(picture.camera.width - over.covered, 1), picture.camera.height
         table = self._drawing("help", draw_table, HELP, over.scale, wide, high)
         self._present.lay_over(self.gl.screen, table, (wide - table.width) // 2, (high - table.height) // 2)
 
-    def _read_values(self, picture: Picture, over: Overlay) -> Told:
+    def _read_values(self, picture: ShownPicture, over: Overlay) -> Told:
         """What the colours of the picture that was drawn stand for, and the values under the mouse."""
         ends = legend(self.renderer.color_scale)
         if over.pointer is None:

@@ -24,12 +24,12 @@ from .events import (
     ShowMessage,
     TakeLight,
 )
-from .history import Moment, as_switched, switches_of
+from .history import Snapshot, as_switched, switches_of
 from .keys import when_seen
 from .mouse import added, removed, taking, titles
 from .overlay import Messages
 from .playback import MultiPlayback, Playback
-from .playing import Strip
+from .playing import TimelineBar
 from .views import Shown, camera_of, pose_of, resized
 
 
@@ -49,18 +49,18 @@ class Session:
         self._news = ""  # to be said once what is shown is seen
         self._wanted: int | None = None  # the frame that was chosen on the timeline
 
-    def show(self, document: Document, frame: Shown, moment: Moment) -> None:
+    def show(self, document: Document, frame: Shown, moment: Snapshot) -> None:
         """Show a frame of a document, as it was at a moment."""
         self.document, self.frame, self.moment = document, frame, moment
 
     @property
-    def moment(self) -> Moment:
+    def moment(self) -> Snapshot:
         """All that is undone, as it is."""
         lights = self.held, self.lights, self.light_number, self.light_names
-        return Moment(self.state, self.stage, *lights, switches_of(self.frame))
+        return Snapshot(self.state, self.stage, *lights, switches_of(self.frame))
 
     @moment.setter
-    def moment(self, moment: Moment) -> None:
+    def moment(self, moment: Snapshot) -> None:
         self.state, self.stage, self.held, self.lights, self.light_number, self.light_names, switches = moment
         self.frame = as_switched(self.frame, switches)
 
@@ -113,7 +113,7 @@ class Session:
         """Show a line of text for a few seconds."""
         self.messages.say(text)
 
-    def _go_back(self, moment: Moment | None, done: str, nothing: str) -> None:
+    def _go_back(self, moment: Snapshot | None, done: str, nothing: str) -> None:
         if moment:
             self._go_to(moment)
         self.say(done if moment else nothing)
@@ -125,7 +125,7 @@ class Session:
             names = self.light_titles
             self.say(f"the mouse holds {names[number]}, light {number + 1} of {len(names)}{when_seen(self.state)}")
 
-    def _go_to(self, moment: Moment) -> None:
+    def _go_to(self, moment: Snapshot) -> None:
         """Help and panel stay, which are not undone."""
         self.moment = moment.beside(self.moment)
 
@@ -150,7 +150,7 @@ class Session:
         return self.document.playing.playback
 
     @property
-    def strip(self) -> Strip | None:
+    def strip(self) -> TimelineBar | None:
         """What the timeline shows; None where frames do not play."""
         return self.document.playing.strip(self.frame)
 

@@ -27,16 +27,16 @@ from ..scene.option_fields import renamed
 from ..scene.orbit import State
 from ..scene.viewpoint import View
 from .background import LOOK, RATE, Background, OpenDialog, Recorder, Work, save_new
-from .controller import Surroundings, controller, hides_pointer, is_for_timeline, turned_around
+from .controller import ControllerInputs, controller, hides_pointer, is_for_timeline, turned_around
 from .document import Document, check_rates, check_sources
 from .events import Command, Effect, Event, Open, Remember, TurnAround
-from .history import Moment
+from .history import Snapshot
 from .overlay import Messages
 from .panel import MISSING
-from .panel_sections import Facts
-from .picture import CommandLine, Picture, SavedPicture
+from .panel_sections import PanelFacts
+from .picture import CommandLine, SavedPicture, ShownPicture
 from .playback import Redrawing
-from .playing import Playing, Strip
+from .playing import Playing, TimelineBar
 from .screen import Overlay, Screen
 from .session import Session
 from .views import VIEWS, Shown, check_views, clouds_of
@@ -52,12 +52,12 @@ SAMPLES = 64  # of a picture in which nothing moves
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
 
 
-class Stands(NamedTuple):
+class LastGood(NamedTuple):
     """What the last picture showed, which could be drawn."""
 
     document: Document
     frame: Shown
-    moment: Moment
+    moment: Snapshot
 
 
 class Viewer(Session):
@@ -169,7 +169,7 @@ class Viewer(Session):
         self.background = Background(self.window.wake)
         undo.callback(self._leave_work)
         self._prepared: tuple[Any, ...] | None = None  # the key of the last Preparation
-        self._stands: Stands | None = None
+        self._stands: LastGood | None = None
         self._known: tuple[Choice | None, Mapping[Frame, float]] = None, {}
         slow = SOFTWARE if self.renderer.context.is_software else ""
         greeting = GREETING if self.state.light_mode else GREETING_STAYS
@@ -299,11 +299,11 @@ class Viewer(Session):
                 super().perform(effect)
 
     @property
-    def _surroundings(self) -> Surroundings:
+    def _surroundings(self) -> ControllerInputs:
         width, height = self.window.picture_size
         total, is_scene = self.document.playing.total(self.frame), isinstance(self.frame, Scene)
         has_clouds = bool(clouds_of(self.frame))
-        return Surroundings(
+        return ControllerInputs(
             self.camera, width - self.panel_covers, height, self.window.scale, total, is_scene, has_clouds
         )
 
@@ -319,13 +319,13 @@ class Viewer(Session):
         return self.window.fit(self.own_camera, self.panel_width)
 
     @property
-    def picture(self) -> Picture | None:
+    def picture(self) -> ShownPicture | None:
         """What the window shows below marker, text and panel; None while it is minimised."""
         return self._seen_by(camera) if (camera := self.camera) else None
 
-    def _seen_by(self, camera: Camera) -> Picture:
+    def _seen_by(self, camera: Camera) -> ShownPicture:
         plays = self.document.playing.is_moving(self.frame)
-        return Picture(self.moment, self.frame, camera, self.document.exposure, plays)
+        return ShownPicture(self.moment, self.frame, camera, self.document.exposure, plays)
 
     @property
     def panel_width(self) -> int:
@@ -342,7 +342,7 @@ class Viewer(Session):
         state, turns = self.state, self.control.mouse.turns
         places = state.help, state.panel, self.panel_covers, self.window.scale, self._pointer
         title, share = self.background.title, self.background.share
-        strip = Strip(title, share) if title else self.strip
+        strip = TimelineBar(title, share) if title else self.strip
         return Overlay(self.messages.text, not turns, strip, *places)
 
     @property
@@ -392,7 +392,7 @@ class Viewer(Session):
 
     def _stand(self) -> None:
         """What is shown can be drawn: what was opened takes the place of what was there before."""
-        before, self._stands = self._stands, Stands(self.document, self.frame, self.moment)
+        before, self._stands = self._stands, LastGood(self.document, self.frame, self.moment)
         if before and before.document is not self.document:
             before.document.playing.close()
             self.document.playing.wake_by(self.window.wake)
@@ -400,16 +400,16 @@ class Viewer(Session):
             self.messages.clear()
         self.tell_news()
 
-    def _facts(self, samples: int, most: int) -> Facts:
+    def _facts(self, samples: int, most: int) -> PanelFacts:
         """What the panel tells. While the renderer is lent, that is what the last picture told of it."""
         renderer, explain = self.screen.renderer, None
         if not self.background.lends:
             self._known, explain = (renderer.choice, renderer.weights), renderer.explain
         choice, weights = self._known
         rate, titles = self.redrawing.rate.per_second, self.light_titles
-        return Facts(renderer.context.renderer, choice, weights, explain, rate, (samples, most), titles)
+        return PanelFacts(renderer.context.renderer, choice, weights, explain, rate, (samples, most), titles)
 
-    def _prepare(self, picture: Picture) -> None:
+    def _prepare(self, picture: ShownPicture) -> None:
         """Finds in the background what the picture needs and takes long."""
         needed = picture.preparation
         if needed is None or needed.key == self._prepared:
@@ -576,7 +576,7 @@ class Viewer(Session):
     def _is_saving(self) -> bool:
         return self.background.work is not None and self.background.work.title == SAVING
 
-    def _tell_saved(self, picture: Picture, samples: int, path: Path) -> None:
+    def _tell_saved(self, picture: ShownPicture, samples: int, path: Path) -> None:
         document, playing = self.document, self.document.playing
         saved = SavedPicture(picture, samples, path.name, document.first, playing.numbers, document.dropped)
         line, left_out = self._command_line(saved) if self._command_line else ("", "")

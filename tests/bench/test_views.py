@@ -9,7 +9,7 @@ from PIL import Image
 import pointshade_gl as ps
 from pointshade_gl.bench import command, views
 from pointshade_gl.bench.measure import generator
-from pointshade_gl.bench.views import Stage, ViewsPlan, views_chart
+from pointshade_gl.bench.views import BenchStage, ViewsPlan, views_chart
 from pointshade_gl.scene.appearance import NORMALS_AT
 
 TINY = ViewsPlan((64, 48), (1, 2, 3), 3, 1)
@@ -17,7 +17,7 @@ TINY = ViewsPlan((64, 48), (1, 2, 3), 3, 1)
 
 @pytest.fixture(scope="module")
 def stage():
-    return Stage(TINY)
+    return BenchStage(TINY)
 
 
 def test_any_first_few_cameras_look_from_all_sides():

@@ -9,7 +9,7 @@ from PIL import Image
 from pointshade_gl.files.access.known_names import asset
 from pointshade_gl.files.depth.depth_coding import decode
 from pointshade_gl.files.depth.depth_files import MAPS, read_depth, read_levels
-from pointshade_gl.files.depth.depth_kinds import Said
+from pointshade_gl.files.depth.depth_kinds import DepthHints
 from pointshade_gl.files.frames.frame_parts import ReadOptions
 from pointshade_gl.files.frames.sequences import open_frames
 
@@ -27,7 +27,7 @@ def as_jpeg(image, quality):
     return np.asarray(Image.open(file))
 
 
-def read(image, said=Said()):  # noqa: B008 a frozen value
+def read(image, said=DepthHints()):  # noqa: B008 a frozen value
     """What is decoded, and the notes."""
     notes = []
     return decode(image, "depth.png", said, notes.append), notes
@@ -91,7 +91,7 @@ def test_depth_is_known_by_its_planes_either_way_round(name):
         assert (decoded.coding.kind, decoded.coding.scale) == ("z", None)
         assert len(notes) == 1 and f"{MAPS[name]} is {where}" in notes[0]
         assert np.corrcoef(decoded.values.ravel(), Z.ravel())[0, 1] > 0.999
-        again = decode(image, "next.png", Said(), print, decoded.coding)
+        again = decode(image, "next.png", DepthHints(), print, decoded.coding)
         np.testing.assert_array_equal(again.values, decoded.values)
 
 
@@ -110,11 +110,11 @@ def test_a_sequence_is_read_like_its_first_frame(tmp_path):
 
 def test_a_said_kind_or_scale_wins():
     image = TABLES["turbo"][DEEP]
-    decoded, notes = read(image, Said("inverse"))
+    decoded, notes = read(image, DepthHints("inverse"))
     assert (decoded.coding.kind, decoded.coding.scale) == ("inverse", None)
     assert len(notes) == 1 and "(turbo), read back in 256 steps, red is the highest" in notes[0]
-    assert read(image, Said("z"))[0].coding.kind == "z"
-    assert read(image, Said(scale=50))[0].coding.scale == 50
+    assert read(image, DepthHints("z"))[0].coding.kind == "z"
+    assert read(image, DepthHints(scale=50))[0].coding.scale == 50
 
 
 def test_colours_of_no_map_are_refused():

@@ -5,12 +5,12 @@ import pytest
 
 from pointshade_gl.files.depth.depth_coding import decode
 from pointshade_gl.files.depth.depth_files import read_depth, read_raw
-from pointshade_gl.files.depth.depth_kinds import Said
+from pointshade_gl.files.depth.depth_kinds import DepthHints
 
 from ..support.rooms import kinect_disparity, room, stretched
 
 MM = np.round(1000 * room()).astype(np.uint16)
-SILENT = Said()
+SILENT = DepthHints()
 
 
 def read(raw, said=SILENT, name="depth.png", like=None):
@@ -35,21 +35,21 @@ U8, U16, F32 = np.ones((2, 2), np.uint8), np.ones((2, 2), np.uint16), np.ones((2
 @pytest.mark.parametrize(
     ("raw", "said", "expected"),
     [
-        (MM, Said(scale=5000, filed_scale=1000.0), ("z", 5000)),
-        (MM, Said("ray", filed_scale=5000.0), ("ray", 5000)),
-        (U8, Said("z", 25.5), ("z", 25.5)),
-        (U8, Said(scale=25.5), ("z", 25.5)),
-        (F32, Said("plane"), ("plane", 1)),
-        (F32, Said(filed_scale=1.0), ("z", 1)),
-        (U8, Said("inverse"), ("inverse", None)),
-        (F32, Said("inverse", 3), ("inverse", 3)),
-        (F32, Said("inverse", filed_scale=1000.0), ("inverse", None)),
-        (U8, Said("disparity", 4), ("disparity", 4)),
-        (MM, Said(filed_kind="disparity", filed_scale=16.0), ("disparity", 16)),
-        (rotated(MM), Said(scale=8000), ("z", 8000)),
-        (5 * MM, Said(scale=1000), ("z", 1000)),
-        (stretched(1 / room()), Said("z"), ("z", None)),
-        (-F32, Said("inverse"), ("inverse", None)),
+        (MM, DepthHints(scale=5000, filed_scale=1000.0), ("z", 5000)),
+        (MM, DepthHints("ray", filed_scale=5000.0), ("ray", 5000)),
+        (U8, DepthHints("z", 25.5), ("z", 25.5)),
+        (U8, DepthHints(scale=25.5), ("z", 25.5)),
+        (F32, DepthHints("plane"), ("plane", 1)),
+        (F32, DepthHints(filed_scale=1.0), ("z", 1)),
+        (U8, DepthHints("inverse"), ("inverse", None)),
+        (F32, DepthHints("inverse", 3), ("inverse", 3)),
+        (F32, DepthHints("inverse", filed_scale=1000.0), ("inverse", None)),
+        (U8, DepthHints("disparity", 4), ("disparity", 4)),
+        (MM, DepthHints(filed_kind="disparity", filed_scale=16.0), ("disparity", 16)),
+        (rotated(MM), DepthHints(scale=8000), ("z", 8000)),
+        (5 * MM, DepthHints(scale=1000), ("z", 1000)),
+        (stretched(1 / room()), DepthHints("z"), ("z", None)),
+        (-F32, DepthHints("inverse"), ("inverse", None)),
     ],
 )
 def test_what_is_said_is_taken_without_a_note(raw, said, expected):
@@ -93,18 +93,28 @@ def test_a_unit_is_that_of_what_stands_before_a_far_plane(raw, far, scale, share
         (np.float32(0.01 * room()), SILENT, 1, "its middle at 0.0345 m; pass depth_scale"),
         (
             np.float32(MM),
-            Said(filed_scale=1.0),
+            DepthHints(filed_scale=1.0),
             1000,
             "depth_scale 1, which puts the middle at 3.45e+03 m: taken as 1000",
         ),
-        (np.float32(MM), Said(filed_scale=1000.0), 1000, "divided by 1000, as the intrinsics file says"),
-        (np.float32(room()), Said(filed_scale=1000.0), 1, "at 0.00345 m: taken as 1 a metre"),
-        (MM, Said(filed_scale=0.001), 1000, "depth_scale 0.001, which puts the middle at 3.45e+06 m: taken as 1000"),
-        (5 * MM, Said(filed_scale=0.0002), 5000, "taken as 5000 a metre"),
-        (MM, Said(filed_scale=1.0), 1000, "taken as 1000 a metre"),
-        (10 * MM, Said(filed_scale=0.1), 10000, "taken as 10000 a metre"),
-        (5 * MM, Said(filed_scale=1000.0), 1000, "spaced like TUM's: pass depth_scale=5000 if all is too far away"),
-        (MM, Said(filed_scale=1e6), 1e6, "pass depth_scale (raw values per metre) if that is wrong"),
+        (np.float32(MM), DepthHints(filed_scale=1000.0), 1000, "divided by 1000, as the intrinsics file says"),
+        (np.float32(room()), DepthHints(filed_scale=1000.0), 1, "at 0.00345 m: taken as 1 a metre"),
+        (
+            MM,
+            DepthHints(filed_scale=0.001),
+            1000,
+            "depth_scale 0.001, which puts the middle at 3.45e+06 m: taken as 1000",
+        ),
+        (5 * MM, DepthHints(filed_scale=0.0002), 5000, "taken as 5000 a metre"),
+        (MM, DepthHints(filed_scale=1.0), 1000, "taken as 1000 a metre"),
+        (10 * MM, DepthHints(filed_scale=0.1), 10000, "taken as 10000 a metre"),
+        (
+            5 * MM,
+            DepthHints(filed_scale=1000.0),
+            1000,
+            "spaced like TUM's: pass depth_scale=5000 if all is too far away",
+        ),
+        (MM, DepthHints(filed_scale=1e6), 1e6, "pass depth_scale (raw values per metre) if that is wrong"),
     ],
 )
 def test_a_unit_that_is_guessed_is_told(raw, said, scale, sentence):
@@ -138,7 +148,7 @@ def test_rotated_bits_beyond_8_metres_come_back():
 
 
 def test_confidence_bits_are_dropped_whatever_scale_is_said():
-    decoded, notes = read(with_confidence(5 * MM // 4), Said(scale=5000))
+    decoded, notes = read(with_confidence(5 * MM // 4), DepthHints(scale=5000))
     np.testing.assert_array_equal(decoded.values, 5 * MM // 4)
     assert decoded.coding.scale == 5000 and len(notes) == 1
 
@@ -206,7 +216,7 @@ def test_other_steps_tell_no_scale():
 def test_negative_values_are_dropped_with_their_share(dtype, share):
     raw = MM.astype(dtype)
     raw[:, :16][:6] = -1
-    _, notes = read(raw, Said("z", 1000))
+    _, notes = read(raw, DepthHints("z", 1000))
     assert len(notes) == 1 and notes[0].startswith(f"{share} of depth.png is negative, and taken as missing")
 
 
@@ -214,7 +224,7 @@ def test_negative_values_are_dropped_with_their_share(dtype, share):
 def test_depth_scale_is_a_number_above_0(scale):
     error = TypeError if isinstance(scale, str) else ValueError
     with pytest.raises(error, match=f"depth_scale must be a finite number above 0, got {scale!r}"):
-        read(U16, Said(scale=scale))
+        read(U16, DepthHints(scale=scale))
 
 
 @pytest.mark.parametrize("raw", [rotated(MM), with_confidence(MM), 257 * stretched(room()).astype(np.uint16)])
@@ -256,7 +266,7 @@ def test_tums_frame_needs_no_file_that_tells_its_scale(shared_data):
 @pytest.mark.data
 def test_androids_raw_file_is_the_picture_that_its_author_made_of_it(shared_data):
     folder = shared_data / "odd_android_depth16"
-    decoded, notes = read(read_raw(folder / "depth16.bin", 240, 180), Said(filed_scale=1000.0))
+    decoded, notes = read(read_raw(folder / "depth16.bin", 240, 180), DepthHints(filed_scale=1000.0))
     author = read_depth(folder / "depth16_from_author.png", print)
     np.testing.assert_array_equal(5 * decoded.values, author)
     assert decoded.coding.scale == 1000 and len(notes) == 1
@@ -292,4 +302,4 @@ def test_no_real_frame_is_taken_for_another_coding(shared_data):
 def test_another_word_about_the_next_frame_is_heard():
     first, _ = read(5 * MM)
     assert read(MM, like=first.coding)[0].coding.scale == 5000
-    assert read(MM, Said(filed_scale=1000.0), like=first.coding)[0].coding.scale == 1000
+    assert read(MM, DepthHints(filed_scale=1000.0), like=first.coding)[0].coding.scale == 1000

@@ -9,7 +9,7 @@ from PIL import Image
 import pointshade_gl as ps
 from pointshade_gl.files.depth.depth_coding import decode
 from pointshade_gl.files.depth.depth_files import read_depth
-from pointshade_gl.files.depth.depth_kinds import Said, measure_bending, to_metres
+from pointshade_gl.files.depth.depth_kinds import DepthHints, measure_bending, to_metres
 from pointshade_gl.files.depth.missing_depth import FAR
 
 from ..support.rooms import F, room, stretched
@@ -18,7 +18,7 @@ Z = room(240, 320)
 CAMERA = ps.Camera(2 * F, 2 * F, 159.5, 119.5, 320, 240)
 
 
-def read(raw, said=Said(), name="depth.npy"):  # noqa: B008 a frozen value
+def read(raw, said=DepthHints(), name="depth.npy"):  # noqa: B008 a frozen value
     """What is decoded, and the notes."""
     notes = []
     return decode(np.asarray(raw), name, said, notes.append), notes
@@ -139,9 +139,9 @@ def test_8_bits_whose_planes_bend_are_depth_and_0_is_missing_where_it_stands_alo
 
 
 def test_8_bits_with_a_scale_in_the_cameras_file_are_depth():
-    decoded, notes = read(np.round(Z * 50).astype(np.uint8), Said(filed_scale=50.0))
+    decoded, notes = read(np.round(Z * 50).astype(np.uint8), DepthHints(filed_scale=50.0))
     assert (decoded.coding.kind, decoded.coding.scale, notes) == ("z", 50, [])
-    assert read(stretched(1 / Z), Said(filed_scale=1000.0))[0].coding.kind == "inverse"
+    assert read(stretched(1 / Z), DepthHints(filed_scale=1000.0))[0].coding.kind == "inverse"
 
 
 @pytest.mark.parametrize(
@@ -156,7 +156,7 @@ def test_8_bit_pictures_of_anything_else_are_refused_with_a_way_out(picture, sen
     picture = picture.astype(np.uint8)
     with pytest.raises(ValueError, match=sentence + r".*pass another file, or depth_kind='inverse' or 'z'"):
         read(picture, name="depth.png")
-    assert read(picture, Said("inverse"))[0].coding.kind == "inverse"
+    assert read(picture, DepthHints("inverse"))[0].coding.kind == "inverse"
 
 
 def test_labels_of_16_bits_are_told_and_steps_of_depth_are_not():
@@ -170,13 +170,13 @@ def test_labels_of_16_bits_are_told_and_steps_of_depth_are_not():
 @pytest.mark.parametrize("kind", ["ray", "plane"])
 def test_256_levels_of_a_distance_need_a_scale(kind):
     with pytest.raises(ValueError, match=rf"too few for distances of kind {kind}: pass depth_scale .*='inverse'"):
-        read(stretched(Z), Said(kind))
+        read(stretched(Z), DepthHints(kind))
 
 
 @pytest.mark.parametrize("name", ["disp0.pfm", "left_disp.npy", "a/disparity.png", "img.Disp.exr"])
 def test_disparity_is_known_by_its_name(name):
     disparity = (40 / Z).astype(np.float32)
-    decoded, notes = read(disparity, Said(has_baseline=True), name)
+    decoded, notes = read(disparity, DepthHints(has_baseline=True), name)
     assert (decoded.coding.kind, decoded.coding.scale) == ("disparity", 1)
     assert len(notes) == 1 and "is taken as disparity" in notes[0]
     decoded, notes = read(disparity, name=name)
@@ -187,15 +187,15 @@ def test_disparity_is_known_by_its_name(name):
 
 def test_other_names_are_no_disparity_and_a_said_kind_wins():
     for name in ("display.npy", "dispatch/depth.npy", "undisputed.npy"):
-        assert read(Z.astype(np.float32), Said(has_baseline=True), name)[0].coding.kind == "z"
-    assert read(Z.astype(np.float32), Said("z"), "disp.npy")[0].coding.kind == "z"
+        assert read(Z.astype(np.float32), DepthHints(has_baseline=True), name)[0].coding.kind == "z"
+    assert read(Z.astype(np.float32), DepthHints("z"), "disp.npy")[0].coding.kind == "z"
 
 
 def test_kittis_disparity_has_256_values_a_pixel():
-    decoded, notes = read((256 * 40 / Z).astype(np.uint16), Said(has_baseline=True), "disp.png")
+    decoded, notes = read((256 * 40 / Z).astype(np.uint16), DepthHints(has_baseline=True), "disp.png")
     assert (decoded.coding.kind, decoded.coding.scale) == ("disparity", 256)
     assert len(notes) == 2 and "divided by 256, as in KITTI" in notes[1]
-    assert read((40 / Z).astype(np.uint16), Said("disparity"))[0].coding.scale == 1
+    assert read((40 / Z).astype(np.uint16), DepthHints("disparity"))[0].coding.scale == 1
 
 
 @pytest.mark.data

@@ -14,7 +14,7 @@ from PIL import Image
 import pointshade_gl as ps
 from pointshade_gl.files.finding import folder_frames as best_group
 from pointshade_gl.files.frames.assembly import choose_camera
-from pointshade_gl.files.frames.frame_parts import Parts, ReadOptions, is_path
+from pointshade_gl.files.frames.frame_parts import FrameParts, ReadOptions, is_path
 from pointshade_gl.files.frames.sequences import FrameSequence, open_frames
 
 from ..support.layouts import MAKERS
@@ -57,7 +57,7 @@ def remembered(read: Callable) -> Callable:
     return of
 
 
-def opened(path: Path, options: ReadOptions) -> list[Parts]:
+def opened(path: Path, options: ReadOptions) -> list[FrameParts]:
     """None where the folder is refused."""
     try:
         return list(open_frames(path, False, options, lambda _: None).parts)

@@ -6,7 +6,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.gpu.core.frame_textures import PointSurface
 from pointshade_gl.gpu.core.images import Owner
-from pointshade_gl.gpu.surface.noise_measurement import History, Stream, TemporalPass
+from pointshade_gl.gpu.surface.noise_measurement import Stream, StreamHistory, TemporalPass
 from pointshade_gl.scene.noise import Noise
 
 from ..reference import temporal
@@ -174,7 +174,7 @@ def test_the_passes_agree_with_the_mirror_and_leave_what_they_remember(renderer,
     gl, expected = renderer.context.gl, None
     with renderer._in_use():
         made = Owner(gl)
-        passes, one = made._keep(TemporalPass(gl, renderer.steps)), made._keep(History(gl))
+        passes, one = made._keep(TemporalPass(gl, renderer.steps)), made._keep(StreamHistory(gl))
         surface = made._keep(PointSurface(gl, (WIDTH, HEIGHT)))
         try:
             for k, pose in enumerate(poses):

@@ -11,7 +11,7 @@ from PIL import Image
 import pointshade_gl as ps
 from pointshade_gl.bench.command import select
 from pointshade_gl.files.depth.depth_coding import decode
-from pointshade_gl.files.depth.depth_kinds import Said, to_metres
+from pointshade_gl.files.depth.depth_kinds import DepthHints, to_metres
 from pointshade_gl.files.writing.film import Film
 from pointshade_gl.notes.words import as_command_line, as_python, option, shown
 from pointshade_gl.renderer.series import jobs_of
@@ -111,9 +111,9 @@ def test_errors_in_python(call, sentence, tmp_path, monkeypatch):
 
 def test_notes_in_python():
     notes = []
-    decode(U16, "depth", Said(), notes.append)
-    decode(U16, "depth", Said("disparity"), notes.append)
-    decode(1000 * FRAME.depth, "depth", Said(filed_scale=1000), notes.append)
+    decode(U16, "depth", DepthHints(), notes.append)
+    decode(U16, "depth", DepthHints("disparity"), notes.append)
+    decode(1000 * FRAME.depth, "depth", DepthHints(filed_scale=1000), notes.append)
     assert notes[0].startswith("depth is of integers, without depth_scale: taken as millimetres")
     assert notes[1].startswith("disparity is of integers, without depth_scale: taken as pixels")
     assert notes[2].endswith("pass depth_scale=1 if it is in metres")

@@ -8,7 +8,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page
-from pointshade_gl.scene.orbit import Stage, State, marker_place, rims_from
+from pointshade_gl.scene.orbit import OrbitStage, State, marker_place, rims_from
 from pointshade_gl.viewer.events import Event
 
 from ..support import frames
@@ -16,7 +16,7 @@ from ..support.viewing import Hand
 
 pytestmark = [pytest.mark.system, pytest.mark.browser, pytest.mark.gl]
 FRAME = frames.sphere()
-STAGE = Stage.of(FRAME)
+STAGE = OrbitStage.of(FRAME)
 NAMES = {"lightAt": "light_at", "lightReach": "light_reach", "lightMode": "light_mode"}
 SEEN = """(state) => {
   const { stage, held } = pointshade.data;

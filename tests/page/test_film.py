@@ -11,7 +11,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page, write_page
 from pointshade_gl.page.films import FILM_QUALITIES, KEY_EVERY, STAYS, FilmCoder, frames_of
-from pointshade_gl.page.page_contents import Surface
+from pointshade_gl.page.page_contents import PageSurface
 
 from ..support import frames
 from ..support.page_functions import run_script
@@ -67,7 +67,7 @@ def surface(rng, noise=0.003, height=48, width=64, wave=0.0):
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
     colors = (np.stack([x, y, x + y], -1) % 200 + rng.integers(0, 5, (height, width, 3))).astype(np.uint8)
     fixed = np.ones(1, np.float32), (60.0, 60.0, 32.0, 24.0), np.eye(4), 1.0, False, 0
-    return Surface(normals.astype(np.float32), depth.astype(np.float32), colors, None, *fixed)
+    return PageSurface(normals.astype(np.float32), depth.astype(np.float32), colors, None, *fixed)
 
 
 DECODE = """

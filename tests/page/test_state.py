@@ -8,12 +8,12 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.scene import orbit as viewer_state
-from pointshade_gl.scene.orbit import Stage, State, marker_place, rims_from
+from pointshade_gl.scene.orbit import OrbitStage, State, marker_place, rims_from
 
 from ..support.page_functions import run_script
 
 CAMERA = ps.Camera(500, -510, 300.5, 239.5, 640, 480)
-STAGE = Stage(np.array([0.2, -0.1, 2.0]), 1.3, np.diag([1.0, -1.0, 1.0]))
+STAGE = OrbitStage(np.array([0.2, -0.1, 2.0]), 1.3, np.diag([1.0, -1.0, 1.0]))
 PLACE = ps.orbit_pose(None, (0.3, 0.1, 1.5), 25, -40)
 LIGHTS = {
     "point": ps.Light(position=(0, 0, 0)),

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pointshade_gl.estimation.environment_light import above_horizon, lobe_map, radiance_bands, turned_bands
-from pointshade_gl.scene.environment import Surroundings
+from pointshade_gl.estimation.environment_light import above_horizon, lobe_map, radiance_bands, sh_rotation
+from pointshade_gl.scene.environment import EnvironmentLight
 
 from .surroundings import (
     OPEN,
@@ -46,13 +46,13 @@ def visibility_map(surface_map: np.ndarray, intrinsics: np.ndarray, radius: floa
     return (np.round(np.clip(found, 0, 1) * 255) / 255).astype(F)
 
 
-def around_of(surroundings: Surroundings, exponent: float, axes: np.ndarray) -> Around | None:
+def around_of(surroundings: EnvironmentLight, exponent: float, axes: np.ndarray) -> Around | None:
     """Return the environment in the axes of a camera with this pose (4, 4)."""
     if surroundings.environment is None:
         return None
     turn, floor, picture = np.array(surroundings.to_sky), surroundings.floor, surroundings.environment.picture
     up = None if floor is None else turn @ floor
-    bands = turned_bands(radiance_bands(picture, up), turn @ axes[:3, :3])
+    bands = sh_rotation(radiance_bands(picture, up), turn @ axes[:3, :3])
     lobes = lobe_map(picture if up is None else above_horizon(picture, up), exponent)
     lobes = np.concatenate([lobes, np.ones_like(lobes[..., :1])], -1)
     gain = surroundings.intensity

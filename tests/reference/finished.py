@@ -9,7 +9,7 @@ import numpy as np
 from pointshade_gl.estimation.ground import seen_ground
 from pointshade_gl.gpu.shading.occlusion import plane_shift, plane_turn
 from pointshade_gl.scene.camera import Eye
-from pointshade_gl.scene.environment import NOTHING_AROUND, Surroundings
+from pointshade_gl.scene.environment import NOTHING_AROUND, EnvironmentLight
 from pointshade_gl.scene.sample_pattern import at_sample
 from pointshade_gl.scene.settings import Finish
 from pointshade_gl.scene.visible import VisibleScene
@@ -47,7 +47,7 @@ def draw_ground(
     rows: np.ndarray,
     shadow_map: np.ndarray,
     views: np.ndarray,
-    surroundings: Surroundings = NOTHING_AROUND,
+    surroundings: EnvironmentLight = NOTHING_AROUND,
     surface_map: np.ndarray | None = None,
     sample: int = 0,
     distance: float = 1.0,

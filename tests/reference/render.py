@@ -12,7 +12,7 @@ import numpy as np
 from pointshade_gl.estimation.ground import ground_under
 from pointshade_gl.scene.appearance import Look
 from pointshade_gl.scene.camera import Camera, Eye, view_matrix
-from pointshade_gl.scene.environment import NOTHING_AROUND, Surroundings
+from pointshade_gl.scene.environment import NOTHING_AROUND, EnvironmentLight
 from pointshade_gl.scene.frame import Frame
 from pointshade_gl.scene.graph import Scene
 from pointshade_gl.scene.light import Light, at_upper_left, light_rows
@@ -62,7 +62,7 @@ class LightSet(NamedTuple):
     spans: Sequence[Span | None]  # of each one's views
     views: Sequence[ShadowView]
     shadow_map: np.ndarray | None
-    surroundings: Surroundings = NOTHING_AROUND
+    surroundings: EnvironmentLight = NOTHING_AROUND
 
 
 class Splatted(NamedTuple):
@@ -92,7 +92,7 @@ def render(
     merge: float = MERGE,
     finish: Finish = SIMPLE,
     certainty: np.ndarray | None = None,
-    surroundings: Surroundings = NOTHING_AROUND,
+    surroundings: EnvironmentLight = NOTHING_AROUND,
     stride: int = 1,
 ) -> np.ndarray:
     """The result of Renderer.render, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing, certainty of these."""

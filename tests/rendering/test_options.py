@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.cli.option_groups import LookOptions as TypedLook
+from pointshade_gl.cli.option_groups import LookGroup as TypedLook
 from pointshade_gl.cli.options import ViewOptions
 from pointshade_gl.cli.written import PictureOptions
 from pointshade_gl.files.frames.frame_parts import LoadOptions

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.orbit import RIM, Stage, State, marker_place, rims_from
+from pointshade_gl.scene.orbit import RIM, OrbitStage, State, marker_place, rims_from
 from pointshade_gl.viewer.events import Event
 
 from ..support import frames
 from ..support.viewing import Hand
 
 CAMERA = ps.Camera(500, 500, 319.5, 239.5, 640, 480)
-STAGE = Stage(np.array([0.0, 0.0, 2.0]), 1.0, np.eye(3))
+STAGE = OrbitStage(np.array([0.0, 0.0, 2.0]), 1.0, np.eye(3))
 
 
 def moves(*places, state=None, mouse=None, camera=CAMERA, **options):
@@ -172,7 +172,7 @@ def test_a_frame_with_rows_that_run_upwards_is_handled_as_it_looks():
     frame = frames.sphere()
     c = frame.camera
     turned = ps.Frame(frame.color, frame.depth, ps.Camera(c.fx, -c.fy, c.cx, c.cy, c.width, c.height))
-    stage, other = Stage.of(frame), Stage.of(turned)
+    stage, other = OrbitStage.of(frame), OrbitStage.of(turned)
     state = State(yaw=10, pitch=20, distance=0.8, pan=(0.1, 0.05), light_at=(0.2, -0.7))
     place = np.linalg.inv(state.pose(stage)) @ [*(state.light(stage, np.eye(4)).position or ()), 1]
     same = np.linalg.inv(state.pose(other)) @ [*(state.light(other, np.eye(4)).position or ()), 1]
@@ -181,13 +181,13 @@ def test_a_frame_with_rows_that_run_upwards_is_handled_as_it_looks():
 
 
 def test_a_frame_without_any_depth_has_a_stage():
-    assert Stage.of(frames.all_missing()).radius > 0
+    assert OrbitStage.of(frames.all_missing()).radius > 0
 
 
 @pytest.mark.parametrize("axis", [(0.0, 1.0, 0.0), (0.0, 0.9, 0.4358898943540673)])
 @pytest.mark.parametrize("fy", [1, -1])
 def test_a_viewer_stands_where_it_is_put_at_any_roll_and_also_beyond_the_object(axis, fy):
-    stage = Stage(np.array([0.1, -0.2, 1.5]), 1.0, np.diag([1.0, fy, 1.0]), axis)
+    stage = OrbitStage(np.array([0.1, -0.2, 1.5]), 1.0, np.diag([1.0, fy, 1.0]), axis)
     rng = np.random.default_rng(4)
     for _ in range(50):
         pose = np.eye(4)

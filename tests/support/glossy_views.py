@@ -10,7 +10,7 @@ import numpy as np
 import pointshade_gl as ps
 from pointshade_gl.bench.measure import add_kinect_noise, generator, round_disparity
 from pointshade_gl.bench.scenes import box, pose_at, standard_camera
-from pointshade_gl.bench.tracing import Array, Hits, Surface, encode, moved_surface, plane, shade, sphere, trace
+from pointshade_gl.bench.tracing import Array, Hits, TracedSurface, encode, moved_surface, plane, shade, sphere, trace
 
 PIVOT = (0.0, 0.05, 1.6)
 VIEWS = (-30, 6), (-15, 14), (0, 4), (15, 12), (30, 8)  # yaw and pitch, degrees
@@ -26,7 +26,7 @@ class Scene:
 
     light: ps.Light
     gloss: Array
-    parts: list[Surface]
+    parts: list[TracedSurface]
     taken: list[tuple[Array, Hits]]  # pose, and what is hit from there
 
 
@@ -95,7 +95,7 @@ def errors_of(renderer: ps.Renderer, views: GlossyViews, **options) -> tuple[flo
     return float(np.concatenate(inside).mean()), float(np.concatenate(outside).mean())
 
 
-def _parts(chance: np.random.Generator) -> tuple[list[Surface], Array]:
+def _parts(chance: np.random.Generator) -> tuple[list[TracedSurface], Array]:
     """The surfaces of a scene; strength and exponent of the highlights on each."""
     color = chance.uniform(0.08, 0.5, 3)
     color[chance.integers(3)] = 0.04

@@ -8,7 +8,7 @@ import numpy as np
 
 import pointshade_gl as ps
 from pointshade_gl.bench.scenes import relief, standard_camera
-from pointshade_gl.bench.tracing import Hits, Surface, decode, encode, plane, sphere, trace
+from pointshade_gl.bench.tracing import Hits, TracedSurface, decode, encode, plane, sphere, trace
 
 CAMERA = standard_camera(320, 240)
 SHAPES = "blobs", "relief", "room"
@@ -59,7 +59,7 @@ def relit_psnr(renderer: ps.Renderer, shown: Photograph, unlight: bool = False) 
     return float(10 * np.log10(255**2 / np.square(off).mean()))
 
 
-def _parts(shape, paint, chance) -> tuple[list[Surface], list[tuple[np.ndarray, float]]]:
+def _parts(shape, paint, chance) -> tuple[list[TracedSurface], list[tuple[np.ndarray, float]]]:
     """The surfaces of a scene, and the balls among them, which cast shadows: centre and radius."""
     count = 4 if shape == "blobs" else 1 if shape == "relief" else 2
     middles = np.stack([chance.uniform(-0.5, 0.5, count), chance.uniform(-0.3, 0.3, count)], -1)
@@ -79,7 +79,7 @@ def _parts(shape, paint, chance) -> tuple[list[Surface], list[tuple[np.ndarray, 
         def height(x, y):
             return 1.7 + sum(a * np.sin(x * u + y * v + p) for a, (u, v), p in zip(waves, ways, phases, strict=True))
 
-        return [*parts, Surface(relief(height, 1.55, 1.85).meet, paint)], balls
+        return [*parts, TracedSurface(relief(height, 1.55, 1.85).meet, paint)], balls
     walls = [((1, 0, -0.5), (-0.8, 0, 2.0)), ((-0.7, 0, -0.7), (0.7, 0, 2.0)), ((0, -1, -0.3), (0, 0.5, 1.8))]
     return [*parts, *(plane(*wall, paint) for wall in walls)], balls
 

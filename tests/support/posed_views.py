@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 import pointshade_gl as ps
-from pointshade_gl.bench.tracing import Surface, as_frame, patch, plane, sphere, trace
+from pointshade_gl.bench.tracing import TracedSurface, as_frame, patch, plane, sphere, trace
 
 CAMERA = ps.Camera(150, 150, 79.5, 59.5, 160, 120)
 MIDDLE = np.array([0.0, 0.1, 2.0])
@@ -37,7 +37,7 @@ def plain(points: np.ndarray) -> np.ndarray:
     return np.full((*points.shape[:-1], 3), 0.5)
 
 
-def corner(paint=painted) -> list[Surface]:
+def corner(paint=painted) -> list[TracedSurface]:
     """A floor, a wall, two boxes' fronts and a ball."""
     return [
         plane((0, -1, -0.1), (0, 0.7, 2), paint),
@@ -48,25 +48,25 @@ def corner(paint=painted) -> list[Surface]:
     ]
 
 
-def one_plane(paint=plain) -> list[Surface]:
+def one_plane(paint=plain) -> list[TracedSurface]:
     return [plane((0.2, -0.1, -1), (0, 0, 2.2), paint)]
 
 
-def two_planes(paint=plain) -> list[Surface]:
+def two_planes(paint=plain) -> list[TracedSurface]:
     return [plane((0.9, 0, -1), (0, 0, 2), paint), plane((-0.9, 0, -1), (0, 0, 2), paint)]
 
 
-def ball_before_plane(paint=plain) -> list[Surface]:
+def ball_before_plane(paint=plain) -> list[TracedSurface]:
     return [plane((0, 0, -1), (0, 0, 2.6), paint), sphere((0, 0.1, 1.8), 0.45, paint)]
 
 
-def views(scene: list[Surface], count: int = 3, noise: float = 0.0) -> list[ps.Frame]:
+def views(scene: list[TracedSurface], count: int = 3, noise: float = 0.0) -> list[ps.Frame]:
     """Frames of a scene at their true poses. noise: of the depth at 1 m, m; it grows with the square."""
     rng = np.random.default_rng(4)
     return [view_from(scene, ps.orbit_pose(None, MIDDLE, yaw, yaw / 4), noise, rng) for yaw in YAWS[:count]]
 
 
-def view_from(scene: list[Surface], pose: np.ndarray, noise: float, rng: np.random.Generator) -> ps.Frame:
+def view_from(scene: list[TracedSurface], pose: np.ndarray, noise: float, rng: np.random.Generator) -> ps.Frame:
     """What a camera at a pose sees. noise: of the depth at 1 m, m."""
     frame = as_frame(trace(scene, CAMERA, pose), CAMERA, pose)
     depth = frame.depth + noise * frame.depth**2 * rng.normal(0, 1, frame.depth.shape)

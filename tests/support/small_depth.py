@@ -9,7 +9,7 @@ import numpy as np
 
 import pointshade_gl as ps
 from pointshade_gl.bench.scenes import box, pose_at
-from pointshade_gl.bench.tracing import Hits, Surface, encode, moved_surface, plane, sphere, trace
+from pointshade_gl.bench.tracing import Hits, TracedSurface, encode, moved_surface, plane, sphere, trace
 
 RATIO = 7.5  # pixels of the colours along a sample of the depth
 DEPTH = 160, 120
@@ -23,10 +23,10 @@ class Known(NamedTuple):
 
     frame: ps.Frame
     hits: Hits
-    surfaces: list[Surface]
+    surfaces: list[TracedSurface]
 
 
-def painted(surface: Surface, seed: int, contrast: float) -> Surface:
+def painted(surface: TracedSurface, seed: int, contrast: float) -> TracedSurface:
     """With two colours of its own that alternate in checks; contrast is that between surfaces."""
     rng = np.random.default_rng(seed)
     base = 0.5 + contrast * rng.uniform(-0.4, 0.4, 3)
@@ -35,10 +35,10 @@ def painted(surface: Surface, seed: int, contrast: float) -> Surface:
     def albedo(points: np.ndarray) -> np.ndarray:
         return pair[(np.floor(points * 6).sum(-1) % 2).astype(int)]
 
-    return Surface(surface.meet, albedo)
+    return TracedSurface(surface.meet, albedo)
 
 
-def things(seed: int, contrast: float) -> list[Surface]:
+def things(seed: int, contrast: float) -> list[TracedSurface]:
     """A slanted wall, and before it two balls and a box at random places."""
     rng = np.random.default_rng(seed)
     shapes = [plane((rng.uniform(-0.2, 0.2), rng.uniform(-0.2, 0.2), -1), (0, 0, 2.5), np.ones_like)]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 import pointshade_gl as ps
-from pointshade_gl.bench.tracing import Hits, Surface, decode, encode
+from pointshade_gl.bench.tracing import Hits, TracedSurface, decode, encode
 
 from .files import Truth, View
 
@@ -80,7 +80,7 @@ def overlap(one: np.ndarray, other: np.ndarray) -> float:
     return float((one & other).sum() / max((one | other).sum(), 1)) if (one | other).any() else 1.0
 
 
-def occluder(hits: Hits, light: ps.Light, surfaces: Sequence[Surface]) -> tuple[np.ndarray, np.ndarray]:
+def occluder(hits: Hits, light: ps.Light, surfaces: Sequence[TracedSurface]) -> tuple[np.ndarray, np.ndarray]:
     """Which hits lie in the shadow of a surface, (h, w), and the points that shade them, (h, w, 3)."""
     if light.position is not None:
         origin = np.array(light.position)

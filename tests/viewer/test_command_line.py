@@ -13,7 +13,7 @@ from typer.main import get_command
 import pointshade_gl as ps
 from pointshade_gl.cli import main as cli
 from pointshade_gl.cli.command_lines import Typed, render_line, words_of
-from pointshade_gl.cli.option_groups import LookOptions
+from pointshade_gl.cli.option_groups import LookGroup
 from pointshade_gl.cli.options import FrameOptions, ViewOptions
 from pointshade_gl.files.frame_sources import load_any, open_source
 from pointshade_gl.scene.orbit import State
@@ -335,7 +335,7 @@ def test_a_program_that_names_no_input_gets_the_file_only(open_viewer, tmp_path,
     assert viewer.messages.text == f"saved {tmp_path / 'pointshade_0001.png'}"
 
 
-@pytest.mark.parametrize("group", [FrameOptions, LookOptions, ViewOptions])
+@pytest.mark.parametrize("group", [FrameOptions, LookGroup, ViewOptions])
 def test_words_of_options_are_options_of_render(group):
     known = {name for one in get_command(cli.command_line()).commands["render"].params for name in one.opts}
     for field in fields(group):

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.orbit import OWN_LIGHT, Stage, State, marker_place
+from pointshade_gl.scene.orbit import OWN_LIGHT, OrbitStage, State, marker_place
 from pointshade_gl.viewer.controller import (
     BAR,
     Control,
-    Surroundings,
+    ControllerInputs,
     controller,
     hides_pointer,
     is_for_timeline,
@@ -31,14 +31,14 @@ from pointshade_gl.viewer.events import (
     TakeLight,
     TurnAround,
 )
-from pointshade_gl.viewer.history import Moment
+from pointshade_gl.viewer.history import Snapshot
 from pointshade_gl.viewer.keys import BY_NAME, OWN_LOOKS, STAYS
 
 CAMERA = ps.Camera(300, 300, 159.5, 119.5, 320, 240)
-STAGE = Stage(np.array([0.0, 0.0, 2.0]), 1.0, np.eye(3))
-PLACE = Surroundings(CAMERA, 320, 240)
+STAGE = OrbitStage(np.array([0.0, 0.0, 2.0]), 1.0, np.eye(3))
+PLACE = ControllerInputs(CAMERA, 320, 240)
 FILM = replace(PLACE, total=10)
-START = Control(Moment(State(), STAGE, OWN_LIGHT, ()))
+START = Control(Snapshot(State(), STAGE, OWN_LIGHT, ()))
 
 
 def after(*events, control=START, place=PLACE):
@@ -216,4 +216,4 @@ def test_it_changes_nothing_that_it_was_given():
         answer = controller(control, PLACE, event)
         assert control == before and controller(control, PLACE, event) == answer
         control = answer[0]
-    assert Control(Moment(State(), STAGE, OWN_LIGHT, ())) == START
+    assert Control(Snapshot(State(), STAGE, OWN_LIGHT, ())) == START

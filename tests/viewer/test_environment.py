@@ -5,25 +5,25 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.cli import main as cli
-from pointshade_gl.scene.orbit import OWN_LIGHT, Stage, State
-from pointshade_gl.viewer.controller import Control, Surroundings, controller
+from pointshade_gl.scene.orbit import OWN_LIGHT, OrbitStage, State
+from pointshade_gl.viewer.controller import Control, ControllerInputs, controller
 from pointshade_gl.viewer.events import Event, Remember, ShowMessage
-from pointshade_gl.viewer.history import Moment
+from pointshade_gl.viewer.history import Snapshot
 from pointshade_gl.viewer.panel_sections import show_environment
-from pointshade_gl.viewer.picture import Picture
+from pointshade_gl.viewer.picture import ShownPicture
 
 from ..support import frames
 from ..support.viewing import drag, press, quiet, shown
 
 SKY, STUDIO = map(ps.Environment.of, ("sky", "studio"))
 OWN = ps.Environment(np.full((4, 8, 3), 0.5), "a.hdr")
-STAGE = Stage(np.array([0.0, 0.0, 2.0]), 1.0, np.eye(3))
-PLACE = Surroundings(ps.Camera(300, 300, 159.5, 119.5, 320, 240), 320, 240)
+STAGE = OrbitStage(np.array([0.0, 0.0, 2.0]), 1.0, np.eye(3))
+PLACE = ControllerInputs(ps.Camera(300, 300, 159.5, 119.5, 320, 240), 320, 240)
 TRIANGLE = ps.Mesh([(-1, -1, 3), (1, -1, 3), (0, 1, 3)], [(0, 1, 2)])
 
 
 def under(**finish):
-    return Control(Moment(State(finish=ps.Finish(**finish)), STAGE, OWN_LIGHT, ()))
+    return Control(Snapshot(State(finish=ps.Finish(**finish)), STAGE, OWN_LIGHT, ()))
 
 
 def after(control, *events):
@@ -199,7 +199,7 @@ class TestRest:
 
     def request(self, content, rests, plays=False, **finish):
         state = State(look=self.MUCH, finish=ps.Finish(**finish))
-        picture = Picture(Moment(state, STAGE, OWN_LIGHT, ()), content, content.camera, plays=plays)
+        picture = ShownPicture(Snapshot(state, STAGE, OWN_LIGHT, ()), content, content.camera, plays=plays)
         return picture.request(1, rests).finish.ambient_occlusion
 
     def test_a_stream_and_a_scene_have_none_until_they_rest(self):

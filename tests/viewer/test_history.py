@@ -5,10 +5,10 @@ from dataclasses import fields, replace
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.orbit import OWN_LIGHT, Stage, State
+from pointshade_gl.scene.orbit import OWN_LIGHT, OrbitStage, State
 from pointshade_gl.viewer.document import Document
 from pointshade_gl.viewer.events import Command, Event, Remember, ShowFrame
-from pointshade_gl.viewer.history import STEPS, History, Moment, switches_of
+from pointshade_gl.viewer.history import STEPS, History, Snapshot, switches_of
 from pointshade_gl.viewer.overlay import Messages
 from pointshade_gl.viewer.playing import Playing
 from pointshade_gl.viewer.session import Session
@@ -17,7 +17,7 @@ from pointshade_gl.viewer.views import Views, restyled
 from ..support import frames
 from ..support.viewing import drag, move, press, quiet, shown
 
-STAGE = Stage.of(frames.sphere())
+STAGE = OrbitStage.of(frames.sphere())
 RED = ps.Light(position=(-1, -0.5, 0.2), color=(1, 0.5, 0.2))
 LAMP = ps.Light(position=(0.3, -0.6, 0.9), direction=(-0.3, 0.6, 0.5), cone=(10, 25), intensity=2, shadow=True)
 SUN = ps.Light(direction=(0.2, 0.5, 1), color=(0.5, 0.6, 1))
@@ -27,7 +27,7 @@ SCENE = ps.Scene(
 
 
 def moment(**values):
-    return Moment(State(**values), STAGE, OWN_LIGHT, ())
+    return Snapshot(State(**values), STAGE, OWN_LIGHT, ())
 
 
 def wheel(viewer, steps, at=0.0, **held):
@@ -236,7 +236,7 @@ class TestEverything:
         named = {name for name, _ in EVERYTHING}
         assert {field.name for field in fields(State)} == {*OTHERS, "look", "finish", "help", "panel", "readout"}
         assert {field.name for field in fields(ps.Look)} == {*LOOKS, "upsample", "normals_at", "temporal"}  # no switch
-        assert named >= set(Moment._fields) - {"state", "stage", "switches"}
+        assert named >= set(Snapshot._fields) - {"state", "stage", "switches"}
 
     def test_views_and_nodes_that_are_off_come_back_and_clouds_look_as_before(self):
         cloud = ps.Node(ps.PointCloud([(0, 0, 1), (0, 1, 1), (1, 0, 1)]), "cloud")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.orbit import Stage, State
-from pointshade_gl.viewer.history import Moment
+from pointshade_gl.scene.orbit import OrbitStage, State
+from pointshade_gl.viewer.history import Snapshot
 from pointshade_gl.viewer.mouse import added, placed, removed, taking, titles
 
 from ..support import frames
@@ -115,13 +115,13 @@ def test_frames_under_lights_without_shadows_start_without(open_viewer):
     assert of_frame(open_viewer, [POINT, SPOT]).state.shadows
 
 
-STAGE, POSE = Stage.of(frames.sphere()), np.eye(4)
+STAGE, POSE = OrbitStage.of(frames.sphere()), np.eye(4)
 
 
 def holding(number):
     """Three lights with names, of which the mouse holds this one."""
     state = State().with_light(POINT, STAGE, POSE)
-    return taking(number, Moment(state, STAGE, POINT, (SPOT, SUN), 0, ("lamp", "spot", "sun")), POSE)
+    return taking(number, Snapshot(state, STAGE, POINT, (SPOT, SUN), 0, ("lamp", "spot", "sun")), POSE)
 
 
 class TestMoreOrFewer:
@@ -135,7 +135,7 @@ class TestMoreOrFewer:
             assert light == other
 
     def test_ten_more_stand_in_ten_places(self):
-        now = Moment(State(light_at=(0.0, 0.0)), STAGE, POINT, ())
+        now = Snapshot(State(light_at=(0.0, 0.0)), STAGE, POINT, ())
         for _ in range(10):
             now = added(now, POSE)
         places = np.array([light.position for light in (now.state.light(STAGE, POSE), *now.lights)])
@@ -152,9 +152,9 @@ class TestMoreOrFewer:
         assert gone == number or held == titles(holding(number))[number]
 
     def test_the_last_one_stays(self):
-        now = Moment(State(), STAGE, POINT, ())
+        now = Snapshot(State(), STAGE, POINT, ())
         assert removed(0, now, POSE) is now
 
     def test_no_direction_is_none(self):
-        now = Moment(State().with_light(SUN, STAGE, POSE), STAGE, SUN, ())
+        now = Snapshot(State().with_light(SUN, STAGE, POSE), STAGE, SUN, ())
         assert placed(now, (0, 0, 0), POSE).state.light_at == pytest.approx(now.state.light_at)

@@ -35,8 +35,8 @@ from ...scene.option_fields import BATCH
 from ...scene.viewpoint import View, check_turntable, moves_camera
 from ..help import complete_input
 from ..inputs import check_look
-from ..option_groups import LookOptions, said
-from ..options import Axes, Bits, CloudOptions, Device, FilmOptions, Quiet, ReadingOptions, ViewOptions, spread
+from ..option_groups import LookGroup, cli_option
+from ..options import Axes, Bits, CloudGroup, Device, FilmOptions, Quiet, ReadingOptions, ViewOptions, spread
 from ..output import SOFTWARE, complain, print_line, progress
 from ..written import NAMES, PageOptions, PictureOptions, view_of
 
@@ -61,39 +61,41 @@ Folder = Annotated[
 class BatchOptions:
     """What comes out of a batch, and who does it."""
 
-    to: str = said(
+    to: str = cli_option(
         f"What comes out, the ending of each name: {', '.join(KINDS)}. Films are one for each sequence.",
         metavar="KIND",
         known=KINDS,
         default="png",
         panel=BATCH,
     )
-    workers: int | None = said("Processes that draw. Default: one for each core.", metavar="N", min=1, panel=BATCH)
-    ray: str | None = said(
+    workers: int | None = cli_option(
+        "Processes that draw. Default: one for each core.", metavar="N", min=1, panel=BATCH
+    )
+    ray: str | None = cli_option(
         "Draw on a Ray cluster, as at auto or host:6379, instead of on this machine; local starts a Ray here. "
         "Its machines must all see INPUT.",
         metavar="local|ADDRESS",
         panel=BATCH,
     )
-    num_gpus: float | None = said(
+    num_gpus: float | None = cli_option(
         "With --ray: GPUs for each worker, which draws on that GPU; 0.25 lets four share one.",
         metavar="N",
         min=0,
         panel=BATCH,
     )
-    shard: str | None = said(
+    shard: str | None = cli_option(
         "Do part I of N, counted from 1, as in --shard $SLURM_ARRAY_TASK_ID/8 with sbatch --array=1-8.",
         metavar="I/N",
         panel=BATCH,
     )
-    resume: bool = said(
+    resume: bool = cli_option(
         "Go on: do again what the manifest does not prove to be whole and made of the same input, with the "
         "same options and version.",
         "--resume",
         default=False,
         panel=BATCH,
     )
-    overwrite: bool = said(
+    overwrite: bool = cli_option(
         "Do everything again, and write over files that are read as inputs, too.",
         "--overwrite",
         default=False,
@@ -114,15 +116,15 @@ class BatchOptions:
 
 
 @dataclass(frozen=True)
-class Asked:
+class BatchCommand:
     """What was typed."""
 
     inputs: Inputs
     output: Folder
     how: BatchOptions
     reading: ReadingOptions
-    cloud: CloudOptions
-    look: LookOptions
+    cloud: CloudGroup
+    look: LookGroup
     place: ViewOptions
     picture: PictureOptions
     film: FilmOptions
@@ -137,7 +139,7 @@ INTERRUPTED = 130  # exit code
 
 
 @spread
-def batch(asked: Asked) -> None:
+def batch(asked: BatchCommand) -> None:
     """Draw many INPUTs to a folder, in several processes: pictures, normals, pages, or a film of each sequence.
 
     Each picture is the one that render makes of its frame alone. What is there and whole is skipped; what fails is
@@ -169,7 +171,7 @@ class Kind(Enum):
         return cls.SCENE if is_scene(path) else cls.CLOUD if is_cloud(path) else cls.FRAMES
 
 
-def plan_batch(asked: Asked) -> tuple[Sequence[Planned], list[Failure]]:
+def plan_batch(asked: BatchCommand) -> tuple[Sequence[Planned], list[Failure]]:
     """What this process has to care for. Raises ValueError or OSError for options and inputs that cannot be."""
     part = asked.how.part()
     _check(asked)
@@ -190,8 +192,8 @@ def plan_batch(asked: Asked) -> tuple[Sequence[Planned], list[Failure]]:
         folder,
         listing,
     )
-    said = "\n".join(failure.sentence for failure in failures)
-    failures += [Failure(*one) for one in not_whole(asked.inputs, listing) if one[1] not in said]
+    cli_option = "\n".join(failure.sentence for failure in failures)
+    failures += [Failure(*one) for one in not_whole(asked.inputs, listing) if one[1] not in cli_option]
     if failures and not planned:
         raise ValueError(failures[0].sentence)
     if not asked.how.overwrite:
@@ -199,9 +201,9 @@ def plan_batch(asked: Asked) -> tuple[Sequence[Planned], list[Failure]]:
     return shard_of(planned, part), failures
 
 
-def _check_kinds(asked: Asked, kinds: set[Kind]) -> None:
+def _check_kinds(asked: BatchCommand, kinds: set[Kind]) -> None:
     """Raises ValueError for options that what is drawn has not."""
-    look, plain = asked.look.look(), LookOptions().look()
+    look, plain = asked.look.look(), LookGroup().look()
     if Kind.SCENE in kinds:
         check_look(look, plain)
     if Kind.CLOUD in kinds:
@@ -210,7 +212,7 @@ def _check_kinds(asked: Asked, kinds: set[Kind]) -> None:
         raise ValueError(f"no INPUT is a point cloud: leave out {', '.join(map(option, asked.cloud.cloud_options))}")
 
 
-def _view(asked: Asked, folder: Path, of: Kind) -> View:
+def _view(asked: BatchCommand, folder: Path, of: Kind) -> View:
     """From where, under which lights and how one kind of source is drawn."""
     kind, turns, of_scene = asked.how.to, moves_camera(asked.film.turntable), of is not Kind.FRAMES
     if kind in NORMALS:
@@ -221,14 +223,14 @@ def _view(asked: Asked, folder: Path, of: Kind) -> View:
     )  # fmt: skip
 
 
-def _job(asked: Asked, source: Source, folder: Path, reading: tuple[tuple[str, Any], ...], view: View) -> Job:
+def _job(asked: BatchCommand, source: Source, folder: Path, reading: tuple[tuple[str, Any], ...], view: View) -> Job:
     """The job of a source, without frame and path."""
     kind, film = asked.how.to, asked.film
     writing: tuple[Any, ...] = asked.axes, asked.bits, asked.page.exactness, asked.page.title
     return Job(source.path, folder, kind, None, view, reading, film.turntable, film.frames, film.fps, *writing)
 
 
-def _check(asked: Asked) -> None:
+def _check(asked: BatchCommand) -> None:
     """Raises ValueError for options that do not go together."""
     how, picture, kind = asked.how, asked.picture, asked.how.to
     check_choice(option("to"), kind, KINDS)
@@ -256,7 +258,7 @@ def _check(asked: Asked) -> None:
         raise ValueError(f"{option('axes')} and {option('bits')} are of normals: add {option('to', NORMALS[0])}")
 
 
-def _check_still(asked: Asked) -> None:
+def _check_still(asked: BatchCommand) -> None:
     """Raises ValueError for what only films have."""
     films = f"{option('to', 'mp4')} or {option('to', 'gif')}"
     if asked.film.turntable is not None:
@@ -270,7 +272,7 @@ def _check_still(asked: Asked) -> None:
         raise ValueError(f"{option('temporal', True)} filters over time, and each picture is drawn alone: add {films}")
 
 
-def _check_apart(asked: Asked, sources: Sequence[Source], folder: Path) -> None:
+def _check_apart(asked: BatchCommand, sources: Sequence[Source], folder: Path) -> None:
     """Raises ValueError for outputs in the folder of a sequence, which would be taken for its colours."""
     paths = map(Path, {source.path for source in sources})
     near = (path for path in paths if path.name in folder.parts or path.is_symlink())  # few: links need not be followed
@@ -282,7 +284,7 @@ def _check_apart(asked: Asked, sources: Sequence[Source], folder: Path) -> None:
         )
 
 
-def _check_writable(asked: Asked, folder: Path) -> None:
+def _check_writable(asked: BatchCommand, folder: Path) -> None:
     """Raises ValueError for a kind that needs an extra which is not installed, OSError for no such place."""
     path = folder / f"*.{asked.how.to}"
     with suppress(PermissionError):  # which is told once something is to be written
@@ -311,7 +313,7 @@ def _make_folder(output: Path) -> None:
 FAILED = 3  # exit code
 
 
-def run(asked: Asked, planned: Sequence[Planned], failures: list[Failure], started: float) -> None:
+def run(asked: BatchCommand, planned: Sequence[Planned], failures: list[Failure], started: float) -> None:
     """Does what is not done, and says what has become of it: exit code 3 if anything failed."""
     output, how = asked.output, asked.how
     manifest = Manifest(output.resolve(), how.part())
@@ -350,7 +352,7 @@ def _undone(planned: Sequence[Planned], manifest: Manifest, output: Path, resume
     return todo
 
 
-def _outcomes(asked: Asked, todo: Sequence[Planned]) -> Iterator[tuple[Planned, Done | Failed]]:
+def _outcomes(asked: BatchCommand, todo: Sequence[Planned]) -> Iterator[tuple[Planned, Done | Failed]]:
     """What becomes of each. Notes that workers send are printed once; a bar moves on a terminal."""
     tell, by_path = once(print_note), {one.job.path: one for one in todo}
     jobs, how = [one.job for one in todo], asked.how

@@ -11,7 +11,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from ...estimation.pose_search import Found
+from ...estimation.pose_search import FoundPose
 from ...files.access.known_names import first_of, is_numbered
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing.maps_and_points import check_found_path, save_found_poses
@@ -183,7 +183,7 @@ def _views(frame: FrameOptions, more: Sequence[str]) -> tuple[list[str], list[Fr
     return names, [load(replace(frame, input=name, frame=str(k))) for name, k in zip(inputs, numbers, strict=True)]
 
 
-def _said(first: NDArray[np.float64], found: Found, name: str) -> str:
+def _said(first: NDArray[np.float64], found: FoundPose, name: str) -> str:
     """Return how far a view is from the first one, what agrees, and how sure that is."""
     fit, doubt = found
     if not fit.placed:

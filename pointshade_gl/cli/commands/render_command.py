@@ -21,7 +21,7 @@ from ...scene.graph import Scene
 from ...scene.viewpoint import View, check_turntable, moves_camera
 from ..command_lines import page_line
 from ..inputs import (
-    Together,
+    MergedViews,
     are_clouds,
     as_one_frame,
     as_scene,
@@ -33,7 +33,7 @@ from ..inputs import (
     load_together,
     load_views,
 )
-from ..option_groups import LookOptions, NormalOptions, check_folders
+from ..option_groups import LookGroup, NormalOptions, check_folders
 from ..options import (
     Device,
     Explain,
@@ -55,11 +55,11 @@ from ..written import PageOptions, PictureOptions, SavePoses, check_saved, is_pa
 
 
 @dataclass(frozen=True)
-class Asked:
+class RenderCommand:
     """What was typed. more: INPUTs after the first."""
 
     frame: FrameOptions
-    look: LookOptions
+    look: LookGroup
     place: ViewOptions
     picture: PictureOptions
     film: FilmOptions
@@ -141,15 +141,15 @@ class Asked:
     def read(self, view: View, is_many: bool = False) -> tuple[Any, Callable[[Renderer], None]]:
         """What is drawn, and what is to be called after each picture."""
         source = self.load(view, sequence=is_many and self.film.turntable is None)
-        if isinstance(source, Together):
+        if isinstance(source, MergedViews):
             return source.scene, in_turn(explainer(self.explain, source.names), poses_saver(self.save_poses, source))
-        source = source if self.more else as_scene(source, view.look, LookOptions().look())
+        source = source if self.more else as_scene(source, view.look, LookGroup().look())
         return source, explainer(self.explain)
 
     def load(self, view: View, sequence: bool) -> Any:
         """What INPUT names, or frames that are one object."""
         if self.more and self.are_clouds:
-            return load_clouds(self.frame, view.look, LookOptions().look(), self.more)
+            return load_clouds(self.frame, view.look, LookGroup().look(), self.more)
         if self.unlight_all:
             photos = load_photographs(self.frame)
             with open_renderer(self.device, self.output) as renderer:
@@ -162,7 +162,7 @@ class Asked:
 
 
 @spread
-def render(asked: Asked) -> None:
+def render(asked: RenderCommand) -> None:
     """Light a frame, point clouds or a scene (.gltf, .glb, 'demo'): a picture. Without INPUT: the built-in vase.
 
     Without -o, write a new file here: NAME.png of INPUT, or NAME.mp4 of a turntable.
@@ -189,7 +189,7 @@ def render(asked: Asked) -> None:
         _write_picture(asked, view)
 
 
-def _write_picture(asked: Asked, view: View) -> None:
+def _write_picture(asked: RenderCommand, view: View) -> None:
     check_stream(view.look, False)
     asked.tell_alike()
     _check_picture(asked.output, asked.film)
@@ -217,7 +217,7 @@ def _check_picture(output: Path, film: FilmOptions) -> None:
         )
 
 
-def _write_series(asked: Asked, view: View) -> None:
+def _write_series(asked: RenderCommand, view: View) -> None:
     """Many pictures: a film, or numbered files, of a sequence or a turntable."""
     from ...renderer.series import jobs_of, write_series
 
@@ -243,7 +243,7 @@ def _write_series(asked: Asked, view: View) -> None:
         report(asked.output, f"{count} pictures of {width}x{height} pixels", renderer, spent)
 
 
-def _write_page(asked: Asked, view: View) -> None:
+def _write_page(asked: RenderCommand, view: View) -> None:
     """A page of one object or scene, or one in which the frames of a sequence play."""
     asked.page.check(asked.output, asked.film)
     source, tell = asked.read(view, is_many=True)
@@ -259,7 +259,7 @@ def _write_page(asked: Asked, view: View) -> None:
     asked.page.write(source, view, asked.output, asked.frame, line, asked.device, tell)
 
 
-def _write_points(asked: Asked, view: View) -> None:
+def _write_points(asked: RenderCommand, view: View) -> None:
     """The points of a frame, or of each frame of a sequence, in world coordinates."""
     from ...files.writing.maps_and_points import check_points_path
     from ..written import write_points
@@ -281,7 +281,7 @@ def _write_points(asked: Asked, view: View) -> None:
     if isinstance(source, Scene):
         raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture")
     tell = explainer(asked.explain)
-    if isinstance(source, Together):
+    if isinstance(source, MergedViews):
         if is_numbered(output) or film.turntable is not None:
             raise ValueError(f"the points of several views are one cloud: write one file, such as out{output.suffix}")
         tell = in_turn(explainer(asked.explain, source.names), poses_saver(asked.save_poses, source))
@@ -289,7 +289,7 @@ def _write_points(asked: Asked, view: View) -> None:
     write_points(source, view, output, asked.axes, film, asked.device, tell)
 
 
-def _write_cloud(asked: Asked, view: View) -> None:
+def _write_cloud(asked: RenderCommand, view: View) -> None:
     """The points of a cloud, with normals."""
     from ..written import check_unlit, write_cloud
 

@@ -29,7 +29,7 @@ from ..inputs import (
     load_several,
     load_together,
 )
-from ..option_groups import LookOptions, check_folders, rates_from, size_from, views_from
+from ..option_groups import LookGroup, check_folders, rates_from, size_from, views_from
 from ..options import FrameOptions, MoreInputs, NoOutput, Overwrite, PlaceOptions, Quiet, Views, WindowOptions, spread
 from ..output import announce
 from ..written import EnvironmentOptions
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 @spread
 def view(
     frame: FrameOptions,
-    look: LookOptions,
+    look: LookGroup,
     around: EnvironmentOptions,
     place: PlaceOptions,
     window: WindowOptions,
@@ -103,7 +103,7 @@ def _read(frame: FrameOptions, look: Look, inputs: Sequence[str], views: str | N
     """What INPUT names, and MORE."""
     if inputs and views:
         raise ValueError(f"several INPUTs are merged as they play: leave out {option('views')}")
-    plain = LookOptions().look()
+    plain = LookGroup().look()
     look = replace(look, shading=plain.shading)  # that of scenes is the window's
     if are_clouds(frame, inputs) and views is None:
         return load_clouds(frame, look, plain, inputs), []

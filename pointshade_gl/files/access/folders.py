@@ -29,7 +29,7 @@ _ROLE_WORD = re.compile(rf"(?:^|(?<=[\W_])|(?<=\d))(?:{'|'.join([*_PARTS, 'im'])
 
 
 @dataclass(frozen=True)
-class Item:
+class ListedFile:
     """A file of a folder. Its name, and the folders that it lies in, say what it is for."""
 
     path: Path
@@ -129,9 +129,9 @@ class Listing:
     """What lies in folders. Each of them is looked at once: what changes afterwards is not seen."""
 
     def __init__(self) -> None:
-        self._seen: dict[Path, _Seen] = {}
+        self._seen: dict[Path, _SeenFolder] = {}
 
-    def files(self, folder: Path, levels: int, suffixes: Collection[str] | None = None) -> list[Item]:
+    def files(self, folder: Path, levels: int, suffixes: Collection[str] | None = None) -> list[ListedFile]:
         """Return all files up to so many folders deep, in natural order: 2.png before 10.png. Hidden ones are left out.
 
         suffixes  in lower case, "" for none: only files with these
@@ -151,23 +151,23 @@ class Listing:
         missed = ((path, seen.missed) for path, seen in self._seen.items() if seen.missed)
         return [f"{path} {why}" for path, why in missed if path.is_relative_to(folder)]
 
-    def _walk(self, seen: _Seen, prefix: str, levels: int) -> Iterator[Item]:
+    def _walk(self, seen: _SeenFolder, prefix: str, levels: int) -> Iterator[ListedFile]:
         """Files first, then what is in the folders."""
         if prefix not in seen.items:
-            seen.items[prefix] = [Item(path, prefix + path.name.lower()) for path in seen.files]
+            seen.items[prefix] = [ListedFile(path, prefix + path.name.lower()) for path in seen.files]
         yield from seen.items[prefix]
         if levels and len(seen.inside) < len(seen.folders):
             seen.inside.extend(map(self._look, seen.folders))
         for path, inside in zip(seen.folders, seen.inside, strict=True) if levels else ():
             yield from self._walk(inside, f"{prefix}{path.name.lower()}/", levels - 1)
 
-    def _look(self, folder: Path) -> _Seen:
+    def _look(self, folder: Path) -> _SeenFolder:
         if folder not in self._seen:
             self._seen[folder] = _look_into(folder)
         return self._seen[folder]
 
 
-class _Seen(NamedTuple):
+class _SeenFolder(NamedTuple):
     """A folder's files, and the folders in it, in natural order.
 
     missed  why something in it is left out; "" if nothing is
@@ -178,24 +178,24 @@ class _Seen(NamedTuple):
     files: list[Path]
     folders: list[Path]
     missed: str
-    inside: list[_Seen]
-    items: dict[str, list[Item]]
+    inside: list[_SeenFolder]
+    items: dict[str, list[ListedFile]]
 
 
-def _look_into(folder: Path) -> _Seen:
+def _look_into(folder: Path) -> _SeenFolder:
     """What is not hidden: macOS leaves hidden twins such as ._color.png on foreign disks."""
     try:
         with os.scandir(folder) as found:
             entries = list(islice((entry for entry in found if entry.name[0] != "."), FOLDER_FILES + 1))
     except OSError as error:  # it may not be read, or is gone
-        return _Seen([], [], f"cannot be read ({error.strerror}): what is in it is left out", [], {})
+        return _SeenFolder([], [], f"cannot be read ({error.strerror}): what is in it is left out", [], {})
     missed = ""
     if len(entries) > FOLDER_FILES:
         missed = f"has more than {FOLDER_FILES} files: the others are left out; put them into several folders"
     kinds = [(one.path, _kind_of(one)) for one in entries[:FOLDER_FILES]]
     folders = [Path(path) for path, kind in kinds if kind == "folder"]
     folders.sort(key=lambda path: natural(path.name))
-    return _Seen([Path(path) for path, kind in kinds if kind == "file"], folders, missed, [], {})
+    return _SeenFolder([Path(path) for path, kind in kinds if kind == "file"], folders, missed, [], {})
 
 
 def _kind_of(entry: os.DirEntry[str]) -> str:

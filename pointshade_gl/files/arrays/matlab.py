@@ -134,7 +134,7 @@ class _Frames:
         return (np.moveaxis(array, -1, 0) if self._is_last else array)[index]
 
 
-class _Header(NamedTuple):
+class _MatHeader(NamedTuple):
     kind: int
     shape: tuple[int, ...]
     name: str
@@ -173,7 +173,7 @@ def _content(file: BufferedReader, place: int, size: int, is_packed: bool, most:
     return data[8:]  # the tag of what was packed
 
 
-def _header_of(data: bytes, order: str) -> _Header:
+def _header_of(data: bytes, order: str) -> _MatHeader:
     """Of an array: its class (0 if its numbers are complex), its sides, its name, and where its values begin."""
     _, start, _, at = _element(data, 0, order)
     (flags,) = struct.unpack_from(f"{order}I", data, start)
@@ -183,7 +183,7 @@ def _header_of(data: bytes, order: str) -> _Header:
     if min(shape, default=-1) < 0:
         raise ValueError(f"an array has the sides {shape}")
     name = data[start : start + size].decode("latin-1")
-    return _Header(0 if flags & _COMPLEX else flags & 255, shape, name, at)
+    return _MatHeader(0 if flags & _COMPLEX else flags & 255, shape, name, at)
 
 
 def _element(data: bytes, at: int, order: str) -> tuple[int, int, int, int]:

@@ -52,7 +52,7 @@ class _Element(NamedTuple):
     properties: dict[str, _Property]
 
 
-class _Header(NamedTuple):
+class _PlyHeader(NamedTuple):
     """order: of bytes; at: where the first of the elements begins."""
 
     order: str
@@ -106,7 +106,7 @@ def read_ply(path: FilePath, max_pixels: float = MAX_PIXELS, last: str = "") -> 
         return Ply(found, header.comments, form)
 
 
-def _read_header(data: bytes) -> _Header:
+def _read_header(data: bytes) -> _PlyHeader:
     if data[:4] not in (b"ply\n", b"ply\r"):
         raise ValueError("its first line is not 'ply'")
     order, names, elements, at = "", set[str](), list[_Element](), data.find(b"\n") + 1
@@ -116,7 +116,7 @@ def _read_header(data: bytes) -> _Header:
         own = elements[-1].properties if elements else {}
         match words:
             case ["end_header"] if order:
-                return _Header(order, elements, at, comments)
+                return _PlyHeader(order, elements, at, comments)
             case ["comment" | "obj_info", *rest]:
                 comments.append(" ".join(rest))
             case []:

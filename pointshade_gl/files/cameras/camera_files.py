@@ -177,7 +177,7 @@ def _from_numbers(numbers: Sequence[float] | NDArray[np.float64], name: str, not
     return found
 
 
-class Entry(NamedTuple):
+class CameraEntry(NamedTuple):
     """One frame: names of its files, (4, 4) camera-to-world in OpenCV axes, its own camera if the file has several."""
 
     color: str | None
@@ -186,7 +186,7 @@ class Entry(NamedTuple):
     camera: Intrinsics | None
 
 
-def read_transforms(path: Path, max_pixels: float = MAX_PIXELS) -> list[Entry]:
+def read_transforms(path: Path, max_pixels: float = MAX_PIXELS) -> list[CameraEntry]:
     """The frames of a transforms.json, by the numbers in their names. Raises ValueError for another content."""
     data = parse_object(read_text(path, max_pixels), path, max_pixels)
     frames, scale = data.get("frames", []), data.get("applied_scale")
@@ -201,7 +201,7 @@ def read_transforms(path: Path, max_pixels: float = MAX_PIXELS) -> list[Entry]:
 
 
 @np.errstate(invalid="ignore", over="ignore")  # poses are checked later
-def _entry(frame: Any, per_metre: float, path: Path) -> Entry:
+def _entry(frame: Any, per_metre: float, path: Path) -> CameraEntry:
     try:
         pose = np.array(frame["transform_matrix"], np.float64).reshape(4, 4) @ OPENGL
         pose[:3, 3] /= per_metre
@@ -210,7 +210,7 @@ def _entry(frame: Any, per_metre: float, path: Path) -> Entry:
     color, depth = frame.get("file_path"), frame.get("depth_file_path", frame.get("depth_path"))
     own = {key: value for key, value in frame.items() if key != "transform_matrix"}
     cameras = from_named(named_of(own), str(path)) if "fl_x" in own else []
-    return Entry(
+    return CameraEntry(
         color if isinstance(color, str) else None,
         depth if isinstance(depth, str) else None,
         pose,

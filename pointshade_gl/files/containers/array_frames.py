@@ -19,7 +19,7 @@ from ..arrays.matlab import hdf5_arrays
 from ..arrays.numpy_files import MAYBE_ERROR, MAYBE_INVERSE, SURFACES, Stored, find_roles, is_named, list_arrays
 from ..arrays.ply_and_pcd import PCD_HEADER, Pcd, read_pcd, read_pcd_header
 from ..cameras.intrinsics import Intrinsics, Numbers, Size
-from .container_contents import NUMBERS, PLANES, SURE, Contents, Frames, Item, as_color, turn_normals
+from .container_contents import NUMBERS, PLANES, SURE, ArrayItem, Contents, Frames, as_color, turn_normals
 
 _LOOKED_AT = 50_000  # points
 MOST_OFF = 0.02  # of the picture's width; networks' points are off by less, those in other axes by more
@@ -59,7 +59,7 @@ class Assembly:
     """Assembles frames from arrays that fit each other: `read(k)`."""
 
     name: str
-    items: dict[str, Item]
+    items: dict[str, ArrayItem]
     surface: str
     is_transposed: bool
     usual: Intrinsics | None
@@ -224,7 +224,7 @@ def open_arrays(
     usual          the camera if the arrays do not say it
     """
     roles = find_roles(arrays)
-    items = {role: Item(role, arrays[key]) for role, key in roles.items()}
+    items = {role: ArrayItem(role, arrays[key]) for role, key in roles.items()}
     surface = next((role for role in SURFACES if role in items and items[role].lead is not None), None)
     if surface is None:
         listed = list_arrays({key: array.shape for key, array in arrays.items()})
@@ -243,7 +243,7 @@ def open_arrays(
     return Frames(items[surface].count, assembly.read)
 
 
-def _check_surface(name: str, key: str, item: Item, max_pixels: float) -> None:
+def _check_surface(name: str, key: str, item: ArrayItem, max_pixels: float) -> None:
     """Raises ValueError for too many pixels or frames, and if the last axis seems to count frames."""
     height, width = item.size
     check_pixels(width, height, f"{name}/{key}", max_pixels)
@@ -255,7 +255,7 @@ def _check_surface(name: str, key: str, item: Item, max_pixels: float) -> None:
         )
 
 
-def _fits(role: str, item: Item, surface: Item) -> bool:
+def _fits(role: str, item: ArrayItem, surface: ArrayItem) -> bool:
     """Return whether an array is for one or for all frames, and of the depth's size if it belongs to its pixels."""
     if role in NUMBERS:
         return True
@@ -264,7 +264,7 @@ def _fits(role: str, item: Item, surface: Item) -> bool:
 
 
 def _doubt_depth(
-    name: str, key: str, surface: str, items: dict[str, Item], usual: Intrinsics | None, note: Note
+    name: str, key: str, surface: str, items: dict[str, ArrayItem], usual: Intrinsics | None, note: Note
 ) -> None:
     """Print a note if the numbers may be inverse: by their name, or as videos of floats without a camera often are."""
     is_video = surface == "depth" and items[surface].count > 1 and items[surface].array.dtype.kind == "f"
@@ -274,7 +274,7 @@ def _doubt_depth(
         note(f"{name}: {key} is read as distances; pass {kind} for Depth Anything, DepthCrafter or MiDaS")
 
 
-def _doubt_confidence(name: str, roles: dict[str, str], items: dict[str, Item], note: Note) -> None:
+def _doubt_confidence(name: str, roles: dict[str, str], items: dict[str, ArrayItem], note: Note) -> None:
     """Leave out confidence that may be an error instead."""
     key = roles.get("confidence", "")
     if "confidence" in items and is_named(key, MAYBE_ERROR) and items["confidence"].array.dtype.kind == "f":

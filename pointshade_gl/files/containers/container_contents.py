@@ -84,7 +84,7 @@ _CHANNELS = {"own_points": (3,), "points": (3,), "normals": (3,), "color": (3, 4
 _MATRICES = ("intrinsics", "world_to_camera", "camera_to_world")
 
 
-class Item:
+class ArrayItem:
     """An array and how its axes are divided: the leading ones count frames, the others are of one frame.
 
     lead   how many axes count frames; None if the shape is impossible for the role

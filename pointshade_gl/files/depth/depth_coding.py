@@ -39,7 +39,7 @@ from .depth_files import (
     read_levels,
     repaired,
 )
-from .depth_kinds import METRIC, Coding, Decoded, Said, measure_bending
+from .depth_kinds import METRIC, Coding, Decoded, DepthHints, measure_bending
 from .missing_depth import (
     FAR,
     FARTHEST,
@@ -100,7 +100,7 @@ _END = 1966  # codes, 3 % of 16 bits
 _FLAT, _BENT, _ROUND = 0.8, 0.5, 0.5  # bending: of inverse depth at most, of depth at least; across to along on planes
 
 
-def read_colors(image: NDArray[np.uint8], name: str, said: Said, note: Note) -> Decoded:
+def read_colors(image: NDArray[np.uint8], name: str, said: DepthHints, note: Note) -> Decoded:
     """Read a colour-mapped picture (h, w, 3|4). Raises ValueError if its map is not known."""
     levels = read_levels(image)
     if levels is None and not _DEPTH_NAME.search(Path(name).stem.lower()):
@@ -132,7 +132,7 @@ def read_colors(image: NDArray[np.uint8], name: str, said: Said, note: Note) -> 
     return _without_scale(255 - values, f"colours of {levels.name}", (LEVELS, REVERSED))
 
 
-def read_8_bits(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded:
+def read_8_bits(raw: NDArray[Any], name: str, said: DepthHints, note: Note) -> Decoded:
     """Read a grey picture (h, w) of 256 levels. Raises ValueError for a photograph, a mask and a map of labels."""
     filed = said.filed_scale
     if said.scale is None and said.any_kind in (None, *METRIC) and filed and filed < 256:  # else all is within 1 m
@@ -168,7 +168,7 @@ def _refuse_what_is_none(raw: NDArray[Any], name: str) -> None:
         )
 
 
-def read_relative(raw: NDArray[Any], counts: Counts | None, name: str, said: Said, note: Note) -> Decoded | None:
+def read_relative(raw: NDArray[Any], counts: Counts | None, name: str, said: DepthHints, note: Note) -> Decoded | None:
     """Recognise disparity by its name, a network's depth or inverse depth by its planes; return None for anything else.
 
     counts  of the codes, for 16 bits
@@ -196,7 +196,7 @@ def read_relative(raw: NDArray[Any], counts: Counts | None, name: str, said: Sai
     return None
 
 
-def disparity_scale(raw: NDArray[Any], said: Said, note: Note) -> float:
+def disparity_scale(raw: NDArray[Any], said: DepthHints, note: Note) -> float:
     """Return the values per pixel of disparity, where the caller does not give it."""
     if said.filed_scale is not None and said.filed_kind == "disparity":
         return said.filed_scale
@@ -209,7 +209,7 @@ def disparity_scale(raw: NDArray[Any], said: Said, note: Note) -> float:
     return 1.0
 
 
-def _read_disparity(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded:
+def _read_disparity(raw: NDArray[Any], name: str, said: DepthHints, note: Note) -> Decoded:
     """Disparity: in pixels if there is a baseline, else true in shape only."""
     if said.has_baseline:
         note(f"{name} is taken as disparity; pass {option('depth_kind', 'z')} if it is distances")
@@ -222,7 +222,7 @@ def _read_disparity(raw: NDArray[Any], name: str, said: Said, note: Note) -> Dec
     return Decoded(raw, Coding("inverse", _MIDDLE * middle(raw), "its name"))
 
 
-def _read_levels(values: NDArray[Any], said: Said, repairs: tuple[str, ...] = ()) -> Decoded:
+def _read_levels(values: NDArray[Any], said: DepthHints, repairs: tuple[str, ...] = ()) -> Decoded:
     """Return 256 levels whose kind or scale is given."""
     kind = said.any_kind or "z"
     if said.scale is None and kind == "z":
@@ -277,7 +277,7 @@ _FEWEST = 30  # different values of an 8-bit picture that was stored in 16 bits
 _WORTH_A_HINT = 8.0  # metres: farther middles of millimetres are often another unit
 
 
-def decode(raw: NDArray[Any], name: str, said: Said, note: Note, like: Coding | None = None) -> Decoded:
+def decode(raw: NDArray[Any], name: str, said: DepthHints, note: Note, like: Coding | None = None) -> Decoded:
     """Find out what raw values mean, (h, w) or, colour-mapped, (h, w, 3|4) uint8; return plain numbers with that.
 
     name  of the file, for messages
@@ -293,7 +293,7 @@ def decode(raw: NDArray[Any], name: str, said: Said, note: Note, like: Coding | 
     return decoded._replace(coding=replace(decoded.coding, said=said))
 
 
-def _decode(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded:
+def _decode(raw: NDArray[Any], name: str, said: DepthHints, note: Note) -> Decoded:
     if raw.ndim == 3:
         channels = find_channels(raw)
         return _read_channels(raw, channels, name, said, note) if channels else read_colors(raw, name, said, note)
@@ -305,7 +305,9 @@ def _decode(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded:
     return _read_values(raw, None, name, said, note)
 
 
-def _read_channels(raw: NDArray[np.uint8], channels: tuple[int, ...], name: str, said: Said, note: Note) -> Decoded:
+def _read_channels(
+    raw: NDArray[np.uint8], channels: tuple[int, ...], name: str, said: DepthHints, note: Note
+) -> Decoded:
     """Read numbers whose bytes are in several channels; those of 24 bits are CARLA's unless a scale is given."""
     colors = [("red", "green", "blue", "alpha")[channel] for channel in channels]
     repair = CHANNELS + "".join(map(str, channels))
@@ -323,7 +325,7 @@ def _read_channels(raw: NDArray[np.uint8], channels: tuple[int, ...], name: str,
     return decoded._replace(coding=replace(decoded.coding, repairs=(repair, *decoded.coding.repairs)))
 
 
-def _read_codes(codes: Codes, name: str, said: Said, note: Note) -> Decoded:
+def _read_codes(codes: Codes, name: str, said: DepthHints, note: Note) -> Decoded:
     """Read 16-bit values: first find out whether they are plain numbers at all."""
     repairs = []
     if is_swapped(codes):
@@ -362,7 +364,7 @@ def _read_codes(codes: Codes, name: str, said: Said, note: Note) -> Decoded:
     return decoded._replace(coding=replace(decoded.coding, repairs=(*repairs, *decoded.coding.repairs)))
 
 
-def _find_packing(codes: Codes, counts: Counts, name: str, said: Said, note: Note) -> str | None:
+def _find_packing(codes: Codes, counts: Counts, name: str, said: DepthHints, note: Note) -> str | None:
     """Return the repair that makes plain numbers of these bits, None if they are plain."""
     if said.any_kind not in (None, *METRIC):
         return None
@@ -380,7 +382,7 @@ def _find_packing(codes: Codes, counts: Counts, name: str, said: Said, note: Not
     return HIGH_BYTE if said.is_silent and values.size >= _FEWEST and in_high_byte else None
 
 
-def _read_values(raw: NDArray[Any], counts: Counts | None, name: str, said: Said, note: Note) -> Decoded:
+def _read_values(raw: NDArray[Any], counts: Counts | None, name: str, said: DepthHints, note: Note) -> Decoded:
     """Read plain numbers of more than 8 bits."""
     relative = read_relative(raw, counts, name, said, note) if said.is_silent else None
     if relative:

@@ -27,7 +27,7 @@ _KINECT_LAST = 1084  # beyond it, at 46 m, one step is 7 m
 
 
 @dataclass(frozen=True)
-class Said:
+class DepthHints:
     """What is given about a depth picture, by the caller and by the camera's file; None = nothing."""
 
     kind: str | None = None
@@ -61,7 +61,7 @@ class Coding:
     scale: float | None
     why: str
     repairs: tuple[str, ...] = ()
-    said: Said | None = None
+    said: DepthHints | None = None
     enlarged: int = 1
 
 

@@ -27,7 +27,7 @@ _BORDER = 80  # pixels around the earlier picture in which nothing is found
 _FEWEST = 60  # points
 
 
-class Pairs(NamedTuple):
+class MatchedPairs(NamedTuple):
     """Values where colours agree: of the picture, of the earlier one, and what a turn made of these (n,)."""
 
     seen: NDArray[np.float64]
@@ -60,7 +60,7 @@ class Matched(NamedTuple):
 
     agreeing: float
     places: NDArray[np.int_] | None
-    pairs: Pairs
+    pairs: MatchedPairs
     is_still: bool
     growth: float = 0.0
 
@@ -106,9 +106,9 @@ def matched(small: Small, earlier: Small, likely: NDArray[np.int_] | None, focal
     focal   length in widths of the picture
     """
     if small.colors.shape != earlier.colors.shape or min(small.values.shape) < _BLOCK:
-        return Matched(0.0, None, Pairs(*np.empty((3, 0))), False)
+        return Matched(0.0, None, MatchedPairs(*np.empty((3, 0))), False)
     blocks = tuple(side // _BLOCK for side in small.values.shape)
-    found = Matched(-1.0, None, Pairs(*np.empty((3, 0))), False)
+    found = Matched(-1.0, None, MatchedPairs(*np.empty((3, 0))), False)
     if likely is not None:
         found = _blocks_at(small, earlier, likely, focal, _REACH)
     for shift in {(0, 0), _phase_shift(small.colors, earlier.colors)} if found.agreeing < _SURELY else ():
@@ -166,7 +166,9 @@ def _blocks_at(small: Small, earlier: Small, likely: NDArray[np.int_], focal: fl
     turned = np.ones(found[0].size) if is_still else _turned((v[good], u[good]), moved, focal, (rows, columns))
     if agreeing.any():
         places = np.where(agreeing[..., None], places, np.median(places[agreeing], axis=0).astype(int))
-    return Matched(float(agreeing.mean()), places, Pairs(*found, turned), is_still, _growth((v[good], u[good]), moved))
+    return Matched(
+        float(agreeing.mean()), places, MatchedPairs(*found, turned), is_still, _growth((v[good], u[good]), moved)
+    )
 
 
 def _spread(blocks: NDArray[Any]) -> NDArray[Any]:
@@ -264,7 +266,7 @@ class FrameScale:
     is_inverse: bool = True
     is_metric: bool = False
     may_move: bool = True
-    _infinity: Infinity = field(default_factory=lambda: Infinity())
+    _infinity: FarOffset = field(default_factory=lambda: FarOffset())
     _earlier: list[Small] = field(default_factory=list)
     _last: Small | None = None
     _places: NDArray[np.int_] | None = None  # where blocks are likely: as far on as from the picture before
@@ -293,7 +295,7 @@ class FrameScale:
         low, high = (0.0, 1.0) if self.is_metric else np.percentile(known, (2, 98))
         self._origin, self._unit = float(low), float(high - low) or 1.0
         self._last = small.moved_by(1 / self._unit, -self._origin / self._unit)
-        self._earlier, self._places, self._before, self._infinity = [self._last], None, None, Infinity()
+        self._earlier, self._places, self._before, self._infinity = [self._last], None, None, FarOffset()
         self._turns = 0
 
     def _go_on(self, places: NDArray[np.int_] | None, is_same: bool) -> None:
@@ -337,7 +339,7 @@ class FrameScale:
         self._infinity = learned
         return Line(turned.a, turned.b + o)
 
-    def _beyond(self, pairs: Pairs, infinity: Infinity) -> Line | None:
+    def _beyond(self, pairs: MatchedPairs, infinity: FarOffset) -> Line | None:
         """Return the line of what the turn left of the values above infinity's."""
         return fitted_line(pairs.seen, (pairs.earlier - infinity.value) * pairs.turned)
 
@@ -357,7 +359,7 @@ class FrameScale:
 
 
 @dataclass(frozen=True)
-class Infinity:
+class FarOffset:
     """What infinity has in the values of a shot, in its units, as its pictures have shown; a guess until then."""
 
     weight: float = 0.0
@@ -367,7 +369,7 @@ class Infinity:
     def value(self) -> float:
         return (self.total + _DOUBT * _USUAL) / (self.weight + _DOUBT)
 
-    def learned(self, pairs: Pairs, line: Line) -> Infinity:
+    def learned(self, pairs: MatchedPairs, line: Line) -> FarOffset:
         """Return it with what one turn shows: w = a v / r + b / r + o."""
         off = (pairs.earlier - self.value) * pairs.turned - (line.a * pairs.seen + line.b)
         near = np.abs(off) <= _NEAR * 1.4826 * max(float(np.median(np.abs(off))), 1e-9)
@@ -381,7 +383,7 @@ class Infinity:
         found = float((inverse @ (terms.T @ w))[2])
         sigma = float(np.std(w - terms @ (inverse @ (terms.T @ w))))
         certain = 1 / max(float(inverse[2, 2]) * sigma**2, 1e-12)
-        return Infinity(self.weight + certain, self.total + certain * found)
+        return FarOffset(self.weight + certain, self.total + certain * found)
 
 
 def fitted_line(seen: NDArray[np.float64], earlier: NDArray[np.float64]) -> Line | None:
@@ -469,7 +471,7 @@ SCALES: tuple[ScaleName, ...] = get_args(ScaleName)
 _PATIENCE = 8  # pictures
 
 
-class Laid(NamedTuple):
+class ScaledFrame(NamedTuple):
     """How a picture's values become metres: those at the two ends of depth without a scale, or a factor."""
 
     low: float = 0.0
@@ -492,13 +494,13 @@ class FilmScale:
         self.lock = threading.RLock()
         self._may_breathe, self._is_networks, self._note = may_breathe, is_networks, note
         self._follower: FrameScale | None = None
-        self._found: list[Laid] = []
-        self._first = Laid()
+        self._found: list[ScaledFrame] = []
+        self._first = ScaledFrame()
         self.is_over = False  # nothing to follow: depth has a scale
 
     def of(
         self, index: int, decoded: Decoded, colors: NDArray[Any] | None, camera: Camera, read: Callable[[int], object]
-    ) -> Laid:
+    ) -> ScaledFrame:
         """Return how to lay the depth of a picture.
 
         index  of the picture in the film
@@ -509,7 +511,7 @@ class FilmScale:
         for before in range(len(self._found), index):
             self._catch_up(before, read)
         if self.is_over:
-            return Laid()
+            return ScaledFrame()
         if index == len(self._found):
             self._found.append(self._next(index, decoded, colors, camera))
         return self._found[index]
@@ -535,14 +537,14 @@ class FilmScale:
         try:
             read(before)
         except (ValueError, OSError):
-            self._found[len(self._found) :] = [self._found[-1] if self._found else Laid()]
+            self._found[len(self._found) :] = [self._found[-1] if self._found else ScaledFrame()]
 
     def _give_up(self, index: int, factor: float) -> None:
         """Follow files of metres no further that do not breathe at first: nobody then waits for earlier frames."""
         is_steady = factor == 1 and all(one.factor == 1 for one in self._found)
         self.is_over = is_steady and not self._is_networks and index >= _PATIENCE
 
-    def _next(self, index: int, decoded: Decoded, colors: NDArray[Any] | None, camera: Camera) -> Laid:
+    def _next(self, index: int, decoded: Decoded, colors: NDArray[Any] | None, camera: Camera) -> ScaledFrame:
         if self._follower is None:  # the first ones could not be read
             self._begin(decoded)
         assert self._follower is not None
@@ -552,11 +554,11 @@ class FilmScale:
         line = self._follower.of(np.where(unknown, np.float32(np.nan), values), colors)
         if self._follower.is_metric:
             self._give_up(index, line.a)
-            return Laid(factor=line.a)
+            return ScaledFrame(factor=line.a)
         if line.is_first:
             if index:
                 self._note(f"frame {index} begins another shot: its depth has a scale of its own")
             known = values[~unknown]
-            self._first = Laid(float(known.min()), float(known.max())) if known.size else Laid()
+            self._first = ScaledFrame(float(known.min()), float(known.max())) if known.size else ScaledFrame()
             return self._first
-        return Laid((self._first.low - line.b) / line.a, (self._first.high - line.b) / line.a)
+        return ScaledFrame((self._first.low - line.b) / line.a, (self._first.high - line.b) / line.a)

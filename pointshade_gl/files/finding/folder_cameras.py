@@ -10,7 +10,7 @@ from pathlib import Path
 from ...notes.notes import Note
 from ...notes.words import cut
 from ..access.content import MAX_PIXELS, followed, parse_object, read_text
-from ..access.folders import Folder, Item, from_root, key_of, places_of
+from ..access.folders import Folder, ListedFile, from_root, key_of, places_of
 from ..access.known_names import (
     CAMERA_SUFFIXES,
     CAMERAS,
@@ -71,7 +71,7 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
     return Cameras(known, (), f" (not understood: {', '.join(failed[:2])})" if failed else "")
 
 
-def _nearest(items: Sequence[Item], frames: Sequence[FrameFiles]) -> list[Item]:
+def _nearest(items: Sequence[ListedFile], frames: Sequence[FrameFiles]) -> list[ListedFile]:
     """Sort by the number of folders shared with the first frame, most first: a folder may hold several data sets."""
     if not frames:
         return list(items)
@@ -80,7 +80,7 @@ def _nearest(items: Sequence[Item], frames: Sequence[FrameFiles]) -> list[Item]:
     return sorted(items, key=lambda item: -shared(from_root(item.path.parent)))
 
 
-def _not_of_others(items: Sequence[Item], frames: Sequence[FrameFiles], place: Folder) -> list[Item]:
+def _not_of_others(items: Sequence[ListedFile], frames: Sequence[FrameFiles], place: Folder) -> list[ListedFile]:
     """Without the files of folders with pictures of their own, where frames lie beside those: another frame's."""
     if not frames or frames[0].depth.parent != place.path:
         return list(items)
@@ -94,7 +94,7 @@ def _is_registered(folder: Path, frame: FrameFiles) -> bool:
     return REGISTERED.search(str(name).lower()) is not None
 
 
-def _by_rank(items: Sequence[Item], of_color: bool = False) -> list[Item]:
+def _by_rank(items: Sequence[ListedFile], of_color: bool = False) -> list[ListedFile]:
     """Files that may hold a camera: the best known names first, those nearest to the folder first among them."""
     found = []
     for item in items:
@@ -107,9 +107,9 @@ def _by_rank(items: Sequence[Item], of_color: bool = False) -> list[Item]:
     return [one[-1] for one in found]
 
 
-def _in_parents(place: Folder, frames: Sequence[FrameFiles]) -> list[Item]:
+def _in_parents(place: Folder, frames: Sequence[FrameFiles]) -> list[ListedFile]:
     """The same in the folders above, nearest first; then where links lead to, of the folder and of the first frame."""
-    found: list[Item] = []
+    found: list[ListedFile] = []
     above = [one for here in places_of(place.path) for one in list(here.parents)[:_PARENTS]]
     if frames and frames[0].depth.is_symlink():
         above += list(followed(frames[0].depth).parents)[: _PARENTS + 1]
@@ -121,7 +121,7 @@ def _in_parents(place: Folder, frames: Sequence[FrameFiles]) -> list[Item]:
 
 
 def _one_each(
-    items: Sequence[Item], frames: Sequence[FrameFiles], note: Note, max_pixels: float
+    items: Sequence[ListedFile], frames: Sequence[FrameFiles], note: Note, max_pixels: float
 ) -> list[Intrinsics | None]:
     """Return for each frame the camera in a file of its own; empty if fewer than half of several frames have one."""
     files = own_files(items, frames, FRAME_CAMERAS, lambda item: NOT_A_CAMERA.search(item.name))
@@ -134,7 +134,7 @@ def _one_each(
     return found
 
 
-def _in_transforms(item: Item, frames: Sequence[FrameFiles], max_pixels: float) -> list[Intrinsics | None]:
+def _in_transforms(item: ListedFile, frames: Sequence[FrameFiles], max_pixels: float) -> list[Intrinsics | None]:
     """The frames' own cameras in a transforms.json, where it has them."""
     if not TRANSFORMS.fullmatch(item.path.name.lower()):
         return []
@@ -143,7 +143,7 @@ def _in_transforms(item: Item, frames: Sequence[FrameFiles], max_pixels: float) 
     return [named.get((one.color or one.depth).stem, named.get(one.depth.stem)) for one in frames] if named else []
 
 
-def _by_frame(item: Item, frames: Sequence[FrameFiles], max_pixels: float) -> list[Intrinsics | None]:
+def _by_frame(item: ListedFile, frames: Sequence[FrameFiles], max_pixels: float) -> list[Intrinsics | None]:
     """The frames' own cameras in a JSON that has an object for each, by name or number: ScanNet++, BOP."""
     if item.suffix != ".json" or len(frames) < 2:
         return []
@@ -151,14 +151,14 @@ def _by_frame(item: Item, frames: Sequence[FrameFiles], max_pixels: float) -> li
     values = {key_of(name.lower()): one for name, one in data.items() if isinstance(one, dict)}
     if not values:
         return []
-    files = [Item(item.path.with_name(key), key) for key in values]
+    files = [ListedFile(item.path.with_name(key), key) for key in values]
     named = [path.name if path else "" for path in matches([one.key for one in frames], files)]
     found = [from_named(named_of(values.get(name, {})), str(item.path)) for name in named]
     return [one[0] if one else None for one in found] if len(set(named)) > 1 else []
 
 
 def _of_data_set(
-    place: Folder, items: Sequence[Item], frames: Sequence[FrameFiles], note: Note, max_pixels: float
+    place: Folder, items: Sequence[ListedFile], frames: Sequence[FrameFiles], note: Note, max_pixels: float
 ) -> Intrinsics | None:
     """The published camera of a data set that is recognised by the names of its folder and files."""
     folder = place.path

@@ -14,7 +14,7 @@ import numpy as np
 from ...notes.notes import Note
 from ...notes.words import near_path, option
 from ..access.content import MAX_PIXELS, PARTS, FilePath, check_limit, followed, read_text
-from ..access.folders import LEVELS, Folder, Item, key_of, numbers_in, places_of, words_of
+from ..access.folders import LEVELS, Folder, ListedFile, key_of, numbers_in, places_of, words_of
 from ..access.known_names import (
     ANY_PICTURE,
     COLOR,
@@ -47,21 +47,23 @@ from ..pictures.picture_files import is_deep_grey, is_ours, read_image, shallown
 _DIGITS = re.compile(r"[0-9]+")
 
 
-def template(item: Item) -> str:
+def template(item: ListedFile) -> str:
     """Return what the file names of a series have in common."""
     return f"{item.path.parent}/{_DIGITS.sub('#', item.stem)}"
 
 
-def best_group(folder: Path, items: list[Item], what: str, note: Note, partners: Sequence[Item] = ()) -> list[Item]:
+def best_group(
+    folder: Path, items: list[ListedFile], what: str, note: Note, partners: Sequence[ListedFile] = ()
+) -> list[ListedFile]:
     """Return files of one folder with similar names that fit their partners best; of equal keys the best suffix."""
     suffixes = DEPTH_SUFFIXES if what == "depth" else COLOR_SUFFIXES
-    groups: dict[str, list[Item]] = {}
+    groups: dict[str, list[ListedFile]] = {}
     for item in items:
         groups.setdefault(template(item), []).append(item)
     keys, numbers = {item.key for item in partners}, {item.numbers for item in partners if item.numbers}
     places = {item.path.parent for item in partners}
 
-    def rank(group: list[Item]) -> tuple[float, ...]:
+    def rank(group: list[ListedFile]) -> tuple[float, ...]:
         matched = sum(item.key in keys or item.numbers in numbers for item in group)
         together = any(group[0].path.parent.parent in (place, place.parent, place.parent.parent) for place in places)
         return (
@@ -83,7 +85,7 @@ def best_group(folder: Path, items: list[Item], what: str, note: Note, partners:
     if what == "colour" and partners and len(best) < len(partners):
         same = [group for group in ranked if group[0].path.parent == best[0].path.parent]
         best = [item for group in same for item in group]  # named one by one: kitchen.jpg, garden.jpg
-    by_stem: dict[str, list[Item]] = {}
+    by_stem: dict[str, list[ListedFile]] = {}
     for item in best:
         by_stem.setdefault(item.stem, []).append(item)
     kept = [_best_form(forms, suffixes) for forms in by_stem.values()]
@@ -92,7 +94,7 @@ def best_group(folder: Path, items: list[Item], what: str, note: Note, partners:
     return kept
 
 
-def _best_form(forms: list[Item], suffixes: tuple[str, ...]) -> Item:
+def _best_form(forms: list[ListedFile], suffixes: tuple[str, ...]) -> ListedFile:
     """Return, of files that differ in their suffix, the one that keeps the most, and is no colour-mapped depth."""
     forms = sorted(forms, key=lambda item: suffixes.index(item.suffix))
     if len(forms) > 1 and suffixes == COLOR_SUFFIXES:
@@ -105,14 +107,18 @@ def _is_mapped(path: Path) -> bool:
     return image.ndim == 3 and image.dtype == np.uint8 and read_levels(image) is not None
 
 
-def _tell_others(folder: Path, best: list[Item], others: Iterable[list[Item]], what: str, note: Note) -> None:
+def _tell_others(
+    folder: Path, best: list[ListedFile], others: Iterable[list[ListedFile]], what: str, note: Note
+) -> None:
     rivals = [group[0].path.relative_to(folder).as_posix() for group in others if group[0].level == best[0].level]
     if rivals:
         listed = ", ".join(rivals[:3]) + (f" and {len(rivals) - 3} more" if len(rivals) > 3 else "")
         note(f"{folder}: {best[0].path.relative_to(folder).as_posix()} is taken as the {what}, not {listed}")
 
 
-def find_partners(folder: Path, depths: list[Item], colors: list[Item], note: Note) -> list[Item | None]:
+def find_partners(
+    folder: Path, depths: list[ListedFile], colors: list[ListedFile], note: Note
+) -> list[ListedFile | None]:
     """For each depth picture its colour picture, None where there is none."""
     if colors[0].suffix in VIDEO_SUFFIXES:
         return [colors[0]] * len(depths)
@@ -164,7 +170,9 @@ _PICTURES = (*COLOR_SUFFIXES, *DEPTH_SUFFIXES)
 _NUMBER = re.compile(r"\d{1,18}(\.\d{0,18})?")
 
 
-def listed_pictures(place: Folder, items: list[Item], max_pixels: float) -> tuple[list[Item], list[Item]]:
+def listed_pictures(
+    place: Folder, items: list[ListedFile], max_pixels: float
+) -> tuple[list[ListedFile], list[ListedFile]]:
     """The colour and the depth pictures that lists of the folder name; none without such a list."""
     top = {item.name: item.path for item in items if not item.level}
     for name, path in top.items():
@@ -186,15 +194,15 @@ def listed_pictures(place: Folder, items: list[Item], max_pixels: float) -> tupl
     return [row[0] for row in colors], [row[0] for row in depths]
 
 
-def _item(named: Callable[[str], Path], text: str, time: str = "") -> Item:
+def _item(named: Callable[[str], Path], text: str, time: str = "") -> ListedFile:
     """A picture that a list names, with the list's time stamp."""
-    item = Item(named(text), text.lower().replace("\\", "/").removeprefix("./"))
+    item = ListedFile(named(text), text.lower().replace("\\", "/").removeprefix("./"))
     if time:
         item.__dict__["time"] = float(time)
     return item
 
 
-def _read_list(place: Folder, path: Path, max_pixels: float) -> list[list[Item]]:
+def _read_list(place: Folder, path: Path, max_pixels: float) -> list[list[ListedFile]]:
     """For each line of a text file the pictures that it names after time stamps; none if it holds anything else."""
     lines = read_text(place.check(path), max_pixels).splitlines()
     check_limit(len(lines), f"{path} has {len(lines)} lines", max_pixels, PARTS)
@@ -221,7 +229,7 @@ def _words(line: str) -> list[str]:
     return line.strip().split(None, 1) if is_one else words
 
 
-def matches(keys: Sequence[str], items: Iterable[Item]) -> list[Path | None]:
+def matches(keys: Sequence[str], items: Iterable[ListedFile]) -> list[Path | None]:
     """For each frame, by its key, a file with the same key, numbers, last or first number. Empty if most have none."""
     items = [item for item in items if item.key]
     for same, is_part in _SAME:
@@ -252,7 +260,7 @@ class Keyed(Protocol):
 
 
 def own_files(
-    items: Iterable[Item], frames: Sequence[Keyed], words: frozenset[str], is_other: Callable[[Item], Any]
+    items: Iterable[ListedFile], frames: Sequence[Keyed], words: frozenset[str], is_other: Callable[[ListedFile], Any]
 ) -> list[Path | None]:
     """For each frame a file called or laid as its own, or named like it alone. Empty if most of several have none."""
     some = [(item, bool((item.words | item.folder_words | {item.suffix[1:]}) & words)) for item in items]
@@ -351,7 +359,7 @@ def find_color(place: Folder, depth: Path, note: Note) -> Path | None:
     real = followed(depth)
     looks = [(place.path, depth)] + ([(real.parent, real)] if depth.is_symlink() and place.root is None else [])
     for folder, file in looks:
-        named = Item(file, file.name.lower())
+        named = ListedFile(file, file.name.lower())
         colors = _colors_in(place, folder, named) or _colors_beside(place, folder, [named], lambda _: None)
         same = next((item.path for item in colors if item.key == named.key), None)
         if len(colors) > 1 and not same:
@@ -382,7 +390,7 @@ def find_photographs(place: Folder, note: Note) -> list[Path]:
     return []
 
 
-def _colors_in(place: Folder, folder: Path, depth: Item) -> list[Item]:
+def _colors_in(place: Folder, folder: Path, depth: ListedFile) -> list[ListedFile]:
     """The colour pictures of a folder, for one depth picture of it; in a folder of depth only what is surely none."""
     items = [item for item in place.listing.files(folder, 1) if item.suffix in COLOR_SUFFIXES]
     if _folders_above(folder):
@@ -392,7 +400,7 @@ def _colors_in(place: Folder, folder: Path, depth: Item) -> list[Item]:
     return _colors_of(folder, items, [depth], lambda _: None)
 
 
-def _colors_beside(place: Folder, folder: Path, depths: list[Item], note: Note) -> list[Item]:
+def _colors_beside(place: Folder, folder: Path, depths: list[ListedFile], note: Note) -> list[ListedFile]:
     """The colour pictures beside a folder of depth pictures, but not those of other frames: with depth of their own."""
     for above, name in _folders_above(folder) if place.root is None else ():
         items = [item for item in place.listing.files(above, 1) if not item.name.startswith(f"{name}/")]
@@ -408,7 +416,7 @@ def _folders_above(folder: Path) -> list[tuple[Path, str]]:
     return [(one.parent, one.name.lower()) for one in places_of(folder) if words_of(one.name) & DEPTH]
 
 
-def _depths_of(folder: Path, pictures: list[Item], note: Note) -> list[Item]:
+def _depths_of(folder: Path, pictures: list[ListedFile], note: Note) -> list[ListedFile]:
     """Return the depth pictures: those named so, else those that cannot be anything else."""
     allowed = [item for item in pictures if item.suffix in DEPTH_SUFFIXES and not _is_right(item, pictures)]
     for wanted in ("depth", "", "sparse depth", "shown depth"):
@@ -421,12 +429,12 @@ def _depths_of(folder: Path, pictures: list[Item], note: Note) -> list[Item]:
     return []
 
 
-def _depth_role(item: Item) -> str:
+def _depth_role(item: ListedFile) -> str:
     is_sparse = item.role == "depth" and (item.words | item.folder_words) & SPARSE
     return "sparse depth" if is_sparse else item.role
 
 
-def _colors_of(folder: Path, pictures: list[Item], depths: list[Item], note: Note) -> list[Item]:
+def _colors_of(folder: Path, pictures: list[ListedFile], depths: list[ListedFile], note: Note) -> list[ListedFile]:
     """Return the colour pictures: those named so, else the pictures that are left over."""
     taken = {item.path for item in depths}
     allowed = [item for item in pictures if item.path not in taken and not _is_right(item, pictures)]
@@ -440,13 +448,13 @@ def _colors_of(folder: Path, pictures: list[Item], depths: list[Item], note: Not
     return videos[:1]
 
 
-def _is_right(item: Item, pictures: list[Item]) -> bool:
+def _is_right(item: ListedFile, pictures: list[ListedFile]) -> bool:
     """Return whether this is the second camera's picture, with the first one's beside it."""
     left = RIGHT_VIEWS.get(item.stem)
     return left is not None and any(other.stem == left for other in pictures)
 
 
-def _deep_grey(items: list[Item]) -> list[Item]:
+def _deep_grey(items: list[ListedFile]) -> list[ListedFile]:
     """Pictures of one channel of 16 bits, which are depth and nothing else. Those named alike are of one kind."""
     firsts: dict[str, bool] = {}
     for item in items:
@@ -455,7 +463,7 @@ def _deep_grey(items: list[Item]) -> list[Item]:
     return [item for item in items if firsts[template(item)]]
 
 
-def _is_mask_of(item: Item, depth: Item) -> bool:
+def _is_mask_of(item: ListedFile, depth: ListedFile) -> bool:
     """Return whether a mask or a confidence is about the depth: it is named so, or it lies beside a network's depth."""
     if item.words & DEPTH or (item.words | item.folder_words) & CONFIDENCE:
         return True

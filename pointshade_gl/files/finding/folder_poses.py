@@ -15,7 +15,7 @@ from ...notes.notes import Note
 from ...notes.words import counted, cut
 from ...scene.camera import check_pose
 from ..access.content import MAX_PIXELS, FilePath
-from ..access.folders import Folder, Item, from_root, numbers_in
+from ..access.folders import Folder, ListedFile, from_root, numbers_in
 from ..access.known_names import FRAME_POSES, NOT_A_POSE, POSE_SUFFIXES, POSES
 from ..cameras.pose_files import PoseList, read_poses
 from .folder_frames import FrameFiles, nearest, own_files
@@ -74,7 +74,7 @@ def _holds_a_pose(path: Path | None, max_pixels: float) -> bool:
         return False
 
 
-def _by_rank(items: Sequence[Item]) -> list[Item]:
+def _by_rank(items: Sequence[ListedFile]) -> list[ListedFile]:
     """Files that may hold the poses of all frames, the best known names first."""
     ranked = [(next((k for k, name in enumerate(POSES) if name.fullmatch(item.name)), None), item) for item in items]
     return [item for _, item in sorted(((k, item) for k, item in ranked if k is not None), key=lambda pair: pair[0])]

@@ -28,19 +28,19 @@ from ..cameras.pose_files import Reading, load_pose
 from ..containers.container_contents import SURE
 from ..depth.depth_coding import decode
 from ..depth.depth_files import one_channel, read_depth, read_raw
-from ..depth.depth_kinds import KINDS, Coding, Decoded, Said, is_ray_length, reduced, times_enlarged, to_metres
-from ..depth.scale_over_time import Laid
+from ..depth.depth_kinds import KINDS, Coding, Decoded, DepthHints, is_ray_length, reduced, times_enlarged, to_metres
+from ..depth.scale_over_time import ScaledFrame
 from ..finding.folder_cameras import Cameras, find_cameras
 from ..finding.folder_frames import FrameFiles
 from ..pictures.picture_files import is_picture, read_image
-from .frame_parts import Assembled, Found, Parts, ReadOptions, is_path
+from .frame_parts import Assembled, FoundFiles, FrameParts, ReadOptions, is_path
 
 ASSUMED = "the assumed camera"
 _USUAL_FOV = 60.0  # degrees
 _NAMES = 5  # folders of a path by which a data set is known
 
 
-def choose_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics | None:
+def choose_camera(parts: FrameParts, options: ReadOptions, note: Note) -> Intrinsics | None:
     """Return the caller's camera, with what the file beside the pictures adds; else the file's, or the photo's lens."""
     source, name = _said_camera(parts, options, note), parts.name
     if source is None or not name or options.depth_scale or options.depth_kind or source.depth_scale:
@@ -57,7 +57,7 @@ def choose_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics 
     return replace(source, depth_scale=known.depth_scale, depth_kind=known.depth_kind)
 
 
-def _said_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics | None:
+def _said_camera(parts: FrameParts, options: ReadOptions, note: Note) -> Intrinsics | None:
     if options.intrinsics is not None:
         return merged(read_intrinsics(options.intrinsics, note, options.max_pixels), parts.filed)
     if parts.filed is None and options.fov is None and is_path(parts.color):
@@ -121,7 +121,7 @@ def make_camera(source: Intrinsics | None, fov: float | None, depth: Size, color
     return place_camera(source, depth, color, note)
 
 
-def read_colors_of(parts: Parts, max_pixels: float, note: Note = lambda _: None) -> NDArray[Any] | None:
+def read_colors_of(parts: FrameParts, max_pixels: float, note: Note = lambda _: None) -> NDArray[Any] | None:
     """The colours of a frame in sRGB, (h, w, 3|4) uint8; None without any."""
     if parts.color is None:
         return None
@@ -160,13 +160,13 @@ def _check_color(color: Any) -> NDArray[Any]:
 
 
 def assemble(
-    parts: Parts,
+    parts: FrameParts,
     options: ReadOptions,
     note: Note,
     reading: Reading | None = None,
     like: Coding | None = None,
     stream: Hashable = None,
-    scale_of: Callable[[Decoded, Any, Camera], Laid] | None = None,
+    scale_of: Callable[[Decoded, Any, Camera], ScaledFrame] | None = None,
 ) -> Assembled:
     """Read the parts of a frame and put them together. Raises ValueError, TypeError or OSError, in one sentence.
 
@@ -189,7 +189,7 @@ def assemble(
         source = assumed_camera(size, has_unit, parts.missing, note)
     color_size = None if colors is None else (colors.shape[1], colors.shape[0])
     camera = reading.camera(make_camera(source, options.fov, size, color_size, note))
-    laid = Laid() if scale_of is None else scale_of(decoded, colors, camera)
+    laid = ScaledFrame() if scale_of is None else scale_of(decoded, colors, camera)
     metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, like is None, laid.ends)
     if laid.factor != 1:
         metres *= np.float32(laid.factor)
@@ -218,11 +218,11 @@ def assemble(
         raise ValueError(
             f"{where}depth must be known somewhere, got only missing values (0, negative, NaN or infinite)"
         )
-    found = Found(parts.name or parts.maker or None, str(parts.color) if is_path(parts.color) else None)
+    found = FoundFiles(parts.name or parts.maker or None, str(parts.color) if is_path(parts.color) else None)
     return Assembled(frame, found, source.name if source else option("fov"), coding, stored)
 
 
-def _unpacked(parts: Parts, with_pose: bool) -> Parts:
+def _unpacked(parts: FrameParts, with_pose: bool) -> FrameParts:
     """Return the parts, with those of a container in the place of what lies beside it; its pose only if asked for."""
     if parts.contents is None:
         return parts
@@ -267,7 +267,7 @@ def _is_bare(path: Path, source: Intrinsics | None) -> bool:
     return path.is_file() and path.stat().st_size == 4 * width * height and not is_picture(path)
 
 
-def _said(source: Intrinsics | None, parts: Parts, options: ReadOptions, raw: NDArray[Any]) -> Said:
+def _said(source: Intrinsics | None, parts: FrameParts, options: ReadOptions, raw: NDArray[Any]) -> DepthHints:
     """Return what is given about the depth. Raises ValueError for impossible values in the camera's file."""
     kind, scale = (source.depth_kind, source.depth_scale) if source else (None, None)
     kind, scale = kind or parts.coded[0], scale or parts.coded[1]
@@ -277,7 +277,7 @@ def _said(source: Intrinsics | None, parts: Parts, options: ReadOptions, raw: ND
         scale = None  # the caller's own array of floats is in metres
     if source and scale is not None:
         check_positive(scale, f"{source.name}: depth_scale")
-    return Said(options.depth_kind, options.depth_scale, kind, scale, _baseline(source, options) is not None)
+    return DepthHints(options.depth_kind, options.depth_scale, kind, scale, _baseline(source, options) is not None)
 
 
 def _baseline(source: Intrinsics | None, options: ReadOptions) -> float | None:

@@ -23,7 +23,7 @@ from ..depth.scale_over_time import ScaleName
 from ..finding.folder_frames import FrameFiles, check_folder, find_color
 from ..networks.model_options import Model, PixelsName, is_model
 from .assembly import assemble, find_filed
-from .frame_parts import Assembled, Parts, ReadOptions, check_registration, is_path
+from .frame_parts import Assembled, FrameParts, ReadOptions, check_registration, is_path
 from .sequences import first_readable, open_folder, open_frames
 
 
@@ -158,12 +158,12 @@ def _from_photo(
     return open_photographs(Folder(folder, allow_outside), color, options, note).assembled(0)
 
 
-def _parts(depth: Any, color: Any) -> Parts:
+def _parts(depth: Any, color: Any) -> FrameParts:
     """Of files or arrays that the caller gives."""
     depth, color = (check_path(value) if is_path(value) else value for value in (depth, color))
     is_hidden = getattr(depth, "mask", None) if is_masked(depth) else None  # integers have no number for "missing"
     valid = None if is_hidden is None else one_channel((~is_hidden).astype(np.uint8), "the depth's mask")
-    return Parts(depth, color, valid=valid, path=Path(depth) if is_path(depth) else None)
+    return FrameParts(depth, color, valid=valid, path=Path(depth) if is_path(depth) else None)
 
 
 def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, note: Note) -> Assembled:

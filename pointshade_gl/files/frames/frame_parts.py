@@ -90,7 +90,7 @@ class LoadOptions(TypedDict, total=False):
     notes: Note | None
 
 
-class Parts(NamedTuple):
+class FrameParts(NamedTuple):
     """What belongs to one frame; files are read when it is assembled.
 
     filed    the camera that lies beside the pictures
@@ -120,7 +120,7 @@ class Parts(NamedTuple):
         return str(self.path) if self.path else ""
 
 
-class Found(NamedTuple):
+class FoundFiles(NamedTuple):
     """Where a frame was found: its files (None for arrays), and the sequence that it belongs to.
 
     frames  of the sequence; shown  which of them this is; poses  how many have one
@@ -141,7 +141,7 @@ class Assembled(NamedTuple):
     """
 
     frame: Frame
-    found: Found
+    found: FoundFiles
     camera_from: str
     coding: Coding
     stored: str

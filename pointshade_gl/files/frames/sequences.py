@@ -25,12 +25,12 @@ from ..cameras.intrinsics import Intrinsics, Size, camera_from_exif, place_camer
 from ..cameras.pose_files import FAILS, Reading, find_reading
 from ..containers.container_contents import Contents
 from ..depth.depth_kinds import Coding, Decoded
-from ..depth.scale_over_time import FilmScale, Laid
+from ..depth.scale_over_time import FilmScale, ScaledFrame
 from ..finding.folder_cameras import Cameras
 from ..finding.folder_frames import FrameFiles, check_folder, find_color, find_frames, find_photographs, is_container
 from ..finding.folder_poses import FoundPoses, find_poses, given_poses
 from .assembly import assemble, find_filed, read_colors_of
-from .frame_parts import Assembled, Parts, ReadOptions, check_readable, check_registration, is_path, what_else
+from .frame_parts import Assembled, FrameParts, ReadOptions, check_readable, check_registration, is_path, what_else
 
 if TYPE_CHECKING:
     from ..networks.photo_depth import PhotoDepth
@@ -48,14 +48,14 @@ class FrameSequence(Sequence[Frame]):
     def __init__(
         self,
         place: Folder,
-        parts: Sequence[Parts],
+        parts: Sequence[FrameParts],
         options: ReadOptions,
         note: Note,
         poses_from: str = "",
         reading: Reading | None = None,
         coding: Coding | None = None,
         stream: Hashable = None,
-        film: tuple[FilmScale, Sequence[int], Sequence[Parts]] | None = None,
+        film: tuple[FilmScale, Sequence[int], Sequence[FrameParts]] | None = None,
     ):
         self.folder, self.parts, self.note, self.poses_from, self.reading = place.path, parts, note, poses_from, reading
         self.posed = sum(one.pose is not None for one in parts)  # how many frames have a pose
@@ -112,15 +112,15 @@ class FrameSequence(Sequence[Frame]):
         found = read.found._replace(frames=len(self), shown=index, poses=self.posed, poses_from=self.poses_from)
         return read._replace(found=found)
 
-    def _put_together(self, parts: Parts, note: Note, scale_of: Any = None) -> Assembled:
+    def _put_together(self, parts: FrameParts, note: Note, scale_of: Any = None) -> Assembled:
         return assemble(parts, self._options, note, self.reading, self._coding, self._stream, scale_of)
 
-    def _as_film(self) -> tuple[FilmScale, Sequence[int], Sequence[Parts]]:
+    def _as_film(self) -> tuple[FilmScale, Sequence[int], Sequence[FrameParts]]:
         """Return what finds one scale for all frames, and which of its pictures each is."""
         is_networks = bool(self.parts[0].maker)
         return FilmScale(not self.posed or is_networks, is_networks, self.note), range(len(self)), self.parts
 
-    def _scale_of(self, index: int, decoded: Decoded, colors: Any, camera: Camera) -> Laid:
+    def _scale_of(self, index: int, decoded: Decoded, colors: Any, camera: Camera) -> ScaledFrame:
         """Return how a frame is laid, after those before it in the film."""
         assert self._film is not None
         film, numbers, parts = self._film
@@ -131,7 +131,7 @@ class FrameSequence(Sequence[Frame]):
 
         return film.of(numbers[index], decoded, colors, camera, read)
 
-    def _scale_in_film(self, number: int, decoded: Decoded, colors: Any, camera: Camera) -> Laid:
+    def _scale_in_film(self, number: int, decoded: Decoded, colors: Any, camera: Camera) -> ScaledFrame:
         assert self._film is not None
         return self._film[0].of(number, decoded, colors, camera, lambda _: None)
 
@@ -179,7 +179,7 @@ def _end_video() -> None:
     close_video()
 
 
-def _naming(parts: Parts, error: Exception) -> str:
+def _naming(parts: FrameParts, error: Exception) -> str:
     """Return the error's sentence, with the file if it does not name one."""
     return str(error) if Path(parts.name).name in str(error) else f"{parts.name}: {error}"
 
@@ -260,7 +260,7 @@ def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions
         if held and one is files[0]:  # whose notes are told
             contents = partial(held.__getitem__, 0)
         where = cameras.of(one.number), pose, one.valid, cameras.missing, one.number
-        parts.append(Parts(one.depth, one.color, *where, contents, one.depth))
+        parts.append(FrameParts(one.depth, one.color, *where, contents, one.depth))
     parts = _without_lost(parts, place.path, note)
     sequence = FrameSequence(place, parts, options, note, poses.source)
     if sequence.posed > 1:
@@ -284,7 +284,9 @@ def _from_container(
         is_alone = len(held) == 1  # it is read with the rest
         poses = FoundPoses([None if is_alone else held[k].pose for k in range(len(held))], path.name)
     parts = [
-        Parts(None, None, cameras.of(k), poses.poses[k], None, cameras.missing, k, partial(held.__getitem__, k), path)
+        FrameParts(
+            None, None, cameras.of(k), poses.poses[k], None, cameras.missing, k, partial(held.__getitem__, k), path
+        )
         for k in range(len(held))
     ]
     sequence = FrameSequence(place, parts, options, note, poses.source)
@@ -301,7 +303,7 @@ def _only(path: Path, max_pixels: float) -> Contents:
     return held[0]
 
 
-def _without_lost(parts: list[Parts], folder: Path, note: Note) -> list[Parts]:
+def _without_lost(parts: list[FrameParts], folder: Path, note: Note) -> list[FrameParts]:
     """Leave out the frames whose pose was lost when they were recorded: ScanNet writes -inf."""
     good = [one for one in parts if one.pose is None or np.isfinite(one.pose).all()]
     if not good or len(good) == len(parts):
@@ -352,28 +354,28 @@ def open_photographs(place: Folder, source: Any, options: ReadOptions, note: Not
     return FrameSequence(place, parts, options, note, poses.source)
 
 
-def _files_of(parts: Parts) -> FrameFiles:
+def _files_of(parts: FrameParts) -> FrameFiles:
     """Return the file of a photograph; that of a picture of a video is called by its number."""
     path = Path(parts.color)  # type: ignore[arg-type]
     return FrameFiles(path / str(parts.number) if _is_video(path) else path, number=parts.number)
 
 
-def _list(place: Folder, source: Any, options: ReadOptions, note: Note) -> list[Parts]:
+def _list(place: Folder, source: Any, options: ReadOptions, note: Note) -> list[FrameParts]:
     """Return a part for each photograph, without its depth."""
     if not is_path(source):
-        return [Parts(None, source)]
+        return [FrameParts(None, source)]
     path = Path(source)
     colors = find_photographs(place, note) if path == place.path else [path]
     if len(colors) == 1 and colors[0].suffix.lower() in VIDEO_SUFFIXES:
         from ..pictures.video import count_pictures  # only here
 
-        return [Parts(None, colors[0], number=k) for k in range(count_pictures(colors[0], options.max_pixels))]
+        return [FrameParts(None, colors[0], number=k) for k in range(count_pictures(colors[0], options.max_pixels))]
     if not colors:
         raise FileNotFoundError(
             f"{path} has no photographs ({', '.join(COLOR_SUFFIXES[:4])}...) of which {option('depth_model')} could "
             "make depth"
         )
-    return [Parts(None, color, number=k) for k, color in enumerate(colors)]
+    return [FrameParts(None, color, number=k) for k, color in enumerate(colors)]
 
 
 def _plain(camera: Intrinsics | None) -> Intrinsics | None:
@@ -384,7 +386,7 @@ def _plain(camera: Intrinsics | None) -> Intrinsics | None:
 class _Shown:
     """Photographs and the network that is shown them."""
 
-    def __init__(self, parts: Sequence[Parts], options: ReadOptions, depth: PhotoDepth, note: Note):
+    def __init__(self, parts: Sequence[FrameParts], options: ReadOptions, depth: PhotoDepth, note: Note):
         self._parts, self._options, self._depth, self._note = parts, options, depth, note
 
     def contents(self, index: int) -> Contents:
@@ -410,7 +412,7 @@ class _Shown:
             where = "" if path is None or path.name in str(error) else f"{path}: "
             raise type(error)(f"{where}{error}") from error
 
-    def _focal(self, parts: Parts, size: Size) -> float | None:
+    def _focal(self, parts: FrameParts, size: Size) -> float | None:
         options = self._options
         if options.fov is not None:
             return Camera.from_fov(options.fov, *size).fx

@@ -236,7 +236,7 @@ def inside(folder: Folder, text: Any) -> Path:
     return followed(path)
 
 
-class Parts:
+class GltfParts:
     """Numbered parts of one file. Every method raises ValueError or OSError, naming the part, for what is broken."""
 
     def __init__(

@@ -16,7 +16,7 @@ from ...scene.environment import WIDEST, Environment, reduced
 from ...scene.light import LUX, Light, Vector, unit
 from ...scene.values import srgb_to_linear
 from ..access.content import check_pixels
-from .buffers import IMAGE_BASED, Parts, numbers, options, pick, switch, telling
+from .buffers import IMAGE_BASED, GltfParts, numbers, options, pick, switch, telling
 
 Matrix = NDArray[np.float64]
 FLIP = np.diag([1.0, -1.0, -1.0, 1.0])  # between the axes of a glTF camera and ours, either way
@@ -382,7 +382,7 @@ _BLURRED = 64  # columns of the picture of which the first rough level is made; 
 
 
 def read_environment(
-    scene: SimpleNamespace | None, parts: Parts, factor: float, axes: NDArray[np.float64]
+    scene: SimpleNamespace | None, parts: GltfParts, factor: float, axes: NDArray[np.float64]
 ) -> Environment | None:
     """Return the environment of a scene of the file; None without one. Raises ValueError.
 
@@ -409,7 +409,7 @@ def read_environment(
         return Environment(intensity * factor * seen_in_cube(faces, directions))
 
 
-def _faces(levels: Any, parts: Parts) -> NDArray[np.float64]:
+def _faces(levels: Any, parts: GltfParts) -> NDArray[np.float64]:
     """(6, n, n, 3) linear light of the first level."""
     level = levels[0] if isinstance(levels, list) and levels else None
     if not isinstance(level, list) or len(level) != 6:

@@ -12,7 +12,7 @@ from ...notes.words import cut
 from ...scene.cloud import PointCloud
 from ...scene.objects import Mesh
 from ...scene.values import linear_to_bytes, srgb_to_linear
-from .buffers import UNLIT, Parts, label, numbers, options, pick, telling
+from .buffers import UNLIT, GltfParts, label, numbers, options, pick, telling
 from .cameras_and_lights import Matrix
 from .stored_points import read_material
 
@@ -28,7 +28,7 @@ _KEYS = ("splat", "size", "up", "front", "seen_from")
 _WHITE = 1.0, 1.0, 1.0
 
 
-def read_cloud(parts: Parts, primitive: SimpleNamespace, look: dict[str, Any], part: str) -> PointCloud:
+def read_cloud(parts: GltfParts, primitive: SimpleNamespace, look: dict[str, Any], part: str) -> PointCloud:
     """The points of a primitive. Raises ValueError.
 
     look  what its material says: material, shading, color, texture
@@ -52,11 +52,11 @@ def read_cloud(parts: Parts, primitive: SimpleNamespace, look: dict[str, Any], p
     return PointCloud(**each, **look, up=said.pop("up", UP), point_size=said.pop("size", None), **said)
 
 
-def _floats(parts: Parts, index: Any, kind: str) -> NDArray[np.float32]:
+def _floats(parts: GltfParts, index: Any, kind: str) -> NDArray[np.float32]:
     return parts.array(index, (kind,)).astype(np.float32)
 
 
-def _shares(parts: Parts, index: Any) -> NDArray[Any]:
+def _shares(parts: GltfParts, index: Any) -> NDArray[Any]:
     """Return colours of 0 to 1: whole numbers are shares of the largest, also where the accessor forgets to say so."""
     values = parts.array(index, ("VEC3", "VEC4"))
     return values / np.float32(np.iinfo(values.dtype).max) if values.dtype.kind in "iu" else values
@@ -117,7 +117,7 @@ _MATERIAL_KEYS = ("ambient", "diffuse", "specular", "shininess", "shading")
 class Meshes:
     """The meshes of one file, each read once; nodes that show the same one share it."""
 
-    def __init__(self, parts: Parts) -> None:
+    def __init__(self, parts: GltfParts) -> None:
         self._parts = parts
         self._read: dict[int, tuple[Mesh | PointCloud, ...]] = {}
         self._materials: dict[int | None, dict[str, Any]] = {None: {}}

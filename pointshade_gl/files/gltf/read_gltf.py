@@ -23,7 +23,7 @@ from .buffers import (
     KNOWN,
     LIGHTS,
     SPECULAR,
-    Parts,
+    GltfParts,
     label,
     numbers,
     options,
@@ -55,11 +55,11 @@ def load_scene(path: FilePath, allow_outside: bool, max_pixels: float, notes: No
     folder = Folder(file.parent, allow_outside, file.parent)
     with as_python(), telling(str(file)):  # extras have the names of Python's options
         gltf, blob = read_container(file, max_pixels)
-        return _Reader(Parts(folder, gltf, blob, notes or print_note, max_pixels)).scene()
+        return _Reader(GltfParts(folder, gltf, blob, notes or print_note, max_pixels)).scene()
 
 
 class _Reader:
-    def __init__(self, parts: Parts) -> None:
+    def __init__(self, parts: GltfParts) -> None:
         self.gltf, self.note, self.parts = parts.gltf, parts.note, parts
         self.meshes = Meshes(parts)
         self.frames: dict[str, Frame] = {}

@@ -33,7 +33,7 @@ from .buffers import (
     LIGHTS,
     SPECULAR,
     UNLIT,
-    Parts,
+    GltfParts,
     inside,
     numbers,
     options,
@@ -109,7 +109,7 @@ OBJECT_KEYS = {
 KEYS = (*FRAME_KEYS, "frames", *OBJECT_KEYS, *SWITCHES, "material")
 
 
-def read_points(said: dict[str, Any], parts: Parts, frames: dict[str, Frame]) -> PointObject | None:
+def read_points(said: dict[str, Any], parts: GltfParts, frames: dict[str, Frame]) -> PointObject | None:
     """The point object that a node's extras describe; None without one. Raises ValueError or OSError.
 
     frames  those that the file has named before, so that none is loaded twice
@@ -154,7 +154,7 @@ def _telling_frame(k: int, count: int) -> AbstractContextManager[None]:
     return nullcontext() if count == 1 else telling(f"frame {k} of {count}")
 
 
-def _read_once(said: dict[str, Any], parts: Parts, frames: dict[str, Frame]) -> Frame:
+def _read_once(said: dict[str, Any], parts: GltfParts, frames: dict[str, Frame]) -> Frame:
     """Return the frame; the same one for the same words."""
     key = json.dumps(said, sort_keys=True)
     if key not in frames:
@@ -172,7 +172,7 @@ def read_material(said: Any) -> Material:
     return Material(**{key: numbers(value, (), f"material {key}").item() for key, value in said.items()})
 
 
-def _value(key: str, value: Any, parts: Parts) -> Any:
+def _value(key: str, value: Any, parts: GltfParts) -> Any:
     """An option of an object: a name, numbers, or the array of the .npy file that it names."""
     if isinstance(value, str):
         return read_npy(inside(parts.folder, value), parts.max_pixels) if value.endswith(".npy") else value
@@ -230,7 +230,7 @@ QUALITY = 92  # of JPEG
 _DIELECTRIC = 0.04  # what glTF's materials reflect head-on
 
 
-class Document:
+class GltfDocument:
     """The parts of a file by their kind, and its lights."""
 
     def __init__(self, path: Path, files: FileSet) -> None:

@@ -38,7 +38,7 @@ from .cameras_and_lights import (
     write_light,
 )
 from .meshes import POINTS, cloud_attributes, cloud_extras, cloud_place, linear_colors
-from .stored_points import WHITE, Document, extras_of, write_points
+from .stored_points import WHITE, GltfDocument, extras_of, write_points
 
 SAME_SURFACE = 0.02  # a neighbour off the plane by more than this share of 1/z is another surface
 STEEPEST = 10.0  # tangent of the steepest slope of a surface
@@ -49,7 +49,7 @@ TO_GLTF = np.array([1.0, -1.0, -1.0], np.float32)  # axes of a camera
 Floats = NDArray[np.float32]
 
 
-class Surface(NamedTuple):
+class TriangleSurface(NamedTuple):
     """Vertices of a frame in the axes of a glTF camera, (n, 3) and (n, 2), and the (m, 3) corners of its triangles."""
 
     positions: Floats
@@ -58,7 +58,7 @@ class Surface(NamedTuple):
     faces: NDArray[np.uint32]
 
 
-def frame_surface(frame: Frame, most: int, step: Step | None = None, normals: Floats | None = None) -> Surface:
+def frame_surface(frame: Frame, most: int, step: Step | None = None, normals: Floats | None = None) -> TriangleSurface:
     """Return the triangles between pixels that lie on one surface, and their corners.
 
     most     pixels that may be used: of larger pictures each second is left out, or more
@@ -88,7 +88,7 @@ def frame_surface(frame: Frame, most: int, step: Step | None = None, normals: Fl
         found = normals[v, u]
     height, width = frame.depth.shape
     mirrored = frame.camera.fx * frame.camera.fy < 0
-    return Surface(
+    return TriangleSurface(
         np.stack([x * z, y * z, z], -1).astype(np.float32) * TO_GLTF,
         _unit(found) * TO_GLTF,
         np.stack([(u + 0.5) / width, (v + 0.5) / height], -1).astype(np.float32),
@@ -199,7 +199,7 @@ GREY = (srgb_to_linear(NEUTRAL / 255.0).item(),) * 3  # of a frame without colou
 
 
 def write_fallback(
-    document: Document, points: PointObject, written: Mapping[Frame, dict[str, Any]], kind: Fallback
+    document: GltfDocument, points: PointObject, written: Mapping[Frame, dict[str, Any]], kind: Fallback
 ) -> list[tuple[int, Matrix]]:
     """Return the mesh of each frame and its place below the object's node.
 
@@ -218,7 +218,7 @@ def write_fallback(
 
 
 def _triangles_of(
-    document: Document, frame: Frame, look: Look, said: Mapping[str, Any], most: int
+    document: GltfDocument, frame: Frame, look: Look, said: Mapping[str, Any], most: int
 ) -> dict[str, Any] | None:
     """Return the primitive of a frame's surface; None where no pixels lie on one, as in sparse depth."""
     normals = None if isinstance(look.normals, str) else np.asarray(look.normals, np.float32)
@@ -238,7 +238,7 @@ def _triangles_of(
     }
 
 
-def _file_of(color: NDArray[np.uint8], said: Mapping[str, Any], document: Document) -> str | None:
+def _file_of(color: NDArray[np.uint8], said: Mapping[str, Any], document: GltfDocument) -> str | None:
     """Return the picture that holds a frame's colours, if it is written with the file or lies where it can be named."""
     name = said.get("color", f"{said.get('frame')}/color.png")
     if document.is_binary:
@@ -251,7 +251,7 @@ def _file_of(color: NDArray[np.uint8], said: Mapping[str, Any], document: Docume
     return name if np.array_equal(read_color(path), color) else None
 
 
-def _points(document: Document, frame: Frame, look: Look, most: int) -> dict[str, Any]:
+def _points(document: GltfDocument, frame: Frame, look: Look, most: int) -> dict[str, Any]:
     """Return the primitive of a frame's points, whose normals no program needs."""
     positions, (u, v) = frame_points(frame, most)
     held: dict[str, NDArray[Any]] = {"POSITION": positions}
@@ -279,14 +279,14 @@ def save_scene(path: FilePath, scene: Scene, fallback: Fallback, light_units: Un
     check_suffix(path, SCENE_SUFFIXES)
     check_place(path)
     with naming_written(path), FileSet(path.parent) as files:
-        document = Document(path, files)
+        document = GltfDocument(path, files)
         _Writer(document, fallback, light_units).scene(scene)
         document.finish()
         files.commit()
 
 
 class _Writer:
-    def __init__(self, document: Document, fallback: Fallback, units: Units) -> None:
+    def __init__(self, document: GltfDocument, fallback: Fallback, units: Units) -> None:
         self.document = document
         self.fallback: Fallback = fallback
         self.units: Units = units

@@ -28,7 +28,7 @@ _CONFIGURATIONS = "preprocessor_config.json", "config.json"
 
 
 @dataclass(frozen=True)
-class Facts:
+class ModelFacts:
     """What is written; None = nothing.
 
     normalization  mean and deviation of pixels from 0 to 1
@@ -45,7 +45,7 @@ class Facts:
     source: str = ""
 
 
-def facts_of(path: Path, metadata: Mapping[str, str]) -> Facts:
+def facts_of(path: Path, metadata: Mapping[str, str]) -> ModelFacts:
     """Return what the metadata of a network say, and else the configuration beside it."""
     found, sources = dict[str, Any](), []
     for folder in (path.parent, path.parent.parent):
@@ -57,7 +57,7 @@ def facts_of(path: Path, metadata: Mapping[str, str]) -> Facts:
     own = {name: _value(text) for name, text in metadata.items()}
     if own := {name: value for name, value in own.items() if name in _READ}:
         found, sources = found | own, ["its metadata", *sources]
-    return Facts(_normalization(found), _side(found), _number(found, "ensure_multiple_of"), _output(found),
+    return ModelFacts(_normalization(found), _side(found), _number(found, "ensure_multiple_of"), _output(found),
                  " and ".join(sources))  # fmt: skip
 
 
@@ -140,7 +140,7 @@ _BORDER = 124, 116, 104  # the mean of ImageNet
 _UNREADABLE = "is no network that ONNX Runtime can read"
 
 
-class Shape(NamedTuple):
+class InputShape(NamedTuple):
     """Of the input: where its axes are, and its sides; None where the network takes any.
 
     rank   (n, 3, h, w) has 4; Depth Anything 3 has a 5th for several views
@@ -173,9 +173,9 @@ class Network:
     path: Path
     session: Any
     family: Family
-    facts: Facts
+    facts: ModelFacts
     input: str
-    shape: Shape
+    shape: InputShape
     dtype: Any
     others: Mapping[str, NDArray[Any]]  # inputs that are always the same
     remark: str  # what was not as expected
@@ -276,7 +276,7 @@ def _session(runtime: Any, path: Path) -> tuple[Any, str]:
     return session, f"{path.name} does not run on {first.removesuffix('ExecutionProvider')}, the CPU is taken: {reason}"
 
 
-def _picture_input(path: Path, inputs: Mapping[str, Any]) -> tuple[str, Shape]:
+def _picture_input(path: Path, inputs: Mapping[str, Any]) -> tuple[str, InputShape]:
     """Return the input that is a picture. Raises ValueError if none is, or several may be."""
     found = {name: shape for name, one in inputs.items() if one.type in _TYPES and (shape := _shape(one.shape))}
     if len(found) != 1:
@@ -287,15 +287,15 @@ def _picture_input(path: Path, inputs: Mapping[str, Any]) -> tuple[str, Shape]:
     return next(iter(found.items()))
 
 
-def _shape(sides: Any) -> Shape | None:
+def _shape(sides: Any) -> InputShape | None:
     """Return the shape of an input that may be a picture; sides that are names are open."""
     known = [side if isinstance(side, int) and side > 0 else None for side in sides or ()]
     if len(known) not in (4, 5) or any(side not in (1, None) for side in known[:-3]):
         return None
     first, second, third = known[-3:]
     if third == 3 and first != 3:
-        return Shape(len(known), True, first, second)
-    return Shape(len(known), False, second, third) if first in (3, None) else None
+        return InputShape(len(known), True, first, second)
+    return InputShape(len(known), False, second, third) if first in (3, None) else None
 
 
 def _constant(path: Path, wanted: Any, names: list[str]) -> NDArray[Any]:

@@ -15,7 +15,7 @@ from ..context.caller_state import DEPTH_TEST, PROGRAM_POINT_SIZE, enabled
 from ..core.images import Fitted, Images, confine, depth_tested, empty
 from ..core.programs import AdditiveBlend, FullscreenPasses, build_program, set_inputs
 from ..core.view_images import SurfaceImage
-from ..shading.light_set import Tile
+from ..shading.light_set import ShadowTile
 from .cloud_store import CloudPoints
 
 CORE = 0.65  # share of a disc's radius that makes the front surface: outlines end there
@@ -153,7 +153,7 @@ class CloudObjects(FullscreenPasses):
             resolve = self.fullscreen("clouds/resolve.frag", None, MARKED=int(surfaces.marks_doubts))
             resolve.draw(surfaces.shared_target, maps, target=eye.camera.intrinsics, **shown)
 
-    def add_shadow(self, tile: Tile, placed: PlacedCloud, eye: Eye) -> None:
+    def add_shadow(self, tile: ShadowTile, placed: PlacedCloud, eye: Eye) -> None:
         """Draw the cloud's depth into a shadow map. eye: the light's camera."""
         tile.target.use()
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):

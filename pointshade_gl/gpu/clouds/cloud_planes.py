@@ -274,7 +274,7 @@ GATE, NOISY_GATE, NOISE = 0.02, 0.2, 2.5  # what a better plane may cost: of the
 ROUNDS = 2
 
 
-class Shape(NamedTuple):
+class FitShape(NamedTuple):
     """What is known of planes without looking at their neighbours again."""
 
     known: NDArray[np.bool_]
@@ -353,12 +353,12 @@ class CloudFit:
         found = planes[:, :3].any(1)
         self.planes[asked[found]], self.leans[asked[found]] = planes[found], leans[found]
 
-    def _shape(self) -> Shape:
+    def _shape(self) -> FitShape:
         size = np.sqrt(np.einsum("nk,nk->n", self.planes[:, :3], self.planes[:, :3]))
         known = size > 0.5
         thickness2 = np.where(known, (size - 1) ** 2, np.float32(np.inf))
         off = np.maximum(self.planes[:, 3] ** 2 - OWN * self._noise2(), 0)
-        return Shape(known, thickness2, np.where(known, thickness2 + off, np.float32(NONE)))
+        return FitShape(known, thickness2, np.where(known, thickness2 + off, np.float32(NONE)))
 
     def _noise2(self) -> NDArray[np.float32]:
         """Return the square of the noise, radii, of each point."""

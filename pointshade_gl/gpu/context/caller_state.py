@@ -105,14 +105,14 @@ VECTORS = (  # the name, of which numbers and how many, what sets it, and the va
 GETTERS = {ctypes.c_int: "GetIntegerv", ctypes.c_float: "GetFloatv", ctypes.c_double: "GetDoublev"}
 
 
-class Part(NamedTuple):
+class StatePart(NamedTuple):
     """A part of the state: `take` reads it and sets what our passes need, `put_back` restores what was read."""
 
     take: Callable[[], Any]
     put_back: Callable[[Any], None]
 
 
-def all_parts(gl: GL, context: moderngl.Context) -> list[Part]:
+def all_parts(gl: GL, context: moderngl.Context) -> list[StatePart]:
     """Return the parts that a context has."""
     is_430, has_clip_control = context.version_code >= 430, "GL_ARB_clip_control" in context.extensions
     parts = [
@@ -141,10 +141,10 @@ def asking(gl: GL, *names: int) -> Callable[[], list[int]]:
     return ask
 
 
-def set_if_needed(ask: Callable[[], Any], write: Callable[[Any], None], needed: Any) -> Part:
+def set_if_needed(ask: Callable[[], Any], write: Callable[[Any], None], needed: Any) -> StatePart:
     """needed: the value that our passes need; None where they set it themselves."""
     if needed is None:
-        return Part(ask, write)
+        return StatePart(ask, write)
 
     def take() -> Any:
         theirs = ask()
@@ -156,10 +156,10 @@ def set_if_needed(ask: Callable[[], Any], write: Callable[[Any], None], needed: 
         if theirs != needed:
             write(theirs)
 
-    return Part(take, put_back)
+    return StatePart(take, put_back)
 
 
-def switches(gl: GL, names: list[int]) -> Part:
+def switches(gl: GL, names: list[int]) -> StatePart:
     """The switches of these names, and blending, which each draw buffer has."""
     each = [(partial(gl.IsEnabled, name), name, partial(gl.Enable, name)) for name in names]
     each += [(partial(gl.IsEnabledi, BLEND, k), BLEND, partial(gl.Enablei, BLEND, k)) for k in range(DRAW_BUFFERS)]
@@ -174,15 +174,15 @@ def switches(gl: GL, names: list[int]) -> Part:
         for enable in on:
             enable()
 
-    return Part(take, put_back)
+    return StatePart(take, put_back)
 
 
-def scissor_test(gl: GL) -> Part:
+def scissor_test(gl: GL) -> StatePart:
     name = 0x0C11
-    return Part(partial(gl.IsEnabled, name), lambda on: gl.Enable(name) if on else gl.Disable(name))
+    return StatePart(partial(gl.IsEnabled, name), lambda on: gl.Enable(name) if on else gl.Disable(name))
 
 
-def numbers(gl: GL, table: tuple[tuple[Any, ...], ...], needed: list[int] | None) -> Part:
+def numbers(gl: GL, table: tuple[tuple[Any, ...], ...], needed: list[int] | None) -> StatePart:
     setters = [partial(getattr(gl, setter), *on) for _, setter, *on in table]
 
     def write(values: list[int]) -> None:
@@ -192,7 +192,7 @@ def numbers(gl: GL, table: tuple[tuple[Any, ...], ...], needed: list[int] | None
     return set_if_needed(asking(gl, *(name for name, *_ in table)), write, needed)
 
 
-def vector(gl: GL, name: int, kind: Any, count: int, setter: str, needed: list[float] | None) -> Part:
+def vector(gl: GL, name: int, kind: Any, count: int, setter: str, needed: list[float] | None) -> StatePart:
     get, write, answer = getattr(gl, GETTERS[kind]), getattr(gl, setter), (kind * count)()
 
     def ask() -> list[float]:
@@ -202,7 +202,7 @@ def vector(gl: GL, name: int, kind: Any, count: int, setter: str, needed: list[f
     return set_if_needed(ask, lambda value: write(*value), needed)
 
 
-def color_masks(gl: GL) -> Part:
+def color_masks(gl: GL) -> StatePart:
     get, answers = gl.GetBooleani_v, (ctypes.c_ubyte * (4 * DRAW_BUFFERS))()
     questions = [(k, ctypes.byref(answers, 4 * k)) for k in range(DRAW_BUFFERS)]
 
@@ -218,10 +218,10 @@ def color_masks(gl: GL) -> Part:
             for k in range(DRAW_BUFFERS):
                 gl.ColorMaski(k, *masks[4 * k : 4 * k + 4])
 
-    return Part(take, put_back)
+    return StatePart(take, put_back)
 
 
-def polygon_mode(gl: GL) -> Part:
+def polygon_mode(gl: GL) -> StatePart:
     """Filled, lines or points, of both sides; only old contexts tell them apart."""
     front, back, both, fill = 0x0404, 0x0405, 0x0408, 0x1B02
     answer = (ctypes.c_int * 2)()
@@ -241,16 +241,16 @@ def polygon_mode(gl: GL) -> Part:
     return set_if_needed(ask, write, (fill, fill))
 
 
-def program(gl: GL) -> Part:
+def program(gl: GL) -> StatePart:
     """A program that was deleted while in use is gone as soon as ours is used."""
 
     def put_back(names: list[int]) -> None:
         gl.UseProgram(names[0] if gl.IsProgram(names[0]) else 0)
 
-    return Part(asking(gl, 0x8B8D), put_back)
+    return StatePart(asking(gl, 0x8B8D), put_back)
 
 
-def texture_units(gl: GL) -> Part:
+def texture_units(gl: GL) -> StatePart:
     """2D textures, and samplers: these filter in place of the textures' own settings."""
     ask_active, ask_bound = asking(gl, 0x84E0), asking(gl, 0x8069, 0x8919)
     first, texture_2d, activate, units = 0x84C0, 0x0DE1, gl.ActiveTexture, (*range(UNITS), UPLOAD_UNIT)
@@ -272,10 +272,10 @@ def texture_units(gl: GL) -> Part:
                 gl.BindSampler(unit, sampler)
         activate(value[0])
 
-    return Part(take, put_back)
+    return StatePart(take, put_back)
 
 
-def storage_buffers(gl: GL) -> Part:
+def storage_buffers(gl: GL) -> StatePart:
     """Of compute shaders, and the one that says how many of them run."""
     target, indirect = 0x90D2, 0x90EE
     ask_bound, answer = asking(gl, 0x90D3, 0x90EF), (ctypes.c_int64 * 1)()
@@ -296,10 +296,10 @@ def storage_buffers(gl: GL) -> Part:
         gl.BindBuffer(target, value[0][0])
         gl.BindBuffer(indirect, value[0][1])
 
-    return Part(take, put_back)
+    return StatePart(take, put_back)
 
 
-def image_units(gl: GL) -> Part:
+def image_units(gl: GL) -> StatePart:
     """What is bound as an image: texture, level, whether in layers, layer, access and format."""
     names, answer = (0x8F3A, 0x8F3B, 0x8F3C, 0x8F3D, 0x8F3E, 0x906E), (ctypes.c_int * 1)()
 
@@ -311,10 +311,10 @@ def image_units(gl: GL) -> Part:
         for unit, (texture, *how) in enumerate(bound):
             gl.BindImageTexture(unit, texture if texture and gl.IsTexture(texture) else 0, *how)
 
-    return Part(lambda: [[ask(name, unit) for name in names] for unit in range(UNITS)], put_back)
+    return StatePart(lambda: [[ask(name, unit) for name in names] for unit in range(UNITS)], put_back)
 
 
-def clip_control(gl: GL) -> Part:
+def clip_control(gl: GL) -> StatePart:
     """Where y and depth begin: a caller with reversed depth sets it."""
     return set_if_needed(asking(gl, 0x935C, 0x935D), lambda value: gl.ClipControl(*value), [0x8CA1, 0x935E])
 

@@ -27,7 +27,7 @@ class Versioned:
         self.version += 1
 
 
-class Lap(NamedTuple):
+class Timing(NamedTuple):
     """Milliseconds of one run: until the GPU had finished, and on the GPU's own timer (None where it has none)."""
 
     wall_ms: float
@@ -52,7 +52,7 @@ class Steps:
         self._is_timing = False
         self._done: dict[tuple[str, Any], tuple[Any, Any]] = {}
         self.counts: Counter[str] = Counter()
-        self.laps: dict[str, Lap] = {}
+        self.laps: dict[str, Timing] = {}
         self.timed = False
 
     def run(self, name: str, work: Callable[..., _Result], *arguments: Any, of: Any = None) -> _Result:
@@ -113,7 +113,7 @@ class Steps:
                 self._is_timing = before
         self.finish()
         wall, gpu = (time.perf_counter() - start) * 1e3, query.elapsed / 1e6 if query else 0
-        self.laps[name] = Lap(wall, None if self._is_software or not gpu else gpu)
+        self.laps[name] = Timing(wall, None if self._is_software or not gpu else gpu)
         self._query = query or self._query
         return result
 

@@ -26,10 +26,10 @@ from ..core.programs import (
     source_and_target,
 )
 from ..core.view_images import Canvas, SplatImage, SurfaceImage, Target
-from ..points.point_objects import carried
+from ..points.point_objects import model_view
 from ..points.rasterizers import MOST_GROUPS, RimList, clear_nearest, no_rims, read_window
 from ..points.set_merge import shared_variant
-from ..shading.light_set import DARK, HIGHLIGHTS, Tile, environment_of
+from ..shading.light_set import DARK, HIGHLIGHTS, ShadowTile, environment_of
 
 CORNER = "position", "normal", "uv"
 WAYS = "16f 9f /i", "view", "normal_view"
@@ -101,7 +101,7 @@ class MeshObjects(Owner):
             inputs["is_lit"] = mesh.shading not in NOT_LIT
         self._draw(surfaces.shared_target, array, inputs, placed, eye)
 
-    def add_shadow(self, tile: Tile, placed: PlacedMesh, eye: Eye) -> None:
+    def add_shadow(self, tile: ShadowTile, placed: PlacedMesh, eye: Eye) -> None:
         """Draw the mesh's depth into a shadow map. eye: the light's camera."""
         self._draw(tile.target, self._buffers(placed.mesh).arrays["shadow"], _camera(eye), placed, eye)
 
@@ -211,7 +211,7 @@ class Grid(NamedTuple):
 
     def way(self, eye: Eye) -> dict[str, Any]:
         """Return the uniforms that project the grid into a view."""
-        return source_and_target(self.source, eye.camera, carried(self.pose, self.scale, eye))
+        return source_and_target(self.source, eye.camera, model_view(self.pose, self.scale, eye))
 
     def maps(self) -> dict[str, Any]:
         return {"surface_map": self.surface.texture, "triangle_map": self.surface.triangles.texture}
@@ -378,7 +378,7 @@ class GridObjects(FullscreenPasses):
         own = {"scale": 1.0, "material_number": 1.0, "near": eye.near}
         how = 0
         if samples is not None:
-            view = carried(shown.points.pose, shown.points.scale, eye)
+            view = model_view(shown.points.pose, shown.points.scale, eye)
             how = shared_variant(view, shown.points.surface.texture, shown.colors.texture)
             own["samples"] = samples
         passed = self._pass("meshes/grid.frag", shown, SHARED=how)
@@ -422,7 +422,7 @@ class GridObjects(FullscreenPasses):
         constants |= {"VISIBILITY": 1} if shown.is_shaded and shown.visibility is not None else {}
         return self.fullscreen(fragment, self._look_up, **constants)
 
-    def add_shadow(self, tile: Tile, grid: Grid, eye: Eye) -> None:
+    def add_shadow(self, tile: ShadowTile, grid: Grid, eye: Eye) -> None:
         """Draw the mesh's depth into a shadow map. eye: the light's camera."""
         image = self._scratch.fit((tile.side, tile.side))
         self._depths.draw(image, grid, eye)

@@ -14,10 +14,10 @@ from ..core.frame_textures import Colors, FrameTextures, PointSurface
 from ..core.images import Box, Fitted, Image, depth_tested
 from ..core.programs import FullscreenPasses
 from ..core.view_images import Canvas, SplatImage, SurfaceImage, Target
-from ..shading.light_set import Tile
+from ..shading.light_set import ShadowTile
 from ..surface.surface_normals import Estimator
 from .rasterizers import ComputeSplatPass, PointSplatPass, Rasterizers, Splats
-from .set_merge import Looking, ResolvePass
+from .set_merge import ResolveInputs, ResolvePass
 
 if TYPE_CHECKING:
     from ...estimation.multi_view import SetReport
@@ -175,14 +175,14 @@ class PointObjects(FullscreenPasses):
     def add_set(self, target: Target, shown: ShownSet, eye: Eye, number: int) -> None:
         """Draw several frames of one object among others: all splats into one image, then their weighted surfaces."""
         from ...estimation.multi_view import primary_shares  # only here
-        from .set_merge import Part  # only here
+        from .set_merge import SetPart  # only here
 
         points, splats, consensus = shown.points, target.splats, shown.consensus
         windows = self._draw_set(splats, points, eye, primary_shares(shown.importances))
         looking = [self._looking(splats, view, eye) for view in shown.views]
         trusts = [trust.texture for trust in points.trusts]
         gains = [tuple(gain.tolist()) for gain in consensus.gains]
-        parts = list(map(Part, looking, trusts, windows, shown.importances.tolist(), gains))
+        parts = list(map(SetPart, looking, trusts, windows, shown.importances.tolist(), gains))
         sums = target.sums if target.surfaces.has_visibility else target.sums_without
         self._merge.add_up(sums, parts, consensus.band)
         look_up, normals = looking[0].look_up, None
@@ -200,7 +200,7 @@ class PointObjects(FullscreenPasses):
         ]
         return self._rasterizer(points.parts[0]).draw_set(image, parts)
 
-    def add_shadow(self, tile: Tile, points: Points | PointSet, eye: Eye) -> None:
+    def add_shadow(self, tile: ShadowTile, points: Points | PointSet, eye: Eye) -> None:
         """Draw the depth of an object, and of what it hides, into a shadow map. eye: the light's camera."""
         hidden = points.hidden if isinstance(points, Points) else None
         if isinstance(points, Points) and hidden and not self._rasterizer(points).look_up:
@@ -208,7 +208,7 @@ class PointObjects(FullscreenPasses):
             hidden = None
         self._add_shadow(tile, points, eye, hidden)
 
-    def _add_shadow(self, tile: Tile, points: Points | PointSet, eye: Eye, hidden: Points | None = None) -> None:
+    def _add_shadow(self, tile: ShadowTile, points: Points | PointSet, eye: Eye, hidden: Points | None = None) -> None:
         """hidden: points that are drawn together with the others"""
         scratch = self._scratch.fit((tile.side, tile.side))
         if isinstance(points, PointSet):
@@ -238,19 +238,21 @@ class PointObjects(FullscreenPasses):
         look_up = self._rasterizer(points.parts[0]).look_up
         return look_up, key_inputs(image, look_up) | {"near": eye.near / points.scale, "behind": points.differ}
 
-    def _looking(self, splats: SplatImage, shown: ShownPoints, eye: Eye) -> Looking:
+    def _looking(self, splats: SplatImage, shown: ShownPoints, eye: Eye) -> ResolveInputs:
         points = shown.points
         colors = shown.colors.texture if shown.light is None else shown.light.texture
-        view, near = carried(points.pose, points.scale, eye), eye.near / points.scale
+        view, near = model_view(points.pose, points.scale, eye), eye.near / points.scale
         where = points.source, splats, eye.camera, view, self._rasterizer(points).look_up, near
         visibility = shown.visibility and shown.visibility.texture
-        return Looking(points.surface.texture, colors, *where, shown.shading, points.surface.certainty, visibility)
+        return ResolveInputs(
+            points.surface.texture, colors, *where, shown.shading, points.surface.certainty, visibility
+        )
 
     def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
         return self._rasterizers.choose(points.sizes, points.splat)
 
 
-def carried(pose: np.ndarray, scale: float, eye: Eye) -> np.ndarray:
+def model_view(pose: np.ndarray, scale: float, eye: Eye) -> np.ndarray:
     """Return (4, 4) from the axes of a frame's camera to those of the eye, in the frame's own unit."""
     view = np.linalg.inv(eye.pose) @ pose
     view[:3, 3] /= scale
@@ -258,5 +260,5 @@ def carried(pose: np.ndarray, scale: float, eye: Eye) -> np.ndarray:
 
 
 def _splats(points: Points, eye: Eye) -> Splats:
-    view, near = carried(points.pose, points.scale, eye), eye.near / points.scale
+    view, near = model_view(points.pose, points.scale, eye), eye.near / points.scale
     return Splats(points.surface, points.source, eye.camera, view, near, points.sizes, points.splat)

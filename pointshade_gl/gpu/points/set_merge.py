@@ -22,7 +22,7 @@ from ..surface.surface_normals import Estimator, SurfacePass
 UPRIGHT = 1e-6  # of a view's axes: turned by less they are the frame's
 
 
-class Looking(NamedTuple):
+class ResolveInputs(NamedTuple):
     """Where the pixels of a view look up their points: the frame, its rasterised splats, and the transform between."""
 
     surface: moderngl.Texture  # of the frame's points
@@ -55,14 +55,14 @@ def shared_variant(view: np.ndarray, surface: moderngl.Texture, colors: moderngl
 class ResolvePass(FullscreenPasses):
     """Turns rasterised splats into surfaces or into the picture. One program for each shading model."""
 
-    def draw_picture(self, canvas: Canvas, looking: Looking) -> None:
+    def draw_picture(self, canvas: Canvas, looking: ResolveInputs) -> None:
         """Draw the picture, for the shading models none, flat and gouraud."""
         needs_way = looking.look_up or looking.shading == "gouraud"  # else the source id says it all
         inputs = looking.way() if needs_way else {}
         with canvas.opened(looking.splats.window) as image:
             self._draw("points/resolve_picture.frag", image, looking, inputs, LINEAR=int(canvas.linear))
 
-    def draw_lit(self, canvas: Canvas, looking: Looking, lights: dict[str, Any]) -> None:
+    def draw_lit(self, canvas: Canvas, looking: ResolveInputs, lights: dict[str, Any]) -> None:
         """Draw the picture, lit in the same pass, for phong. lights: the inputs of light_surface."""
         with canvas.opened(looking.splats.window) as image:
             inputs = lights | looking.way()
@@ -72,7 +72,7 @@ class ResolvePass(FullscreenPasses):
     def draw_surfaces(
         self,
         image: moderngl.Framebuffer,
-        looking: Looking,
+        looking: ResolveInputs,
         number: int,
         depth: tuple[float, float] | None = None,
         samples: int | None = None,
@@ -96,7 +96,12 @@ class ResolvePass(FullscreenPasses):
             self._draw("points/resolve_surfaces.frag", image, looking, inputs)
 
     def _draw(
-        self, fragment: str, image: moderngl.Framebuffer, looking: Looking, inputs: dict[str, Any], **constants: int
+        self,
+        fragment: str,
+        image: moderngl.Framebuffer,
+        looking: ResolveInputs,
+        inputs: dict[str, Any],
+        **constants: int,
     ) -> None:
         constants |= {"SHADING": shader_model(looking.shading)}
         textures = looking.maps()
@@ -115,10 +120,10 @@ class ResolvePass(FullscreenPasses):
         self.fullscreen(fragment, looking.look_up, **constants).draw(image, textures, **inputs)
 
 
-class Part(NamedTuple):
+class SetPart(NamedTuple):
     """One of several frames that are merged in a view."""
 
-    looking: Looking
+    looking: ResolveInputs
     trust: moderngl.Texture
     window: Box  # where its splats come to
     importance: float  # of the frame in this view
@@ -132,7 +137,7 @@ class SetMergePass(FullscreenPasses):
         super().__init__(context)
         self._adding = AdditiveBlend(context)
 
-    def add_up(self, sums: Image, parts: Sequence[Part], band: float) -> None:
+    def add_up(self, sums: Image, parts: Sequence[SetPart], band: float) -> None:
         """The sums of all parts at each pixel of the view that shows a splat."""
         empty(sums.target, parts[0].looking.splats.window)
         for number, part in enumerate(parts):

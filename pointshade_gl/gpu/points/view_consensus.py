@@ -24,7 +24,7 @@ from ..core.programs import AdditiveBlend, FullscreenPass, FullscreenPasses
 from ..core.steps import Steps
 
 
-class Told:
+class PrintedNotes:
     """Remembers which notes on poses were printed: a live stream would repeat them thirty times a second."""
 
     def __init__(self) -> None:
@@ -85,7 +85,7 @@ class ConsensusPass(FullscreenPasses):
         self._ends = self._keep(Fitted(context, Image, RG8))  # how far surfaces reach, these two
         self._rows = self._keep(Fitted(context, Image, RG8))
         self._bands: WeakKeyDictionary[FrameTextures, tuple[int, float]] = WeakKeyDictionary()  # of votes, by version
-        self._told = Told()
+        self._told = PrintedNotes()
 
     def find(self, members: Sequence[FrameTextures], colors: Sequence[Colors], count: Count) -> Consensus:
         """Find what frames with estimated normals agree on, and write the trust in each point to their textures.
@@ -225,7 +225,7 @@ def describe_missing_views() -> str:
     )
 
 
-class _Seen(NamedTuple):
+class _SeenNotes(NamedTuple):
     """A frame, and what makes it comparable with others."""
 
     textures: FrameTextures
@@ -252,7 +252,7 @@ class HighlightRemovalPass(FullscreenPasses):
         frames = [frame_of(member) for member in members]
         gains = [tuple(gain) for gain in consensus.gains.tolist()]
         surfaces = [member.surface for member in members]
-        seen = list(map(_Seen, members, surfaces, colors, gains))
+        seen = list(map(_SeenNotes, members, surfaces, colors, gains))
         tells = [frame.color is not None and k not in consensus.wrong for k, frame in enumerate(frames)]
         if sum(tells) < LEAST_VIEWS:
             members[0].note_once("highlights", "too few", frames[0].camera, describe_missing_views())
@@ -267,7 +267,7 @@ class HighlightRemovalPass(FullscreenPasses):
                 found[k] = Colors(image.texture, image)
         return tuple(found)
 
-    def _remove(self, one: _Seen, voters: tuple[_Seen, ...], band: float, matte: Image) -> None:
+    def _remove(self, one: _SeenNotes, voters: tuple[_SeenNotes, ...], band: float, matte: Image) -> None:
         """Write a frame's picture without the highlights that others do not show."""
         size, color_map, gain = one.textures.size, {"color_map": one.colors.texture}, {"gain": one.gain}
         sums, excess, rows, found = (images.fit(size) for images in (self._sums, self._excess, self._rows, self._found))
@@ -282,7 +282,7 @@ class HighlightRemovalPass(FullscreenPasses):
         removal.draw(matte.target, color_map | {"found_map": found.texture})
         matte.raise_version()
 
-    def _add_up(self, sums: Image, one: _Seen, voters: tuple[_Seen, ...], band: float) -> None:
+    def _add_up(self, sums: Image, one: _SeenNotes, voters: tuple[_SeenNotes, ...], band: float) -> None:
         """The sums of what others say about a frame's points."""
         maps = {"surface_map": one.surface.texture, "color_map": one.colors.texture}
         values = {"band": band, "gain": one.gain}

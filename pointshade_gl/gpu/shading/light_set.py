@@ -9,15 +9,15 @@ from typing import Any, NamedTuple
 import moderngl
 import numpy as np
 
-from ...estimation.environment_light import above_horizon, lobe_maps, radiance_bands, turned_bands
-from ...scene.environment import Environment, Surroundings
+from ...estimation.environment_light import above_horizon, lobe_maps, radiance_bands, sh_rotation
+from ...scene.environment import Environment, EnvironmentLight
 from ...scene.light import Light, light_rows
 from ...scene.shadow_cameras import ShadowView, Span
 from ..core.images import Box, Owner, check_size, confine
 from ..core.steps import Steps, Versioned
 
 
-class Tile(NamedTuple):
+class ShadowTile(NamedTuple):
     """The part of the shadow map that shows one light's view."""
 
     target: moderngl.Framebuffer
@@ -47,7 +47,7 @@ class ShadowMap(Versioned, Owner):
             self._layout = layout
         return is_new
 
-    def tile(self, k: int) -> Tile:
+    def tile(self, k: int) -> ShadowTile:
         """Return the k-th view's part, emptied. Its target draws only there, until the next one is asked for."""
         side, first = self._layout[0], self._first(k)
         confine(self._target, None)
@@ -56,7 +56,7 @@ class ShadowMap(Versioned, Owner):
         self._target.viewport = (*first, side, side)
         confine(self._target, (*first, side, side))  # large points reach over a viewport
         self.raise_version()
-        return Tile(self._target, first, side)
+        return ShadowTile(self._target, first, side)
 
     def rows(self, views: Sequence[ShadowView], axes: np.ndarray) -> np.ndarray:
         """Return (n, 5, 4) for shaders/common/shadow.glsl. axes: the pose of the camera in whose axes points are."""
@@ -157,7 +157,7 @@ class LightSet(NamedTuple):
         if self.around is None:
             return Lighting(rows, (red, green, blue), shadows)
         turn, around = axes[:3, :3], self.around
-        bands = self.gain * turned_bands(around.bands, turn)
+        bands = self.gain * sh_rotation(around.bands, turn)
         lobes = around.lobes and around.lobes._replace(intensity=self.gain * around.lobes.intensity)
         return Lighting(rows, (0.0, 0.0, 0.0), shadows, AroundLookUp(bands, around.to_sky @ turn, lobes))
 
@@ -180,7 +180,7 @@ class EnvironmentMaps(Owner):
         self._steps = steps
         self._texture: moderngl.Texture | None = None
 
-    def find(self, around: Surroundings, exponents: Sequence[float]) -> AroundLookUp | None:
+    def find(self, around: EnvironmentLight, exponents: Sequence[float]) -> AroundLookUp | None:
         """Return what shaders look up, in world axes; None without an environment.
 
         exponents  of the highlights in a picture
@@ -193,7 +193,7 @@ class EnvironmentMaps(Owner):
         lobes = self._steps.run("lobes", self._fill, around.environment, up, wanted) if wanted else None
         if lobes is not None and around.intensity != 1:
             lobes = lobes._replace(intensity=around.intensity)
-        return AroundLookUp(around.intensity * turned_bands(bands, to_sky), to_sky, lobes)
+        return AroundLookUp(around.intensity * sh_rotation(bands, to_sky), to_sky, lobes)
 
     def _fill(self, environment: Environment, up: tuple[float, ...] | None, exponents: tuple[float, ...]) -> Lobes:
         picture = environment.picture if up is None else above_horizon(environment.picture, np.array(up))

@@ -20,7 +20,7 @@ from ..core.frame_textures import Colors, DepthTextures, FrameTextures, LargePoi
 from ..core.images import Image, Owner
 from ..core.steps import Steps
 from ..shading.occlusion import VisibilityPass
-from .noise_measurement import History, Stream, TemporalPass
+from .noise_measurement import Stream, StreamHistory, TemporalPass
 from .source_colors import SourceColors
 from .surface_normals import Estimator, SurfacePass
 
@@ -34,7 +34,7 @@ class Streams(Owner):
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
         self._steps = steps
-        self._histories: dict[int, History] = {}
+        self._histories: dict[int, StreamHistory] = {}
 
     @cached_property
     def _temporal(self) -> TemporalPass:
@@ -43,7 +43,7 @@ class Streams(Owner):
     def stream_of(self, frame: Frame, place: int) -> Stream:
         """Return the stream at a place, with its next frame."""
         if place not in self._histories:
-            self._histories[place] = History(self._context)
+            self._histories[place] = StreamHistory(self._context)
         return Stream(self._temporal, self._histories[place], frame)
 
     def keep_only(self, places: Iterable[int]) -> None:

@@ -120,7 +120,7 @@ class Stream(NamedTuple):
     """The next frame of a stream, the filter, and what earlier frames have left."""
 
     temporal: TemporalPass
-    history: History
+    history: StreamHistory
     frame: Frame
 
 
@@ -176,7 +176,7 @@ class TemporalPass(FullscreenPasses):
         stream.history.remember(stream.frame, camera)
 
 
-class History:
+class StreamHistory:
     """What the frames of one stream have left on the GPU, with the camera and pose of the last one.
 
     decisions  which noise estimate the stream uses

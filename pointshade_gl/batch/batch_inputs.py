@@ -280,15 +280,15 @@ def _is_in(folder: Path, path: Path) -> bool:
 
 def _state(files: Iterable[Path], more: str = "") -> str:
     """A digest of names, sizes and times."""
-    told = []
+    stated = []
     for path in files:
         try:
             status = path.stat()
         except OSError:  # told when it is read
-            told.append(f"{path} missing")
+            stated.append(f"{path} missing")
         else:
-            told.append(f"{path} {status.st_size} {status.st_mtime_ns}")
-    return _digest([*told, more])
+            stated.append(f"{path} {status.st_size} {status.st_mtime_ns}")
+    return _digest([*stated, more])
 
 
 def _digest(texts: Iterable[str]) -> str:

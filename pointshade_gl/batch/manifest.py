@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..files.access.atomic_write import check_place, name_key, sha256_of, tells_case_apart
+from ..files.access.atomic_write import check_place, is_case_sensitive, name_key, sha256_of
 from ..files.access.folders import Listing
 from ..notes.errors import error_text
 from ..notes.version import __version__
@@ -70,9 +70,14 @@ class Manifest:
 
         Raises OSError if the line cannot be written, such as on a full disk.
         """
-        told = {"size": done.size, "sha256": done.sha256, "seconds": round(done.seconds, 3), "renderer": done.renderer}
+        plain_value = {
+            "size": done.size,
+            "sha256": done.sha256,
+            "seconds": round(done.seconds, 3),
+            "renderer": done.renderer,
+        }
         now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-        entry = {"output": self._name(done.path), **made_from, "time": now, **told}
+        entry = {"output": self._name(done.path), **made_from, "time": now, **plain_value}
         self.entries[entry["output"]] = entry
         line = ("\n" * self._torn + json.dumps(entry) + "\n").encode()
         try:
@@ -120,7 +125,7 @@ def is_whole(output: Path, entry: Entry | None, thoroughly: bool = False) -> boo
         return False
 
 
-def told(value: Any) -> Any:
+def plain_value(value: Any) -> Any:
     """A value as JSON has it: of a dataclass the fields that are not their default; of an environment what tells it
     from others."""
     if isinstance(value, Environment):
@@ -130,7 +135,7 @@ def told(value: Any) -> Any:
         return {name: one for name, one in _told_fields(value).items() if one != plain[name]}
     if isinstance(value, np.ndarray):
         return value.tolist()
-    return [told(one) for one in value] if isinstance(value, list | tuple) else value
+    return [plain_value(one) for one in value] if isinstance(value, list | tuple) else value
 
 
 @cache
@@ -139,7 +144,7 @@ def _defaults(kind: type[Any]) -> Entry:
 
 
 def _told_fields(value: Any) -> Entry:
-    return {field.name: told(getattr(value, field.name)) for field in fields(value)}
+    return {field.name: plain_value(getattr(value, field.name)) for field in fields(value)}
 
 
 def _lines_of(path: Path) -> Iterable[Entry]:
@@ -202,7 +207,7 @@ def plan(
             number = "" if is_film or len(parts) == 1 else f"/{part.number:0{digits}d}"
             path = output / f"{source.name}{number}.{job.kind}"
             twin = twins.setdefault(name_key(str(path)), path)
-            if path in planned or (twin != path and not tells_case_apart(output)):
+            if path in planned or (twin != path and not is_case_sensitive(output)):
                 other = planned[twin].job.source
                 raise ValueError(f"{other} and {source.path} would both become {path}: pass them with two -o DIR")
             one = {"input": part.input, "frame": part.number, "state": part.state}
@@ -247,6 +252,6 @@ def _options_of(job: Job) -> Entry:
     """All that decides how an output looks, as JSON has it; nothing that is the default."""
     plain = Job("", Path())
     names = ("turntable", "frames", "fps") if job.kind in FILMS else ("axes", "bits", "quality", "title")
-    options = {"view": told(job.view), **dict(job.reading)}
+    options = {"view": plain_value(job.view), **dict(job.reading)}
     options |= {name: getattr(job, name) for name in names if getattr(job, name) != getattr(plain, name)}
     return json.loads(json.dumps({name: value for name, value in options.items() if value not in (None, {})}))

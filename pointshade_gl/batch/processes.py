@@ -117,10 +117,10 @@ def on_processes(
             for pipe in wait([worker.pipe for worker in crew]):
                 worker = next(one for one in crew if one.pipe is pipe)
                 task = worker.task
-                is_told, message = worker.receive()
+                is_answered, message = worker.receive()
                 if task is not None:
-                    results += [tasks.done(task, message)] if is_told else tasks.lost(task, message)
-                if not is_told:
+                    results += [tasks.done(task, message)] if is_answered else tasks.lost(task, message)
+                if not is_answered:
                     stillborn += not worker.is_ready
                     if stillborn > TRIES:
                         raise OSError(f"worker processes die before they begin: {message}")

@@ -165,13 +165,13 @@ def way_to(shape: tuple[int, ...], name: str, value: Any, channels: tuple[int, .
     while len(shape) - batch > sides and shape[batch] == 1:
         batch += 1
     rest = shape[batch:]
-    said = name + (f"[{', '.join('0' * batch)}]" if batch else "")
+    stated = name + (f"[{', '.join('0' * batch)}]" if batch else "")
     if channels and len(rest) == 2:
-        return ": give image.convert('RGB')" if _is_picture(value) else f": give np.stack([{said}] * 3, -1)"
+        return ": give image.convert('RGB')" if _is_picture(value) else f": give np.stack([{stated}] * 3, -1)"
     if channels and len(rest) == 3 and rest[2] not in channels and rest[0] in channels:
-        said = f"{said}.permute(1, 2, 0)" if hasattr(value, "permute") else f"np.moveaxis({said}, 0, 2)"
+        stated = f"{stated}.permute(1, 2, 0)" if hasattr(value, "permute") else f"np.moveaxis({stated}, 0, 2)"
     elif not channels and len(rest) == 3 and rest[2] == 1:
-        said += "[..., 0]"
+        stated += "[..., 0]"
     elif not batch or len(rest) != sides or (channels and rest[2] not in channels):
         return ""
-    return f": give {said}"
+    return f": give {stated}"

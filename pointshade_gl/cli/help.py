@@ -129,7 +129,7 @@ def _lines(command: Any, context: Any, everything: bool, width: int) -> Iterator
     groups = _groups(shown)
     if name == "":
         yield from _section("Commands", [(one, _first(sub.help)) for one, sub in command.commands.items()], width)
-    yield from _section("", [(one.metavar or one.name, _said(one, everything)) for one in arguments], width)
+    yield from _section("", [(one.metavar or one.name, _text_of(one, everything)) for one in arguments], width)
     if everything:
         for title, found in groups.items():
             yield from _section(title, [_entry(one, True) for one in found], width)
@@ -138,8 +138,8 @@ def _lines(command: Any, context: Any, everything: bool, width: int) -> Iterator
         yield from _section(OPTIONS, [_entry(known[one], False) for one in first], width)
         yield from _rest(groups, first, context, width)
     yield "\nExamples:\n", "bold"
-    for told, line in EXAMPLES[name]:
-        yield (f"{_filled(told, width, 2)}\n" if told else ""), ""
+    for texts, line in EXAMPLES[name]:
+        yield (f"{_filled(texts, width, 2)}\n" if texts else ""), ""
         yield f"    {line}\n", "cyan"
     if name == "":
         yield "\n`pointshade COMMAND --help` explains a command.\n", ""
@@ -162,8 +162,8 @@ def _groups(shown: Iterable[Any]) -> dict[str, list[Any]]:
 def _rest(groups: dict[str, list[Any]], first: Iterable[str], context: Any, width: int) -> Iterator[Entry]:
     """Say how many options there are beside the first ones, and where."""
     left = {title: sum(not {*one.opts} & {*first} for one in found) for title, found in groups.items()}
-    told = ", ".join(f"{title} ({count})" for title, count in left.items() if count)
-    text = f"`{context.command_path} --help-all` explains {sum(left.values())} more options: {told}."
+    texts = ", ".join(f"{title} ({count})" for title, count in left.items() if count)
+    text = f"`{context.command_path} --help-all` explains {sum(left.values())} more options: {texts}."
     yield f"\n{_filled(text, width)}\n", ""
 
 
@@ -172,8 +172,8 @@ def _section(title: str, entries: Iterable[Entry], width: int) -> Iterator[Entry
     entries = list(entries)
     if entries:
         yield f"\n{title}:\n" if title else "\n", "bold"
-    for name, told in entries:
-        lines = textwrap.wrap(told, width - LEFT - 4, break_on_hyphens=False) or [""]
+    for name, texts in entries:
+        lines = textwrap.wrap(texts, width - LEFT - 4, break_on_hyphens=False) or [""]
         yield f"  {name:{LEFT}}", "cyan"
         yield (f"  {lines.pop(0)}\n" if len(name) <= LEFT else "\n"), ""
         yield "".join(f"{'':{LEFT + 4}}{line}\n" for line in lines), ""
@@ -182,21 +182,21 @@ def _section(title: str, entries: Iterable[Entry], width: int) -> Iterator[Entry
 def _entry(one: Any, everything: bool) -> Entry:
     """Return the names of an option with what follows them, and what it does."""
     value = "" if one.is_flag else f" {one.metavar or one.type.name.upper()}"
-    return _names(one) + value, _said(one, everything)
+    return _names(one) + value, _text_of(one, everything)
 
 
 def _names(one: Any) -> str:
     return ", ".join(sorted(one.opts, key=lambda name: name.startswith("--")))
 
 
-def _said(one: Any, everything: bool) -> str:
+def _text_of(one: Any, everything: bool) -> str:
     """Return what an option or argument does: all of it with its default, or the first sentence."""
     text = " ".join((one.help or "").split())
     if not everything:
         return _first(text)
-    is_told = "efault" in text or one.default in (None, False, "") or not _is_option(one) or one.is_flag
+    is_named = "efault" in text or one.default in (None, False, "") or not _is_option(one) or one.is_flag
     default = f"{one.default:g}" if isinstance(one.default, float) else one.default
-    return text if is_told or callable(default) else f"{text} Default: {default}."
+    return text if is_named or callable(default) else f"{text} Default: {default}."
 
 
 def _paragraphs(text: str | None, everything: bool) -> list[str]:

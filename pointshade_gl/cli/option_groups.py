@@ -258,8 +258,8 @@ def check_exist(folder: str | None = None, **given: str | Path | None) -> None:
         path = check_path(value)
         if not path.exists():
             inside = Path(folder or "", path)
-            told = f" (did you mean {inside}?)" if inside.exists() else near_path(path) or listed_beside(path)
-            raise FileNotFoundError(f"{option(name)}: {path} does not exist{told}")
+            hint = f" (did you mean {inside}?)" if inside.exists() else near_path(path) or listed_beside(path)
+            raise FileNotFoundError(f"{option(name)}: {path} does not exist{hint}")
 
 
 def check_folders(inputs: Sequence[str]) -> None:

@@ -56,24 +56,24 @@ def explainer(wanted: bool, names: Sequence[str] = ()) -> Callable[[Renderer], N
     """
     before: list[str] = []
 
-    def tell(renderer: Renderer) -> None:
+    def after_each(renderer: Renderer) -> None:
         lines = renderer.explain(names) if wanted else []
         for line in lines:
             if line not in before:
                 print_line(line)
         before[:] = lines
 
-    return tell
+    return after_each
 
 
 def in_turn(*calls: Callable[[Renderer], None]) -> Callable[[Renderer], None]:
     """One function for after each picture that calls several."""
 
-    def tell(renderer: Renderer) -> None:
+    def after_each(renderer: Renderer) -> None:
         for call in calls:
             call(renderer)
 
-    return tell
+    return after_each
 
 
 def fail(error: str, code: int) -> NoReturn:

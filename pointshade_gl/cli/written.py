@@ -86,7 +86,7 @@ class PageOptions:
         frame: FrameOptions,
         film: FilmOptions,
         device: int,
-        tell: Callable[[Renderer], None],
+        after_each: Callable[[Renderer], None],
     ) -> None:
         """Writes the page in which frames of a sequence play. The size of the picture is that of its points, too."""
         from ..files.access.atomic_write import written_whole
@@ -99,13 +99,13 @@ class PageOptions:
         with open_renderer(device, output) as renderer, progress(len(frames) + 1) as advance:
             largest = largest_of(RenderRequest.seen(frames[0], view))
 
-            def tell_all(done: int, all: int) -> None:
+            def after_all(done: int, all: int) -> None:
                 advance(done, all)
-                tell(renderer)
+                after_each(renderer)
 
             text = draw_film(
                 renderer, frames, view, film.fps, quality=self.exactness, largest=largest, title=title,
-                count=Count(tell_all), skipped=warn_skipped,
+                count=Count(after_all), skipped=warn_skipped,
             )  # fmt: skip
             with written_whole(output) as temporary:
                 temporary.write_text(text, encoding="utf-8")
@@ -117,7 +117,7 @@ class PageOptions:
 
     def write(
         self, source: Any, view: View, output: Path, frame: FrameOptions, line: str, device: int,
-        tell: Callable[[Renderer], None],
+        after_each: Callable[[Renderer], None],
     ) -> None:  # fmt: skip
         """Writes the page. A size smaller than that of the source is that of the points in the page, too.
 
@@ -131,7 +131,7 @@ class PageOptions:
         with open_renderer(device, output) as renderer, spinner("writing"):
             largest = largest_of(request)
             write_page(renderer, output, request, quality=self.exactness, largest=largest, title=title, command=line)
-            tell(renderer)
+            after_each(renderer)
             report(output, f"a page of {output.stat().st_size / 1e6:.2f} MB", renderer, time.perf_counter() - start)
 
 
@@ -366,13 +366,13 @@ def write_points(
     axes: Any,
     film: FilmOptions,
     device: int,
-    tell: Callable[[Renderer], None],
+    after_each: Callable[[Renderer], None],
 ) -> None:
     """Writes the points of frames in the light of a view, as `save_points` does. tell: called after each."""
 
     def draw(renderer: Renderer, request: RenderRequest) -> Any:
         cloud = renderer.render_points(request)
-        tell(renderer)
+        after_each(renderer)
         return cloud
 
     save = partial(save_points, axes=axes)

@@ -223,7 +223,7 @@ class PosedFrames:
 
     def refine(
         self, poses: Sequence[Matrix], free: Collection[int], without: Set[int] = frozenset(),
-        levels: Sequence[Level] = LEVELS, told: Callable[[], object] = lambda: None,
+        levels: Sequence[Level] = LEVELS, advance: Callable[[], object] = lambda: None,
     ) -> tuple[list[Matrix], Matrix]:  # fmt: skip
         """Return better poses of the frames that are free to move, and (n, count, 6) motions that nothing fixes.
 
@@ -245,7 +245,7 @@ class PosedFrames:
                 poses = [self._moved(pose, step) for pose, step in zip(poses, steps, strict=True)]
                 if longest < SETTLED * self.scale * level.gate:
                     break
-            told()
+            advance()
         return poses, loose
 
     def _affordable(self, level: Level, pairs: Sequence[Pair]) -> Level:
@@ -370,7 +370,7 @@ class Fit(NamedTuple):
 def align(
     frames: Sequence[ReducedFrame],
     poses: Sequence[Matrix],
-    told: Callable[[], object] = lambda: None,
+    advance: Callable[[], object] = lambda: None,
     known: int = 1,
 ) -> list[Fit]:
     """Correct the poses of frames of one thing; the first keeps its own.
@@ -380,18 +380,18 @@ def align(
     2017). One Gauss-Newton step moves all frames at once. A motion that neither depth nor colours fix is left as given,
     and so is a frame that afterwards agrees too little with the others, or less than before.
 
-    told   called after each level, and before each round of checks: at most STEPS times
+    advance   called after each level, and before each round of checks: at most STEPS times
     known  how many of the first frames have right poses
     """
     work = PosedFrames(frames, poses, known)
     free = set(range(len(frames))) - work.anchors
-    found, loose = work.refine(poses, free, told=told)
+    found, loose = work.refine(poses, free, advance=advance)
     if not _are_registered(work, found, free):
         work.by_colors = False
         found, loose = work.refine(poses, free)
     kept: set[int] = set()
     for _ in range(ROUNDS):
-        told()
+        advance()
         again, kept = _guarded(work, found, kept)
         if all(one is other for one, other in zip(again, found, strict=True)):
             break

@@ -234,7 +234,7 @@ def _circle(x: Array, y: Array, known: NDArray[np.bool_]) -> tuple[Array, Array,
 
 
 GUESSED = 50.0  # degrees by which a floor may lean in the picture of a frame, whose up direction nobody knows,
-TOLD = 12.0  # and from a scene's up direction, or a given one
+GIVEN_UP = 12.0  # and from a scene's up direction, or a given one
 LIGHT = Light(shadow=True, angle=12)  # from the viewer's upper left, unless others are given: a shadow needs one
 
 
@@ -291,7 +291,7 @@ def _floor(placed: Placed, up: NDArray[np.float64]) -> NDArray[np.float64] | Non
     """Return the floor that a frame shows, (4,), world; None without one."""
     scale = float(np.cbrt(np.linalg.det(placed.axes[:3, :3])))
     rotation, origin = placed.axes[:3, :3] / scale, placed.axes[:3, 3]
-    floor = shown_floor(placed.content.frame, rotation.T @ up, TOLD)
+    floor = shown_floor(placed.content.frame, rotation.T @ up, GIVEN_UP)
     if floor is None:
         return None
     normal = rotation @ floor[:3]

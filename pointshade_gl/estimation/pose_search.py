@@ -325,7 +325,7 @@ class FoundPose(NamedTuple):
 
 
 def search_poses(
-    frames: Sequence[ReducedFrame], poses: Sequence[Matrix], told: Callable[[], object] = lambda: None
+    frames: Sequence[ReducedFrame], poses: Sequence[Matrix], advance: Callable[[], object] = lambda: None
 ) -> list[FoundPose]:
     """Find the poses of frames of one thing; the first keeps its own, and those that are not found theirs.
 
@@ -333,7 +333,7 @@ def search_poses(
     tried: depths and brightness agree or contradict. The best are refined, and one is believed if no other comes near
     it. Frames are joined to the first by what most speaks for (a maximum spanning tree) and aligned all at once.
 
-    told  called after each pair of frames, and after each level of the alignment
+    advance  called after each pair of frames, and after each level of the alignment
     """
     radius = RADIUS * max(frame.middle[2] * frame.camera.width / abs(frame.camera.fx) for frame in frames)
     patches = [find_patches(frame, float(radius)) for frame in frames]
@@ -341,10 +341,10 @@ def search_poses(
     for i, j in combinations(range(len(frames)), 2):
         links[i, j] = link = find_link(frames[i], frames[j], patches[i], patches[j])
         links[j, i] = link._replace(pose=inverted(link.pose[None])[0])
-        told()
+        advance()
     beside, parents = _joined(links)
     group = sorted(beside)
-    fits = align([frames[k] for k in group], [poses[0] @ beside[k] for k in group], told)
+    fits = align([frames[k] for k in group], [poses[0] @ beside[k] for k in group], advance)
     placed = {k: fit for k, fit in zip(group, fits, strict=True) if fit.placed or k == 0}
     doubts = _doubts(frames, links, parents, placed)
     lost = fits[0]._replace(placed=False, overlap=0.0, agreed=0.0, agrees=0.0, loose=())

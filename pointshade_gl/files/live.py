@@ -82,7 +82,7 @@ def live_set(
             living -= sum(item is None for _, item in new)
             frames = {k: item for k, item in new if isinstance(item, Frame)}
             for k, item in new:
-                _tell(k, item, skipped)
+                _note(k, item, skipped)
             newest |= frames
             if frames:
                 yield tuple(newest[k] for k in sorted(newest))
@@ -116,7 +116,7 @@ def _waiting(items: queue.Queue[Item]) -> list[Item]:
     return found
 
 
-def _tell(k: int, item: Any, skipped: Callable[[str], None]) -> None:
+def _note(k: int, item: Any, skipped: Callable[[str], None]) -> None:
     """Pass on a sentence, or raise an error."""
     if isinstance(item, str):
         skipped(f"source {k}: {item}")

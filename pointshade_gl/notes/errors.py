@@ -71,12 +71,12 @@ def error_text(error: BaseException) -> str:
     """Return what an error says, in one line; of a bug that it is one. POINTSHADE_DEBUG=1 prints its traceback."""
     if os.environ.get(DEBUG, "0") not in ("", "0") and sys.stderr is not None:
         traceback.print_exception(error)
-    said = " ".join(str(error).split())
+    stated = " ".join(str(error).split())
     if isinstance(error, Bug):
-        return said
+        return stated
     if is_expected(error):
-        return said or "not enough memory"
-    what = f"{type(error).__name__}: {cut(said)}".removesuffix(": ")
+        return stated or "not enough memory"
+    what = f"{type(error).__name__}: {cut(stated)}".removesuffix(": ")
     return (
         f"{what}{_place_of(error)}: this is a bug in pointshade_gl {__version__}, and "
         f"no mistake of yours; please report it with the command and what {DEBUG}=1 shows"

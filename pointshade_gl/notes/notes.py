@@ -22,7 +22,7 @@ MOST = 5  # notes that a command prints
 
 LOGGER = logging.getLogger("pointshade_gl")
 
-_told: set[str] | None = None  # all notes of the running command; in Python each is printed
+_printed: set[str] | None = None  # all notes of the running command; in Python each is printed
 _most = MOST
 _lock = threading.Lock()  # threads share these two
 _renamed: set[tuple[str, str]] = set()  # what was said already
@@ -65,24 +65,24 @@ LOGGER.addHandler(_ToStderr())
 def _passes(text: str) -> bool:
     """Remember a note, and return whether to print it: of a command each once, and only the first ones."""
     with _lock:
-        if _told is None:
+        if _printed is None:
             return True
-        is_new = text not in _told
-        _told.add(text)
-        return is_new and len(_told) <= _most
+        is_new = text not in _printed
+        _printed.add(text)
+        return is_new and len(_printed) <= _most
 
 
 @contextmanager
 def few_notes() -> Iterator[None]:
     """Print only the first notes inside, each once; a last one says how many more there were."""
-    global _told, _most
-    told, _most = set[str](), MOST
-    _told = told
+    global _printed, _most
+    printed, _most = set[str](), MOST
+    _printed = printed
     try:
         yield
     finally:
-        _told = None
-        more = len(told) - _most if _most else 0
+        _printed = None
+        more = len(printed) - _most if _most else 0
         if more > 0:
             tail = "see all with pointshade info INPUT, none with --quiet"
             print_note(f"{more} more note{'s' if more > 1 else ''}: {tail}")
@@ -98,7 +98,7 @@ def note_new_name(old: str, new: str) -> None:
 def silence() -> None:
     """Print no more notes, until `few_notes` ends."""
     global _most
-    if _told is not None:
+    if _printed is not None:
         _most = 0
 
 
@@ -122,14 +122,14 @@ def taken_by(notes: Note | None) -> Iterator[None]:
 
 def once(note: Note) -> Note:
     """Wrap a note function to pass on each kind of note once, from any thread. Numbers make no other kind."""
-    told: set[str] = set()
+    printed: set[str] = set()
     lock = threading.Lock()
 
     def tell(text: str) -> None:
         kind = re.sub(r"\d+", "#", text)
         with lock:
-            if kind not in told:
-                told.add(kind)
+            if kind not in printed:
+                printed.add(kind)
                 note(text)
 
     return tell

@@ -148,7 +148,7 @@ class Accumulator(FullscreenPasses):
         self._shared = shared
 
     @cached_property
-    def _develop(self) -> ResolveSamplesPass:
+    def _resolve(self) -> ResolveSamplesPass:
         from ..gpu.shading.present import ResolveSamplesPass  # only here
 
         return self._keep(ResolveSamplesPass(self._context))
@@ -156,7 +156,7 @@ class Accumulator(FullscreenPasses):
     def draw(self, target: Target, visible: VisibleScene, drawables: Drawables, finish: Finish, count: Count) -> None:
         """Draw the finished picture: all its samples, averaged and counted."""
         self._add_samples(target, visible, drawables, finish, count)
-        self._develop.develop(target, finish)
+        self._resolve.resolve(target, finish)
 
     def read_light(self, target: Target, visible: VisibleScene, drawables: Drawables) -> NDArray[np.float32]:
         """Return (h, w, 4), read-only: the light of one sample, linear, not cut off at 1, and its coverage."""
@@ -201,14 +201,14 @@ class Accumulator(FullscreenPasses):
     ) -> None:
         """Add up the samples that are not there yet. In large stills many pixels share what they have in common."""
         sums, is_soft, light_set = target.samples, any(light.is_soft for light in visible.lights), None
-        canvas = self._develop.canvas(sums.surfaces)
+        canvas = self._resolve.canvas(sums.surfaces)
         for k in range(done, finish.samples):
             sample = at_sample(visible, k)
             if is_soft or light_set is None:
                 light_set = self._light_setup.prepare(sample, drawables)
                 self._light_setup.light_points(sample, drawables, light_set)
             if k == 0 and not is_soft and self._shared.draw(target, visible, drawables, light_set, finish.samples):
-                canvas = self._develop.rest_canvas(sums)
+                canvas = self._resolve.rest_canvas(sums)
                 target.splats.draw_only(sums.active.texture)
             self._frame_pass.draw(target, canvas, sample, drawables, light_set)
             if finish.up is not None and light_set.shadow_map is not None:
@@ -234,7 +234,7 @@ class Accumulator(FullscreenPasses):
             inputs["radius"] = around.radius(looking_distance(visible.scene, visible.eye.pose))
             inputs["shift"] = plane_shift(visible.sample)
             inputs["turned"] = plane_turn(visible.sample)
-        with self._develop.canvas(target.samples.ground).opened((0, 0, *target.size)) as image:
+        with self._resolve.canvas(target.samples.ground).opened((0, 0, *target.size)) as image:
             shadows = self.fullscreen("shading/ground.frag", None, **constants)
             shadows.draw(image, {}, material=visible.materials[0].strengths, **inputs)
 

@@ -49,7 +49,7 @@ class FramePass:
     ) -> None:
         """Draw one sample of the picture onto a canvas."""
         if single := single_object(visible, drawables, light_set):
-            self._drawsingle_object(target, canvas, single, visible, light_set)
+            self._draw_single_object(target, canvas, single, visible, light_set)
         else:
             self.draw_surfaces(target, visible, drawables, light_set)
             if visible.scale is not None:
@@ -87,7 +87,7 @@ class FramePass:
         self._steps.run("lit splats", draw, target, thing.points, thing.colors, visible.eye)
         return counts["lit splats"] > before
 
-    def _drawsingle_object(
+    def _draw_single_object(
         self, target: Target, canvas: Canvas, thing: ShownPoints | ShownGrid, visible: VisibleScene, light_set: LightSet
     ) -> None:
         """Draw a single point object. A new view is lit in the same pass: most views see only one light."""

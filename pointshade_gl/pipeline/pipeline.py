@@ -161,11 +161,11 @@ class Pipeline:
         """Count the steps of a picture. One that is told of is done on the GPU, too."""
         if progress is None:
             return Count()
-        told = check_function(progress, "progress")
+        report_to = check_function(progress, "progress")
 
         def finished(done: int, all: int) -> object:
             self.steps.finish()
-            return told(done, all)
+            return report_to(done, all)
 
         steps = self._aligner.steps_of(scene) + 2 * merged_frames(compose(scene, (), camera, pose))
         return Count(finished, steps + samples)

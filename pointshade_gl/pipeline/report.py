@@ -80,7 +80,7 @@ def _frames(drawn: Drawables) -> list[tuple[str, FrameTextures]]:
     ]
 
 
-TOLD = 0.02  # a frame's exposure differs by so much from the mean before it is worth telling
+NOTED_EXPOSURE = 0.02  # a frame's exposure differs by so much from the mean before it is worth telling
 TINTED = 0.03  # and its channels by so much from each other
 LEAST = 5e-4  # share of the points that is worth a number
 MOST = 5  # frames that a line names
@@ -178,11 +178,11 @@ def _explain_normals(choices: Sequence[Choice]) -> list[str]:
 
 def _explain_gains(gains: NDArray[np.float64], names: Sequence[str]) -> str:
     off = np.abs(np.log(gains)).max(1)
-    told = [int(k) for k in np.argsort(-off, kind="stable") if off[k] > np.log1p(TOLD)]
-    if not told:
+    noted = [int(k) for k in np.argsort(-off, kind="stable") if off[k] > np.log1p(NOTED_EXPOSURE)]
+    if not noted:
         return "gains: none, the exposures are equal"
-    listed = [f"{names[k]} by {_gain(gains[k])}" for k in told[:MOST]]
-    return f"gains: to match exposures, colours are multiplied in {_frames_in_words(listed, len(told) - MOST)}"
+    listed = [f"{names[k]} by {_gain(gains[k])}" for k in noted[:MOST]]
+    return f"gains: to match exposures, colours are multiplied in {_frames_in_words(listed, len(noted) - MOST)}"
 
 
 def _gain(gain: NDArray[np.float64]) -> str:

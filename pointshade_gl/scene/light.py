@@ -31,12 +31,12 @@ LUX = 1 / math.pi  # intensity of a lux or a candela: a white matt surface under
 
 def intensity_of(strengths: dict[str, float | None], has_position: bool, is_area: bool) -> float:
     """Return the intensity of a light of which one of several strengths was said, or none."""
-    said = {name: value for name, value in strengths.items() if value is not None}
-    if len(said) > 1:
+    stated = {name: value for name, value in strengths.items() if value is not None}
+    if len(stated) > 1:
         raise ValueError(
-            f"light takes one of {', '.join(strengths)}, got {' and '.join(said)}: pass None for the others"
+            f"light takes one of {', '.join(strengths)}, got {' and '.join(stated)}: pass None for the others"
         )
-    ((name, value),) = said.items() or [("intensity", 1.0)]
+    ((name, value),) = stated.items() or [("intensity", 1.0)]
     number = check_number(value, f"light {name}", 0)
     if name in ("watts", "candela") and not has_position:
         raise ValueError(f"light {name} is of a light with a position: a directional light has lux")

@@ -184,19 +184,19 @@ def _entries(text: str | None) -> dict[str, str]:
 def entry_of(one: Field[Any], parameter: inspect.Parameter) -> str:
     """Return the lines about an option in a section "Parameters"."""
     doc = option_of(one).doc
-    said = f"{doc[0].upper()}{doc[1:].removesuffix('.')}."
+    stated = f"{doc[0].upper()}{doc[1:].removesuffix('.')}."
     value = parameter.default
     default = f"{type(value).__name__}()" if is_dataclass(value) and value == type(value)() else _quoted(value)
     told = "optional" if value is None else f"default {default}"
-    return f"{one.name} : {_kinds(str(parameter.annotation), option_of(one).known)}, {told}\n{_filled(said)}"
+    return f"{one.name} : {_kinds(str(parameter.annotation), option_of(one).known)}, {told}\n{_filled(stated)}"
 
 
 def _kinds(annotation: str, known: tuple[str, ...]) -> str:
     """Return the types of an option in words: `Shading` is the values that it allows, if they are few."""
     kinds = [kind for kind in annotation.split(" | ") if kind != "None"]
     values = f"{{{', '.join(map(_quoted, known))}}}" if 0 < len(known) <= MOST_VALUES else "str"
-    said = [KINDS.get(kind, values if kind[0].isupper() and known else kind) for kind in kinds]
-    return " or ".join([", ".join(said[:-1]), said[-1]] if said[1:] else said)
+    stated = [KINDS.get(kind, values if kind[0].isupper() and known else kind) for kind in kinds]
+    return " or ".join([", ".join(stated[:-1]), stated[-1]] if stated[1:] else stated)
 
 
 def _quoted(value: Any) -> str:

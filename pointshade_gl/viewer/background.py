@@ -80,9 +80,9 @@ class Background:
         """Begin a work, and see its end if it comes at once. Only while no other runs."""
         assert self.work is None, "one at a time"
         self.work, self._steps, self._outcome, self._is_ended = work, (0, 0), [], threading.Event()
-        told = work, self._is_ended, self._outcome
+        reported = work, self._is_ended, self._outcome
         run = copy_context().run  # where notes go is the same in the thread
-        self._thread = threading.Thread(target=run, args=(self._run, *told), daemon=True)
+        self._thread = threading.Thread(target=run, args=(self._run, *reported), daemon=True)
         self._thread.start()
         self.join(self.grace)
         self.poll()

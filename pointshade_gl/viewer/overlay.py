@@ -34,22 +34,22 @@ class Messages:
 
     def __init__(self) -> None:
         self.kept = ""
-        self._said, self._until = "", float("inf")
+        self._message, self._until = "", float("inf")
         self._skipped: deque[str] = deque()  # from the threads that read streams
-        self._told: set[str] = set()
+        self._shown_lines: set[str] = set()
 
     @property
     def text(self) -> str:
         """All that is shown; "" if nothing is."""
-        return "\n".join(filter(None, (self.kept and f"{self.kept}\n{CLOSES}", self._said)))
+        return "\n".join(filter(None, (self.kept and f"{self.kept}\n{CLOSES}", self._message)))
 
     def keep(self, text: str) -> None:
         """Shows why something failed until `clear`, in place of what was said before, and prints it."""
-        self.kept, self._said, self._until = text, "", float("inf")
+        self.kept, self._message, self._until = text, "", float("inf")
         print_warning(text)
 
     def say(self, text: str, seconds: float | None = None) -> None:
-        self._said, self._until = text, time.perf_counter() + (SECONDS if seconds is None else seconds)
+        self._message, self._until = text, time.perf_counter() + (SECONDS if seconds is None else seconds)
 
     def skip(self, text: str) -> None:
         """Says later, and once, why a frame was skipped. For any thread."""
@@ -58,15 +58,15 @@ class Messages:
     def update(self, now: float) -> None:
         """Tells what was skipped, and takes the text away when its time is over."""
         while self._skipped:
-            if (text := self._skipped.popleft()) not in self._told:  # a sequence that repeats meets it again
-                self._told.add(text)
+            if (text := self._skipped.popleft()) not in self._shown_lines:  # a sequence that repeats meets it again
+                self._shown_lines.add(text)
                 self.say(f"skipped: {text}")
                 print_warning(f"skipped: {text}")
         if self._until < now:
-            self._said, self._until = "", float("inf")
+            self._message, self._until = "", float("inf")
 
     def clear(self) -> None:
-        self.kept, self._said, self._until = "", "", float("inf")
+        self.kept, self._message, self._until = "", "", float("inf")
 
     def patience(self, now: float) -> float | None:
         """Seconds until `update` has something to do; None: not before something is said."""

@@ -31,7 +31,7 @@ BESIDE = 3  # pixels at scale 1 by which a double click may miss a surface: sens
 HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.says) for key in KEYS))
 
 
-Told = tuple[tuple[str, str, str] | None, tuple[str, ...]]  # what colours stand for, and the values under the mouse
+Readout = tuple[tuple[str, str, str] | None, tuple[str, ...]]  # what colours stand for, and the values under the mouse
 
 
 class Overlay(NamedTuple):
@@ -73,7 +73,7 @@ class Screen:
             self._steps = Steps(self.gl, self.renderer.context.is_software)
         self._drawings: dict[str, tuple[Any, moderngl.Texture]] = {}
         self._drawn: moderngl.Texture | None = None  # by the renderer
-        self._told: Told = None, ()
+        self._readout: Readout = None, ()
         self._last: tuple[ShownPicture, int] | None = None  # what that shows, of how many samples
         self._kept: moderngl.Texture | None = None  # a copy of that, while the renderer is lent
         self._panel: Panel | None = None
@@ -98,7 +98,7 @@ class Screen:
             with self.renderer.context.in_use():
                 self._drawn = self.renderer.draw(picture.request(samples, samples > 1 or most == 1))
                 self.renderer.steps.finish()  # before the window's context reads it
-            self._last, self._told = (picture, samples), self._read_values(picture, over)
+            self._last, self._readout = (picture, samples), self._read_values(picture, over)
         with self.window:
             self._steps.always("present", self._show, self._kept or self._drawn, picture, over)
             chosen = picture.now, []
@@ -168,8 +168,8 @@ class Screen:
             above = round(BAR * scale)
             drawing = self._drawing("strip", draw_strip, *over.strip, scale, wide, above)
             self._present.lay_over(self.gl.screen, drawing, 0, 0)
-        if any(self._told):
-            drawing = self._drawing("readout", draw_readout, *self._told, scale, wide)
+        if any(self._readout):
+            drawing = self._drawing("readout", draw_readout, *self._readout, scale, wide)
             self._present.lay_over(self.gl.screen, drawing, 0, above)
             above += drawing.height
         if over.message:
@@ -183,7 +183,7 @@ class Screen:
         table = self._drawing("help", draw_table, HELP, over.scale, wide, high)
         self._present.lay_over(self.gl.screen, table, (wide - table.width) // 2, (high - table.height) // 2)
 
-    def _read_values(self, picture: ShownPicture, over: Overlay) -> Told:
+    def _read_values(self, picture: ShownPicture, over: Overlay) -> Readout:
         """What the colours of the picture that was drawn stand for, and the values under the mouse."""
         ends = legend(self.renderer.color_scale)
         if over.pointer is None:

@@ -582,11 +582,14 @@ class Viewer(Session):
         line, left_out = self._command_line(saved) if self._command_line else ("", "")
         if sys.stdout is not None:
             sys.stdout.write(f"{path.absolute()}\n" + (f"{line}\n" if line else ""))
-        told = [left_out]
+        reported = [left_out]
         if line:
             self.window.copy(line)
-            told = ["the command that makes it is in the clipboard", f"it leaves out: {left_out}" if left_out else ""]
-        self.say(f"saved {path.absolute()}\n{'; '.join(filter(None, told))}".rstrip())
+            reported = [
+                "the command that makes it is in the clipboard",
+                f"it leaves out: {left_out}" if left_out else "",
+            ]
+        self.say(f"saved {path.absolute()}\n{'; '.join(filter(None, reported))}".rstrip())
 
     def quit(self) -> None:
         """End `run`."""

@@ -82,14 +82,14 @@ class Window(GLContext):
             self.handle = self._create(title, self._fit_monitor(size))
         for set_callback, callback in (
             (glfw.set_key_callback, self._on_key),
-            (glfw.set_char_callback, lambda _, code: self._tell("text", chr(code))),
+            (glfw.set_char_callback, lambda _, code: self._emit("text", chr(code))),
             (glfw.set_cursor_pos_callback, self._on_move),
-            (glfw.set_cursor_enter_callback, lambda _, entered: None if entered else self._tell("leave")),
+            (glfw.set_cursor_enter_callback, lambda _, entered: None if entered else self._emit("leave")),
             (glfw.set_mouse_button_callback, self._on_button),
             # macOS turns Shift+wheel sideways
-            (glfw.set_scroll_callback, lambda _, dx, dy: self._tell("wheel", steps=dy or dx)),
-            (glfw.set_drop_callback, lambda _, paths: self._tell("drop", paths=tuple(map(str, paths)))),
-            (glfw.set_window_refresh_callback, lambda _: self._tell("refresh")),
+            (glfw.set_scroll_callback, lambda _, dx, dy: self._emit("wheel", steps=dy or dx)),
+            (glfw.set_drop_callback, lambda _, paths: self._emit("drop", paths=tuple(map(str, paths)))),
+            (glfw.set_window_refresh_callback, lambda _: self._emit("refresh")),
         ):
             set_callback(self.handle, callback)
 
@@ -221,7 +221,7 @@ class Window(GLContext):
             else:
                 self.glfw.poll_events()
         except UnicodeDecodeError:  # of the name of a file that was dropped
-            self._tell("drop")
+            self._emit("drop")
         self._unseen -= 0.0 if self._has_come else unseen  # no event had been waiting
         self._looked = time.perf_counter()
 
@@ -229,7 +229,7 @@ class Window(GLContext):
         """Ends `wait`. May be called from any thread."""
         self.glfw.post_empty_event()
 
-    def _tell(
+    def _emit(
         self, kind: EventKind, key: str = "", steps: float = 0.0, mods: int | None = None, paths: tuple[str, ...] = ()
     ) -> None:
         """Where the pointer was, the events before have told: asked now, it may have gone on."""
@@ -253,15 +253,15 @@ class Window(GLContext):
 
     def _on_key(self, _: Any, key: int, scancode: int, action: int, mods: int) -> None:
         if action != self.glfw.RELEASE and (name := key_name(self.glfw, key, scancode)):
-            self._tell("key", name, mods=mods)
+            self._emit("key", name, mods=mods)
 
     def _on_move(self, _: Any, x: float, y: float) -> None:
         self._pointer = x, y
-        self._tell("move")
+        self._emit("move")
 
     def _on_button(self, _: Any, button: int, action: int, mods: int) -> None:
         if button < len(BUTTONS):
-            self._tell("press" if action == self.glfw.PRESS else "release", BUTTONS[button], mods=mods)
+            self._emit("press" if action == self.glfw.PRESS else "release", BUTTONS[button], mods=mods)
 
 
 def window_size(camera: Camera) -> tuple[int, int]:

@@ -15,7 +15,7 @@ from pointshade_gl.batch import manifest as plan
 from pointshade_gl.batch import processes as workers
 from pointshade_gl.batch.jobs import Done, Job
 from pointshade_gl.batch.manifest import Manifest
-from pointshade_gl.files.access.atomic_write import tells_case_apart
+from pointshade_gl.files.access.atomic_write import is_case_sensitive
 
 from ..support.batches import SMALL, but_for_its_command, check_whole, lines_of, running, write_sequence
 
@@ -134,7 +134,7 @@ def test_names_that_differ_by_case_are_refused_only_where_they_are_one_file(batc
     for name in ("Kitchen", "kitchen"):
         write_sequence(tmp_path / name, 1)
     line = f"kitchen Kitchen -o out {SMALL}"
-    assert tells_case_apart(tmp_path)
+    assert is_case_sensitive(tmp_path)
     monkeypatch.setattr(plan, "tells_case_apart", lambda _: False)  # as on Windows and macOS
     code, _, err = batch(line)
     assert code == 2 and "would both become" in err and not list((tmp_path / "out").iterdir())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.batch.manifest import told
+from pointshade_gl.batch.manifest import plain_value
 from pointshade_gl.estimation.ground import LIGHT as GROUND_LIGHT
 from pointshade_gl.estimation.ground import up_and_floor
 from pointshade_gl.pipeline.light_setup import surroundings_of
@@ -81,9 +81,9 @@ def test_a_rotation_that_is_a_matrix_is_turned_about_up():
 
 def test_a_manifest_tells_environments_apart():
     bright, dim = (Environment(np.full((4, 8, 3), level)) for level in (1.0, 0.5))
-    assert told(ps.Finish(environment="sky")) == {"environment": "sky"}
-    first, second = (told(ps.Finish(environment=one))["environment"] for one in (bright, dim))
-    assert first != second and first == told(Environment(np.ones((4, 8, 3)), "b.hdr")) and len(first) == 71
+    assert plain_value(ps.Finish(environment="sky")) == {"environment": "sky"}
+    first, second = (plain_value(ps.Finish(environment=one))["environment"] for one in (bright, dim))
+    assert first != second and first == plain_value(Environment(np.ones((4, 8, 3)), "b.hdr")) and len(first) == 71
 
 
 @pytest.mark.parametrize("yaw", [0, 70, 200])

@@ -15,7 +15,7 @@ import typer
 
 from ...batch.batch_inputs import Source, find_sources, not_whole
 from ...batch.jobs import FILMS, NORMALS, PAGE, Done, Job
-from ...batch.manifest import Failure, Manifest, Planned, plan, shard_of, split_done, told
+from ...batch.manifest import Failure, Manifest, Planned, plain_value, plan, shard_of, split_done
 from ...batch.on_ray import run_all_on_ray, silence_ray
 from ...batch.processes import Failed, run_all
 from ...checks.arguments import check_choice, check_fps
@@ -184,8 +184,8 @@ def plan_batch(asked: BatchCommand) -> tuple[Sequence[Planned], list[Failure]]:
     _check_kinds(asked, {*kinds.values()})
     _make_folder(asked.output)
     _check_writable(asked, folder)
-    reading = tuple(told(asked.reading).items())
-    given = {kind: reading + (tuple(told(asked.cloud).items()) if kind is Kind.CLOUD else ()) for kind in Kind}
+    reading = tuple(plain_value(asked.reading).items())
+    given = {kind: reading + (tuple(plain_value(asked.cloud).items()) if kind is Kind.CLOUD else ()) for kind in Kind}
     planned, failures = plan(
         sources,
         lambda one: _job(asked, one, folder, given[kinds[one.path]], views[kinds[one.path]]),
@@ -333,8 +333,8 @@ def run(asked: BatchCommand, planned: Sequence[Planned], failures: list[Failure]
     finally:
         for failure in failures:
             complain(f"failed: {' '.join(failure.name.split())}: {failure.sentence}")
-    told = [f"{count} {name}" for name, count in (counts | {"failed": len(failures)}).items() if count]
-    print_line(f"{output}: {', '.join(told) or 'nothing to do'}, {time.perf_counter() - started:.1f} s")
+    plain_value = [f"{count} {name}" for name, count in (counts | {"failed": len(failures)}).items() if count]
+    print_line(f"{output}: {', '.join(plain_value) or 'nothing to do'}, {time.perf_counter() - started:.1f} s")
     if failures:
         raise typer.Exit(FAILED)
 
@@ -354,7 +354,7 @@ def _undone(planned: Sequence[Planned], manifest: Manifest, output: Path, resume
 
 def _outcomes(asked: BatchCommand, todo: Sequence[Planned]) -> Iterator[tuple[Planned, Done | Failed]]:
     """What becomes of each. Notes that workers send are printed once; a bar moves on a terminal."""
-    tell, by_path = once(print_note), {one.job.path: one for one in todo}
+    after_each, by_path = once(print_note), {one.job.path: one for one in todo}
     jobs, how = [one.job for one in todo], asked.how
     if how.ray is None:
         running = run_all(jobs, how.workers, asked.device)
@@ -365,8 +365,8 @@ def _outcomes(asked: BatchCommand, todo: Sequence[Planned]) -> Iterator[tuple[Pl
         for done, (job, outcome) in enumerate(running, 1):
             if not isinstance(outcome, Failed):
                 if is_software(outcome.renderer):
-                    tell(SOFTWARE.format(outcome.renderer))
+                    after_each(SOFTWARE.format(outcome.renderer))
                 for note in outcome.notes:
-                    tell(note)
+                    after_each(note)
             yield by_path[job.path], outcome
             advance(done, len(todo))

@@ -151,7 +151,7 @@ def align(
         first, *others = found
         print_line(f"{names[0]}: keeps its pose")
         for name, one in zip(names[1:], others, strict=True):
-            print_line(f"{name}: {_said(first.fit.pose, one, names[0])}")
+            print_line(f"{name}: {_in_words(first.fit.pose, one, names[0])}")
         poses = {
             name: one.fit.pose if one.fit.placed or one is first else None
             for name, one in zip(names, found, strict=True)
@@ -183,7 +183,7 @@ def _views(frame: FrameOptions, more: Sequence[str]) -> tuple[list[str], list[Fr
     return names, [load(replace(frame, input=name, frame=str(k))) for name, k in zip(inputs, numbers, strict=True)]
 
 
-def _said(first: NDArray[np.float64], found: FoundPose, name: str) -> str:
+def _in_words(first: NDArray[np.float64], found: FoundPose, name: str) -> str:
     """Return how far a view is from the first one, what agrees, and how sure that is."""
     fit, doubt = found
     if not fit.placed:

@@ -65,14 +65,14 @@ def bench(options: BenchOptions, device: Device = 0, quiet: Quiet = False) -> No
     if options.against is not None and not options.speed:
         raise ValueError(f"{option('against')} compares speeds: add {option('speed', True)}")
     if options.against is not None:
-        said = command.bench_against(options.against, quick, device)
+        known = command.bench_against(options.against, quick, device)
     elif options.speed:
-        said = command.bench_speed(output, quick, device)
+        known = command.bench_speed(output, quick, device)
     elif options.views:
-        said = command.bench_views(output, quick, options.seed, device)
+        known = command.bench_views(output, quick, options.seed, device)
     else:
-        said = command.bench(output, quick, options.only or [], options.images, options.seed, device)
-    print(said)
+        known = command.bench(output, quick, options.only or [], options.images, options.seed, device)
+    print(known)
 
 
 _KINECT_STEP = 0.0025, 0.0034  # between these lies 1/z's rounding of a first Kinect, in 1/m
@@ -115,8 +115,8 @@ def _noise(choice: Choice | None) -> dict[str, Any]:
 def _lines(found: dict[str, Any]) -> list[str]:
     """The facts for the eye: a subject, then one line for each thing to know about it."""
     lines: list[str] = []
-    for subject, said in _sentences(found):
-        lines += [f"{subject if k == 0 else '':10s}{line}" for k, line in enumerate(said)]
+    for subject, known in _sentences(found):
+        lines += [f"{subject if k == 0 else '':10s}{line}" for k, line in enumerate(known)]
     return lines
 
 
@@ -175,8 +175,8 @@ def show_cloud(frame: FrameOptions, output: Path | None, as_json: bool) -> None:
 
 def _cloud_lines(found: dict[str, Any]) -> list[str]:
     lines: list[str] = []
-    for subject, said in _cloud_sentences(found):
-        lines += [f"{subject if k == 0 else '':10s}{line}" for k, line in enumerate(said)]
+    for subject, known in _cloud_sentences(found):
+        lines += [f"{subject if k == 0 else '':10s}{line}" for k, line in enumerate(known)]
     return lines
 
 

@@ -131,7 +131,7 @@ class RenderCommand:
             is_changed=self.is_set or moves_camera(self.film.turntable),
         )  # fmt: skip
 
-    def tell_alike(self) -> None:
+    def note_alike(self) -> None:
         """A note where a shading is asked for that cannot be told from phong, as each pixel is a point."""
         is_moved = self.place != ViewOptions() or moves_camera(self.film.turntable)
         if self.look.shading in LIT_EARLY and not (is_moved or self.is_set or self.are_clouds or self.is_scene):
@@ -191,16 +191,16 @@ def render(asked: RenderCommand) -> None:
 
 def _write_picture(asked: RenderCommand, view: View) -> None:
     check_stream(view.look, False)
-    asked.tell_alike()
+    asked.note_alike()
     _check_picture(asked.output, asked.film)
     asked.page.check_none(asked.output)
-    source, tell = asked.read(view)
+    source, after_each = asked.read(view)
     with open_renderer(asked.device, asked.output, asked.save_poses) as renderer, spinner("rendering"):
         start = time.perf_counter()
         image = renderer.render(RenderRequest.seen(source, view))
         spent = time.perf_counter() - start
         save_image(asked.output, image, asked.small)
-        tell(renderer)
+        after_each(renderer)
         if not image.any():
             print_note("nothing is in view, the picture is empty")
         what = f"{image.shape[1]}x{image.shape[0]} pixels from {source.points_known} points"
@@ -222,23 +222,23 @@ def _write_series(asked: RenderCommand, view: View) -> None:
     from ...renderer.series import jobs_of, write_series
 
     check_stream(view.look, asked.film.turntable is None)
-    asked.tell_alike()
+    asked.note_alike()
     if is_numbered(asked.output):
         check_suffix(asked.output, NUMBERED)
     check_series(asked.output)
     asked.page.check_none(asked.output)
-    source, tell = asked.read(view, is_many=True)
+    source, after_each = asked.read(view, is_many=True)
     with open_renderer(asked.device, asked.output, asked.save_poses) as renderer:
         start = time.perf_counter()
         jobs, count = jobs_of(source, view, asked.film.turntable, asked.film.frames, warn_skipped, renderer)
         saved = asked.save_poses if asked.film.turntable is None else None
         with poses_saved(saved, jobs, source) as jobs, progress(count) as advance:
 
-            def tell_all(done: int, all: int) -> None:
+            def after_all(done: int, all: int) -> None:
                 advance(done, all)
-                tell(renderer)
+                after_each(renderer)
 
-            count, (width, height) = write_series(renderer, jobs, asked.output, asked.film.fps, tell_all, count)
+            count, (width, height) = write_series(renderer, jobs, asked.output, asked.film.fps, after_all, count)
         spent = time.perf_counter() - start
         report(asked.output, f"{count} pictures of {width}x{height} pixels", renderer, spent)
 
@@ -246,17 +246,17 @@ def _write_series(asked: RenderCommand, view: View) -> None:
 def _write_page(asked: RenderCommand, view: View) -> None:
     """A page of one object or scene, or one in which the frames of a sequence play."""
     asked.page.check(asked.output, asked.film)
-    source, tell = asked.read(view, is_many=True)
+    source, after_each = asked.read(view, is_many=True)
     plays = isinstance(source, Sequence)
     check_stream(view.look, plays)
     check_align(view.look.align, plays or asked.is_set)
     if plays:
-        asked.page.write_film(source, view, asked.output, asked.frame, asked.film, asked.device, tell)
+        asked.page.write_film(source, view, asked.output, asked.frame, asked.film, asked.device, after_each)
         return
     if asked.film.frames is not None:
         raise ValueError(f"{asked.output} shows one thing that nothing moves: leave out {option('frames')}")
     line = page_line(asked.frame, asked.look, asked.picture, asked.more, asked.views, asked.unlight_all)
-    asked.page.write(source, view, asked.output, asked.frame, line, asked.device, tell)
+    asked.page.write(source, view, asked.output, asked.frame, line, asked.device, after_each)
 
 
 def _write_points(asked: RenderCommand, view: View) -> None:
@@ -280,13 +280,13 @@ def _write_points(asked: RenderCommand, view: View) -> None:
     source = asked.load(view, sequence=is_numbered(output) and film.turntable is None)
     if isinstance(source, Scene):
         raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture")
-    tell = explainer(asked.explain)
+    after_each = explainer(asked.explain)
     if isinstance(source, MergedViews):
         if is_numbered(output) or film.turntable is not None:
             raise ValueError(f"the points of several views are one cloud: write one file, such as out{output.suffix}")
-        tell = in_turn(explainer(asked.explain, source.names), poses_saver(asked.save_poses, source))
+        after_each = in_turn(explainer(asked.explain, source.names), poses_saver(asked.save_poses, source))
         source = source.frames
-    write_points(source, view, output, asked.axes, film, asked.device, tell)
+    write_points(source, view, output, asked.axes, film, asked.device, after_each)
 
 
 def _write_cloud(asked: RenderCommand, view: View) -> None:

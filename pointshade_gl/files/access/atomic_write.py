@@ -50,10 +50,10 @@ def naming_written(path: FilePath) -> Iterator[None]:
         if str(error).startswith("cannot write "):
             raise
         origin = _origin(error)
-        said = _NOT_OURS if origin.errno in _FORBIDDEN else origin.strerror or cut(error)
-        told = type(error)(f"cannot write {path}: {said}")
-        told.errno = origin.errno
-        raise told from error
+        reason = _NOT_OURS if origin.errno in _FORBIDDEN else origin.strerror or cut(error)
+        named = type(error)(f"cannot write {path}: {reason}")
+        named.errno = origin.errno
+        raise named from error
 
 
 def _origin(error: OSError) -> OSError:
@@ -63,14 +63,14 @@ def _origin(error: OSError) -> OSError:
     return error
 
 
-def error_of(said: str) -> OSError:
+def error_of(reason: str) -> OSError:
     """The system's error in what a program or a library says of a file that it could not write, else one that says it.
 
     Libraries of C and other programs only give a text.
     """
-    found = (code for code in (*_FULL, *_FORBIDDEN) if os.strerror(code).lower() in said.lower())
+    found = (code for code in (*_FULL, *_FORBIDDEN) if os.strerror(code).lower() in reason.lower())
     code = next(found, None)
-    return OSError(said) if code is None else OSError(code, os.strerror(code))
+    return OSError(reason) if code is None else OSError(code, os.strerror(code))
 
 
 @contextmanager
@@ -99,7 +99,7 @@ def name_key(name: str) -> str:
     return unicodedata.normalize("NFC", name).casefold()
 
 
-def tells_case_apart(folder: Path) -> bool:
+def is_case_sensitive(folder: Path) -> bool:
     """Whether A.png and a.png are two files in a folder that can be written to."""
     path = hidden_beside(folder / "any")
     try:

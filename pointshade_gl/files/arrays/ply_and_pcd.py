@@ -270,27 +270,27 @@ def read_pcd(path: FilePath, max_pixels: float = MAX_PIXELS) -> Pcd:
 
 def read_pcd_header(data: bytes) -> PcdHeader:
     """Raises ValueError for a broken header."""
-    said, at = dict[str, list[str]](), 0
+    stated, at = dict[str, list[str]](), 0
     while (end := data.find(b"\n", at, PCD_HEADER)) >= 0:
         line, at = data[at:end].decode("utf-8", "replace").strip(), end + 1
         if line and not line.startswith("#"):
             key, *words = line.split()
-            said[key] = words
+            stated[key] = words
             if key == "DATA":
                 break
-    coding = (said.get("DATA") or [""])[0].lower()
+    coding = (stated.get("DATA") or [""])[0].lower()
     if coding not in ("ascii", "binary", "binary_compressed"):
         raise ValueError("its header has no end")
-    width, height = _whole(said, "WIDTH"), _whole(said, "HEIGHT", 1)
-    points = _whole(said, "POINTS", width * height)
+    width, height = _whole(stated, "WIDTH"), _whole(stated, "HEIGHT", 1)
+    points = _whole(stated, "POINTS", width * height)
     if width * height != points:
         raise ValueError(f"its header counts {shown(points)} points of {shown(width)} x {shown(height)}")
-    viewpoint = split_numbers(" ".join(said.get("VIEWPOINT", []))) or []
-    return PcdHeader(_fields(said), width, height, points, viewpoint, coding, at)
+    viewpoint = split_numbers(" ".join(stated.get("VIEWPOINT", []))) or []
+    return PcdHeader(_fields(stated), width, height, points, viewpoint, coding, at)
 
 
-def _whole(said: dict[str, list[str]], key: str, usual: int | None = None) -> int:
-    words = said.get(key, [])
+def _whole(stated: dict[str, list[str]], key: str, usual: int | None = None) -> int:
+    words = stated.get(key, [])
     if not words and usual is not None:
         return usual
     if len(words) != 1 or not words[0].isdecimal() or len(words[0]) > 12:
@@ -298,10 +298,10 @@ def _whole(said: dict[str, list[str]], key: str, usual: int | None = None) -> in
     return int(words[0])
 
 
-def _fields(said: dict[str, list[str]]) -> list[tuple[str, np.dtype, int]]:
-    names = said.get("FIELDS") or said.get("COLUMNS") or []
-    sizes, kinds = said.get("SIZE", ["4"] * len(names)), said.get("TYPE", ["F"] * len(names))
-    counts = said.get("COUNT", ["1"] * len(names))
+def _fields(stated: dict[str, list[str]]) -> list[tuple[str, np.dtype, int]]:
+    names = stated.get("FIELDS") or stated.get("COLUMNS") or []
+    sizes, kinds = stated.get("SIZE", ["4"] * len(names)), stated.get("TYPE", ["F"] * len(names))
+    counts = stated.get("COUNT", ["1"] * len(names))
     if not 0 < len(names) <= _MOST_FIELDS or not len(names) == len(sizes) == len(kinds) == len(counts):
         raise ValueError("its header has FIELDS, SIZE, TYPE and COUNT of different length")
     found, seen = list[tuple[str, np.dtype, int]](), set[str]()

@@ -100,7 +100,7 @@ _END = 1966  # codes, 3 % of 16 bits
 _FLAT, _BENT, _ROUND = 0.8, 0.5, 0.5  # bending: of inverse depth at most, of depth at least; across to along on planes
 
 
-def read_colors(image: NDArray[np.uint8], name: str, said: DepthHints, note: Note) -> Decoded:
+def read_colors(image: NDArray[np.uint8], name: str, hints: DepthHints, note: Note) -> Decoded:
     """Read a colour-mapped picture (h, w, 3|4). Raises ValueError if its map is not known."""
     levels = read_levels(image)
     if levels is None and not _DEPTH_NAME.search(Path(name).stem.lower()):
@@ -115,9 +115,9 @@ def read_colors(image: NDArray[np.uint8], name: str, said: DepthHints, note: Not
         )
     values, end = levels.values, MAPS[levels.name]
     read = f"{name} is a colour-mapped picture of depth ({levels.name}), read back in 256 steps"
-    if not said.is_silent:
+    if not hints.is_silent:
         note(f"{read}, {end} is the highest")
-        return _read_levels(values, said, (LEVELS,))
+        return _read_levels(values, hints, (LEVELS,))
     direction = _direction(values, np.isfinite(values))
     if not direction:
         note(f"{read} as inverse depth: {end} is taken as near; pass {option('depth_kind', 'z')} if it is far")
@@ -132,18 +132,18 @@ def read_colors(image: NDArray[np.uint8], name: str, said: DepthHints, note: Not
     return _without_scale(255 - values, f"colours of {levels.name}", (LEVELS, REVERSED))
 
 
-def read_8_bits(raw: NDArray[Any], name: str, said: DepthHints, note: Note) -> Decoded:
+def read_8_bits(raw: NDArray[Any], name: str, hints: DepthHints, note: Note) -> Decoded:
     """Read a grey picture (h, w) of 256 levels. Raises ValueError for a photograph, a mask and a map of labels."""
-    filed = said.filed_scale
-    if said.scale is None and said.any_kind in (None, *METRIC) and filed and filed < 256:  # else all is within 1 m
+    filed = hints.filed_scale
+    if hints.scale is None and hints.any_kind in (None, *METRIC) and filed and filed < 256:  # else all is within 1 m
         _refuse_what_is_none(raw, name)
-        return Decoded(raw, Coding(said.any_kind or "z", filed, "the camera's file"))
-    if said.any_kind == "disparity" and said.scale is None:
-        return Decoded(raw, Coding("disparity", disparity_scale(raw, said, note), "as said"))
-    if not said.is_silent:
-        return _read_levels(raw, said)
+        return Decoded(raw, Coding(hints.any_kind or "z", filed, "the camera's file"))
+    if hints.any_kind == "disparity" and hints.scale is None:
+        return Decoded(raw, Coding("disparity", disparity_scale(raw, hints, note), "as said"))
+    if not hints.is_silent:
+        return _read_levels(raw, hints)
     if _DISPARITY.search(Path(name).stem.lower()):
-        return _read_disparity(raw, name, said, note)
+        return _read_disparity(raw, name, hints, note)
     _refuse_what_is_none(raw, name)
     if _direction(raw, raw > 0) > 0:
         note(
@@ -168,19 +168,19 @@ def _refuse_what_is_none(raw: NDArray[Any], name: str) -> None:
         )
 
 
-def read_relative(raw: NDArray[Any], counts: Counts | None, name: str, said: DepthHints, note: Note) -> Decoded | None:
+def read_relative(raw: NDArray[Any], counts: Counts | None, name: str, hints: DepthHints, note: Note) -> Decoded | None:
     """Recognise disparity by its name, a network's depth or inverse depth by its planes; return None for anything else.
 
     counts  of the codes, for 16 bits
     """
     if _DISPARITY.search(Path(name).stem.lower()):
-        return _read_disparity(raw, name, said, note)
+        return _read_disparity(raw, name, hints, note)
     is_filled = _is_filled(raw, counts)
-    if said.filed_scale is not None or not (raw.dtype.kind == "f" or is_filled):
+    if hints.filed_scale is not None or not (raw.dtype.kind == "f" or is_filled):
         return None
     if _is_inverse(raw):
-        if said.has_baseline:
-            return _read_disparity(raw, name, said, note)
+        if hints.has_baseline:
+            return _read_disparity(raw, name, hints, note)
         note(
             f"{name} is taken as a network's inverse depth, as the planes in it show; "
             f"pass {option('depth_kind', 'z')} if it is distances"
@@ -196,10 +196,10 @@ def read_relative(raw: NDArray[Any], counts: Counts | None, name: str, said: Dep
     return None
 
 
-def disparity_scale(raw: NDArray[Any], said: DepthHints, note: Note) -> float:
+def disparity_scale(raw: NDArray[Any], hints: DepthHints, note: Note) -> float:
     """Return the values per pixel of disparity, where the caller does not give it."""
-    if said.filed_scale is not None and said.filed_kind == "disparity":
-        return said.filed_scale
+    if hints.filed_scale is not None and hints.filed_kind == "disparity":
+        return hints.filed_scale
     if raw.dtype.kind == "f":
         return 1.0
     if middle(raw) > raw.shape[1]:
@@ -209,11 +209,11 @@ def disparity_scale(raw: NDArray[Any], said: DepthHints, note: Note) -> float:
     return 1.0
 
 
-def _read_disparity(raw: NDArray[Any], name: str, said: DepthHints, note: Note) -> Decoded:
+def _read_disparity(raw: NDArray[Any], name: str, hints: DepthHints, note: Note) -> Decoded:
     """Disparity: in pixels if there is a baseline, else true in shape only."""
-    if said.has_baseline:
+    if hints.has_baseline:
         note(f"{name} is taken as disparity; pass {option('depth_kind', 'z')} if it is distances")
-        scale = disparity_scale(raw, said, note)
+        scale = disparity_scale(raw, hints, note)
         return Decoded(raw, Coding("disparity", scale, "its name or its planes, and the baseline"))
     note(
         f"{name} is taken as disparity, by its name: without {option('baseline')} (metres between the cameras) its "
@@ -222,17 +222,17 @@ def _read_disparity(raw: NDArray[Any], name: str, said: DepthHints, note: Note) 
     return Decoded(raw, Coding("inverse", _MIDDLE * middle(raw), "its name"))
 
 
-def _read_levels(values: NDArray[Any], said: DepthHints, repairs: tuple[str, ...] = ()) -> Decoded:
+def _read_levels(values: NDArray[Any], hints: DepthHints, repairs: tuple[str, ...] = ()) -> Decoded:
     """Return 256 levels whose kind or scale is given."""
-    kind = said.any_kind or "z"
-    if said.scale is None and kind == "z":
+    kind = hints.any_kind or "z"
+    if hints.scale is None and kind == "z":
         return _without_scale(values, "as said", repairs)
-    if said.scale is None and kind != "inverse":
+    if hints.scale is None and kind != "inverse":
         raise ValueError(
             f"depth has 256 levels, too few for distances of kind {kind}: pass {option('depth_scale')} "
             f"(levels per metre), or {option('depth_kind', 'inverse')} for a network's output"
         )
-    return Decoded(values, Coding(kind, said.scale, "as said", repairs))
+    return Decoded(values, Coding(kind, hints.scale, "as said", repairs))
 
 
 def _without_scale(values: NDArray[Any], why: str, repairs: tuple[str, ...] = ()) -> Decoded:
@@ -277,7 +277,7 @@ _FEWEST = 30  # different values of an 8-bit picture that was stored in 16 bits
 _WORTH_A_HINT = 8.0  # metres: farther middles of millimetres are often another unit
 
 
-def decode(raw: NDArray[Any], name: str, said: DepthHints, note: Note, like: Coding | None = None) -> Decoded:
+def decode(raw: NDArray[Any], name: str, hints: DepthHints, note: Note, like: Coding | None = None) -> Decoded:
     """Find out what raw values mean, (h, w) or, colour-mapped, (h, w, 3|4) uint8; return plain numbers with that.
 
     name  of the file, for messages
@@ -285,93 +285,93 @@ def decode(raw: NDArray[Any], name: str, said: DepthHints, note: Note, like: Cod
 
     Raises ValueError for an unknown colour map, a photograph, a mask or labels of 8 bits, and an impossible scale.
     """
-    if said.scale is not None:
-        check_positive(said.scale, option("depth_scale"))
-    if like is not None and like.said == said:
+    if hints.scale is not None:
+        check_positive(hints.scale, option("depth_scale"))
+    if like is not None and like.hints == hints:
         return Decoded(repaired(raw, like.repairs), like)
-    decoded = _decode(raw, name, said, note)
-    return decoded._replace(coding=replace(decoded.coding, said=said))
+    decoded = _decode(raw, name, hints, note)
+    return decoded._replace(coding=replace(decoded.coding, hints=hints))
 
 
-def _decode(raw: NDArray[Any], name: str, said: DepthHints, note: Note) -> Decoded:
+def _decode(raw: NDArray[Any], name: str, hints: DepthHints, note: Note) -> Decoded:
     if raw.ndim == 3:
         channels = find_channels(raw)
-        return _read_channels(raw, channels, name, said, note) if channels else read_colors(raw, name, said, note)
+        return _read_channels(raw, channels, name, hints, note) if channels else read_colors(raw, name, hints, note)
     codes = as_codes(raw)
     if codes is not None:
-        return _read_codes(codes, name, said, note)
+        return _read_codes(codes, name, hints, note)
     if raw.dtype.itemsize == 1:
-        return read_8_bits(raw, name, said, note)
-    return _read_values(raw, None, name, said, note)
+        return read_8_bits(raw, name, hints, note)
+    return _read_values(raw, None, name, hints, note)
 
 
 def _read_channels(
-    raw: NDArray[np.uint8], channels: tuple[int, ...], name: str, said: DepthHints, note: Note
+    raw: NDArray[np.uint8], channels: tuple[int, ...], name: str, hints: DepthHints, note: Note
 ) -> Decoded:
     """Read numbers whose bytes are in several channels; those of 24 bits are CARLA's unless a scale is given."""
     colors = [("red", "green", "blue", "alpha")[channel] for channel in channels]
     repair = CHANNELS + "".join(map(str, channels))
     values = repaired(raw, [repair])
     note(f"{name} is taken as one number in {' + 256 '.join(colors)}")
-    if len(channels) == 3 and said.any_kind in (None, *METRIC) and not (said.scale or said.filed_scale):
+    if len(channels) == 3 and hints.any_kind in (None, *METRIC) and not (hints.scale or hints.filed_scale):
         note(f"{name}: 24 bits are taken as CARLA's 1000 m; pass {option('depth_scale')} if that is wrong")
-        decoded = Decoded(values, Coding(said.any_kind or "z", CARLA, "CARLA's 24 bits"))
+        decoded = Decoded(values, Coding(hints.any_kind or "z", CARLA, "CARLA's 24 bits"))
         far = np.uint32(0.999 * 2**24)  # the sky
         decoded = decoded._replace(values=np.where(values < far, values, 0))
     elif len(channels) == 2:
-        decoded = _read_codes(values, name, said, note)
+        decoded = _read_codes(values, name, hints, note)
     else:
-        decoded = _read_values(values, None, name, said, note)
+        decoded = _read_values(values, None, name, hints, note)
     return decoded._replace(coding=replace(decoded.coding, repairs=(repair, *decoded.coding.repairs)))
 
 
-def _read_codes(codes: Codes, name: str, said: DepthHints, note: Note) -> Decoded:
+def _read_codes(codes: Codes, name: str, hints: DepthHints, note: Note) -> Decoded:
     """Read 16-bit values: first find out whether they are plain numbers at all."""
     repairs = []
     if is_swapped(codes):
         note(f"{name}: 16-bit values in the wrong byte order, read byte-swapped")
         repairs, codes = [SWAPPED], codes.byteswap()
     counts = count_codes(codes)
-    if said.scale is None and is_half(codes, counts):
+    if hints.scale is None and is_half(codes, counts):
         note(
             f"{name} is taken as 16-bit floats: planes in it bend as depth only so; pass {option('depth_scale')} if not"
         )
-        decoded = _read_values(repaired(codes, [HALF]), None, name, said, note)
+        decoded = _read_values(repaired(codes, [HALF]), None, name, hints, note)
         return decoded._replace(coding=replace(decoded.coding, repairs=(*repairs, HALF)))
-    packed = _find_packing(codes, counts, name, said, note)
+    packed = _find_packing(codes, counts, name, hints, note)
     if packed:
         repairs.append(packed)
         codes = repaired(codes, [packed])
     if packed == HIGH_BYTE:
-        decoded = read_8_bits(codes, name, said, note)
+        decoded = read_8_bits(codes, name, hints, note)
     elif packed:
-        decoded = Decoded(codes, Coding(said.any_kind or "z", said.scale or 1000.0, f"millimetres, {packed}"))
-    elif said.any_kind == "kinect":
+        decoded = Decoded(codes, Coding(hints.any_kind or "z", hints.scale or 1000.0, f"millimetres, {packed}"))
+    elif hints.any_kind == "kinect":
         if int(codes.max()) > KINECT_MISSING:
             note(
                 f"{name} is no raw disparity of a Kinect: its values go up to {codes.max()}, beyond "
                 f"{KINECT_MISSING}; leave out {option('depth_kind', 'kinect')}"
             )
         decoded = Decoded(codes, Coding("kinect", 1.0, "as said"))
-    elif said.is_silent and is_kinect(counts):
+    elif hints.is_silent and is_kinect(counts):
         note(
             f"{name} is taken as the raw disparity of a first Kinect ({KINECT_MISSING} is missing); "
             f"pass {option('depth_kind', 'z')} if it is not"
         )
         decoded = Decoded(codes, Coding("kinect", 1.0, "raw disparity of a Kinect"))
     else:
-        decoded = _read_values(codes, counts, name, said, note)
+        decoded = _read_values(codes, counts, name, hints, note)
     return decoded._replace(coding=replace(decoded.coding, repairs=(*repairs, *decoded.coding.repairs)))
 
 
-def _find_packing(codes: Codes, counts: Counts, name: str, said: DepthHints, note: Note) -> str | None:
+def _find_packing(codes: Codes, counts: Counts, name: str, hints: DepthHints, note: Note) -> str | None:
     """Return the repair that makes plain numbers of these bits, None if they are plain."""
-    if said.any_kind not in (None, *METRIC):
+    if hints.any_kind not in (None, *METRIC):
         return None
     if has_confidence(codes):
         note(f"{name} is taken as Android's DEPTH16: millimetres in the low 13 bits, the confidence above is dropped")
         return CONFIDENCE
-    if said.scale is None and is_rotated(codes, counts):
+    if hints.scale is None and is_rotated(codes, counts):
         note(
             f"{name} is taken as SUN RGB-D's millimetres, rotated by 3 bits: all values are multiples of 8; "
             f"pass {option('depth_scale')} to use them as they are"
@@ -379,32 +379,32 @@ def _find_packing(codes: Codes, counts: Counts, name: str, said: DepthHints, not
         return ROTATED
     values = np.flatnonzero(counts)
     in_high_byte = not (values % 257).any() or not (values % 256).any()
-    return HIGH_BYTE if said.is_silent and values.size >= _FEWEST and in_high_byte else None
+    return HIGH_BYTE if hints.is_silent and values.size >= _FEWEST and in_high_byte else None
 
 
-def _read_values(raw: NDArray[Any], counts: Counts | None, name: str, said: DepthHints, note: Note) -> Decoded:
+def _read_values(raw: NDArray[Any], counts: Counts | None, name: str, hints: DepthHints, note: Note) -> Decoded:
     """Read plain numbers of more than 8 bits."""
-    relative = read_relative(raw, counts, name, said, note) if said.is_silent else None
+    relative = read_relative(raw, counts, name, hints, note) if hints.is_silent else None
     if relative:
         return relative
-    kind = said.any_kind or "z"
-    if (kind != "inverse" or said.scale is not None) and not (kind == "disparity" and said.has_baseline):
+    kind = hints.any_kind or "z"
+    if (kind != "inverse" or hints.scale is not None) and not (kind == "disparity" and hints.has_baseline):
         _tell_negative(raw, name, note)
-    if said.scale is not None:
-        _check_passed(raw, name, kind, said.scale, note)
-        return Decoded(raw, Coding(kind, said.scale, "as passed"))
+    if hints.scale is not None:
+        _check_passed(raw, name, kind, hints.scale, note)
+        return Decoded(raw, Coding(kind, hints.scale, "as passed"))
     if kind == "inverse":
-        return Decoded(raw, Coding(kind, said.filed_scale if said.filed_kind == kind else None, "as said"))
+        return Decoded(raw, Coding(kind, hints.filed_scale if hints.filed_kind == kind else None, "as said"))
     if kind == "disparity":
-        return Decoded(raw, Coding(kind, disparity_scale(raw, said, note), "as said"))
+        return Decoded(raw, Coding(kind, disparity_scale(raw, hints, note), "as said"))
     if kind == "kinect":
         return Decoded(raw, Coding(kind, 1.0, "as said"))
-    if said.filed_scale is not None:
-        if said.filed_scale == 1000 and _find_scale(raw, counts):
+    if hints.filed_scale is not None:
+        if hints.filed_scale == 1000 and _find_scale(raw, counts):
             note(
                 f"the values of {name} are spaced like TUM's: pass {option('depth_scale', 5000)} if all is too far away"
             )
-        return Decoded(raw, Coding(kind, _check_filed(raw, said.filed_scale, note), "the camera's file"))
+        return Decoded(raw, Coding(kind, _check_filed(raw, hints.filed_scale, note), "the camera's file"))
     if counts is not None and np.count_nonzero(counts) <= LABELS and is_of_labels(raw):
         note(f"{name} looks like a map of labels (few values, in flat areas), not like depth: pass another file")
     scale, why = _scale_of_floats(raw, note) if raw.dtype.kind == "f" else _scale_of_integers(raw, counts, note)

@@ -53,7 +53,7 @@ class Coding:
     scale    values per metre (see `to_metres`); None for z or inverse depth without any
     why      how kind and scale were found, in a few words
     repairs  what makes plain numbers of the raw values, in this order (see `depth_repairs`)
-    said     what was given before
+    hints     what was given before
     enlarged how many pixels along a side are one of the depth as it was made, see `enlarged_depth`
     """
 
@@ -61,7 +61,7 @@ class Coding:
     scale: float | None
     why: str
     repairs: tuple[str, ...] = ()
-    said: DepthHints | None = None
+    hints: DepthHints | None = None
     enlarged: int = 1
 
 

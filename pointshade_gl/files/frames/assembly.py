@@ -179,8 +179,8 @@ def assemble(
     source = choose_camera(parts, options, note)
     raw = _read_raw(parts.depth, source, note, options.max_pixels)
     colors = read_colors_of(parts, options.max_pixels, *([note] if like is None else []))
-    said = _said(source, parts, options, raw)
-    decoded = decode(raw, parts.name or "depth", said, note, like)
+    hints = _hints_of(source, parts, options, raw)
+    decoded = decode(raw, parts.name or "depth", hints, note, like)
     stored, is_float = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}", raw.dtype.kind == "f"
     del raw
     size = decoded.values.shape[1], decoded.values.shape[0]
@@ -267,7 +267,7 @@ def _is_bare(path: Path, source: Intrinsics | None) -> bool:
     return path.is_file() and path.stat().st_size == 4 * width * height and not is_picture(path)
 
 
-def _said(source: Intrinsics | None, parts: FrameParts, options: ReadOptions, raw: NDArray[Any]) -> DepthHints:
+def _hints_of(source: Intrinsics | None, parts: FrameParts, options: ReadOptions, raw: NDArray[Any]) -> DepthHints:
     """Return what is given about the depth. Raises ValueError for impossible values in the camera's file."""
     kind, scale = (source.depth_kind, source.depth_scale) if source else (None, None)
     kind, scale = kind or parts.coded[0], scale or parts.coded[1]

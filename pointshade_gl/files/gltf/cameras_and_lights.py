@@ -34,12 +34,12 @@ def read_camera(camera: SimpleNamespace, max_pixels: float) -> Camera:
     view = camera.perspective
     if view is None:
         raise ValueError("has no perspective")
-    said = options(camera.extras, _CAMERA_KEYS)
-    if said:
-        missing = [key for key in _CAMERA_KEYS if key not in said]
+    ours = options(camera.extras, _CAMERA_KEYS)
+    if ours:
+        missing = [key for key in _CAMERA_KEYS if key not in ours]
         if missing:
             raise ValueError(f"its extras 'pointshade' have no {', '.join(missing)}")
-        fx, fy, cx, cy, width, height = numbers([said[key] for key in _CAMERA_KEYS], (6,), "the camera").tolist()
+        fx, fy, cx, cy, width, height = numbers([ours[key] for key in _CAMERA_KEYS], (6,), "the camera").tolist()
         check_pixels(math.ceil(width), math.ceil(height), "its picture", max_pixels)
         return Camera(fx, fy, cx, cy, width, height)  # type: ignore[arg-type]
     fov = numbers(view.yfov, (), "yfov").item()
@@ -84,27 +84,27 @@ def read_light(light: Any, exposure: float, node_casts: bool, is_blenders: bool)
     kind = light.get("type")
     if kind not in ("directional", "point", "spot"):
         raise ValueError(f"its type must be directional, point or spot, got {shown(kind)}")
-    said = options(light.get("extras"), _LIGHT_KEYS)
-    if said.get("at", "viewer") != "viewer":
-        raise ValueError(f"its extras: at must be 'viewer', got {shown(said['at'])}")
-    if said.get("units", "photometric") != "photometric":
-        raise ValueError(f"its extras: units must be 'photometric', got {shown(said['units'])}")
-    placed, falls, is_area = "at" not in said, kind != "directional", "size" in said
-    attenuation = _three(numbers(said.get("attenuation", _FALLING if falls else _DIRECTIONAL), (3,), "attenuation"))
-    factor = LUX * exposure / (LUMENS if is_blenders or "units" in said else 1)
-    if "reach" in said:
-        factor /= _gain(attenuation, numbers(said["reach"], (), "reach").item())
+    ours = options(light.get("extras"), _LIGHT_KEYS)
+    if ours.get("at", "viewer") != "viewer":
+        raise ValueError(f"its extras: at must be 'viewer', got {shown(ours['at'])}")
+    if ours.get("units", "photometric") != "photometric":
+        raise ValueError(f"its extras: units must be 'photometric', got {shown(ours['units'])}")
+    placed, falls, is_area = "at" not in ours, kind != "directional", "size" in ours
+    attenuation = _three(numbers(ours.get("attenuation", _FALLING if falls else _DIRECTIONAL), (3,), "attenuation"))
+    factor = LUX * exposure / (LUMENS if is_blenders or "units" in ours else 1)
+    if "reach" in ours:
+        factor /= _gain(attenuation, numbers(ours["reach"], (), "reach").item())
     return Light(
         position=(0.0, 0.0, 0.0) if falls and placed else None,
         direction=(0.0, 0.0, -1.0) if kind != "point" and placed else None,
         color=_three(numbers(light.get("color", (1, 1, 1)), (3,), "color")),
         intensity=float(f"{numbers(light.get('intensity', 1), (), 'intensity').item() * factor:.15g}"),
         attenuation=attenuation,
-        cone=_read_cone(light.get("spot"), said, is_blenders) if kind == "spot" and not is_area else (0.0, 45.0),
-        shadow=switch(said, "shadow", node_casts),
-        radius=numbers(said.get("radius", 0), (), "radius").item(),
-        angle=numbers(said.get("angle", 0), (), "angle").item(),
-        size=numbers(said["size"], (2,), "size") if is_area else None,
+        cone=_read_cone(light.get("spot"), ours, is_blenders) if kind == "spot" and not is_area else (0.0, 45.0),
+        shadow=switch(ours, "shadow", node_casts),
+        radius=numbers(ours.get("radius", 0), (), "radius").item(),
+        angle=numbers(ours.get("angle", 0), (), "angle").item(),
+        size=numbers(ours["size"], (2,), "size") if is_area else None,
     )
 
 
@@ -117,9 +117,9 @@ def _gain(attenuation: Vector, reach: float) -> float:
     return reach * reach / divisor
 
 
-def _read_cone(spot: Any, said: dict[str, Any], is_blenders: bool) -> tuple[float, float]:
-    if "cone" in said and not is_blenders:
-        inner, outer = numbers(said["cone"], (2,), "cone").tolist()
+def _read_cone(spot: Any, ours: dict[str, Any], is_blenders: bool) -> tuple[float, float]:
+    if "cone" in ours and not is_blenders:
+        inner, outer = numbers(ours["cone"], (2,), "cone").tolist()
         return inner, outer
     spot = spot if isinstance(spot, dict) else {}
     outer = numbers(spot.get("outerConeAngle", math.pi / 4), (), "outerConeAngle").item()
@@ -170,17 +170,17 @@ def write_light(light: Light, node_casts: bool, reach: float, units: Units) -> d
     """
     kind = "directional" if light.position is None else "point" if light.direction is None else "spot"
     strongest = max(1.0, *light.color)  # glTF's colours end at 1
-    said: dict[str, Any] = {}
+    ours: dict[str, Any] = {}
     intensity = light.intensity * strongest / LUX
     if units == "photometric":
-        said["units"] = units
+        ours["units"] = units
         intensity *= LUMENS
     if light.shadow != node_casts:
-        said["shadow"] = light.shadow
+        ours["shadow"] = light.shadow
     if light.attenuation != (_DIRECTIONAL if kind == "directional" else _FALLING):
-        said["attenuation"] = list(light.attenuation)
+        ours["attenuation"] = list(light.attenuation)
         if kind != "directional":
-            said["reach"] = reach
+            ours["reach"] = reach
             intensity *= _gain(light.attenuation, reach)
     values: dict[str, Any] = {
         "type": kind,
@@ -191,12 +191,12 @@ def write_light(light: Light, node_casts: bool, reach: float, units: Units) -> d
         cone = (0.0, 90.0) if light.is_area else light.cone
         values["spot"] = _write_cone(cone, units)
         if not light.is_area and _read_cone(values["spot"], {}, is_blenders=False) != cone:
-            said["cone"] = list(cone)
-    said |= {name: size for name in ("radius", "angle", "size") if (size := getattr(light, name))}
+            ours["cone"] = list(cone)
+    ours |= {name: size for name in ("radius", "angle", "size") if (size := getattr(light, name))}
     if light.position is None and light.direction is None:
-        said["at"] = "viewer"
-    if said:
-        values["extras"] = {"pointshade": said}
+        ours["at"] = "viewer"
+    if ours:
+        values["extras"] = {"pointshade": ours}
     return values
 
 

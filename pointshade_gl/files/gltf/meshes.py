@@ -34,7 +34,7 @@ def read_cloud(parts: GltfParts, primitive: SimpleNamespace, look: dict[str, Any
     look  what its material says: material, shading, color, texture
     """
     held = primitive.attributes
-    said = options(primitive.extras, _KEYS)
+    ours = options(primitive.extras, _KEYS)
     if look.pop("texture", None) is not None:
         parts.note(f"{part}: its texture is not drawn, it has points")
     look.pop("channel", None)
@@ -47,9 +47,9 @@ def read_cloud(parts: GltfParts, primitive: SimpleNamespace, look: dict[str, Any
         each["colors"] = linear_to_bytes(np.clip(np.nan_to_num(linear[:, :3] * np.float32(color)), 0, 1))
     if primitive.indices is not None:
         each = _chosen(each, parts.array(primitive.indices, ("SCALAR",))[:, 0])
-    if "seen_from" in said:
-        each["seen_from"] = numbers(said.pop("seen_from"), (3,), "seen_from")
-    return PointCloud(**each, **look, up=said.pop("up", UP), point_size=said.pop("size", None), **said)
+    if "seen_from" in ours:
+        each["seen_from"] = numbers(ours.pop("seen_from"), (3,), "seen_from")
+    return PointCloud(**each, **look, up=ours.pop("up", UP), point_size=ours.pop("size", None), **ours)
 
 
 def _floats(parts: GltfParts, index: Any, kind: str) -> NDArray[np.float32]:
@@ -101,13 +101,13 @@ def linear_colors(colors: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 def cloud_extras(cloud: PointCloud) -> dict[str, Any]:
     """What extras say of the cloud: all that differs from the default."""
-    said: dict[str, Any] = {} if cloud.splat == "disc" else {"splat": cloud.splat}
-    said |= {} if cloud.point_size is None else {"size": cloud.point_size}
-    said |= {} if cloud.up == UP else {"up": cloud.up}
-    said |= {} if cloud.front is None else {"front": cloud.front}
+    ours: dict[str, Any] = {} if cloud.splat == "disc" else {"splat": cloud.splat}
+    ours |= {} if cloud.point_size is None else {"size": cloud.point_size}
+    ours |= {} if cloud.up == UP else {"up": cloud.up}
+    ours |= {} if cloud.front is None else {"front": cloud.front}
     if cloud.seen_from is not None and cloud.seen_from.ndim == 1:
-        said["seen_from"] = (cloud.seen_from - (cloud_place(cloud)[:3, 3] - cloud.origin)).tolist()
-    return said
+        ours["seen_from"] = (cloud.seen_from - (cloud_place(cloud)[:3, 3] - cloud.origin)).tolist()
+    return ours
 
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
@@ -181,11 +181,11 @@ class Meshes:
             if material.alphaMode not in (None, "OPAQUE"):
                 self._parts.note(f"{part}: its transparency ({cut(material.alphaMode)}) is not drawn")
             with telling(part):
-                said = options(material.extras, _MATERIAL_KEYS)
+                ours = options(material.extras, _MATERIAL_KEYS)
                 look: dict[str, Any] = {"shading": "none"} if UNLIT in (material.extensions or {}) else {}
-                if "shading" in said:
-                    look["shading"] = said["shading"]
-                look["material"] = read_material({key: value for key, value in said.items() if key != "shading"})
+                if "shading" in ours:
+                    look["shading"] = ours["shading"]
+                look["material"] = read_material({key: value for key, value in ours.items() if key != "shading"})
                 base = material.pbrMetallicRoughness
                 if base is not None and base.baseColorFactor is not None:
                     red, green, blue, _ = numbers(base.baseColorFactor, (4,), "baseColorFactor").tolist()

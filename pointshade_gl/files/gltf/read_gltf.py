@@ -76,15 +76,15 @@ class _Reader:
         count = len(gltf.nodes or ())
         check_limit(count, f"has {count} nodes", self.parts.max_pixels, PARTS)
         chosen = pick(gltf.scenes, gltf.scene or 0, "scene") if gltf.scenes or gltf.scene is not None else None
-        said = options(chosen.extras if chosen else None, ("ambient", "exposure", "pose"))
-        exposure = numbers(said.get("exposure", 1), (), "exposure").item()
+        ours = options(chosen.extras if chosen else None, ("ambient", "exposure", "pose"))
+        exposure = numbers(ours.get("exposure", 1), (), "exposure").item()
         self.exposure = exposure
         if self._is_blenders and LIGHTS in (gltf.extensions or {}):
             units = f"{LUMENS:g} lumens a watt, as Blender writes them"
             self.note(f"lights are taken as {units}; the scene's exposure is a factor")
         roots = chosen.nodes if chosen else self._roots()
         self._walk(roots or [])
-        camera, pose, taken = None, numbers(said.get("pose", FLIP), (4, 4), "pose"), None
+        camera, pose, taken = None, numbers(ours.get("pose", FLIP), (4, 4), "pose"), None
         for index, world in self.cameras:
             with telling(self._label(index)):
                 number = self._node(index).camera
@@ -93,7 +93,7 @@ class _Reader:
                 else:
                     self.note(f"{self._label(index)}: camera {number} is left out, the first perspective one is taken")
         nodes = self._build(roots or [], taken)
-        ambient = numbers(said.get("ambient", (1, 1, 1)), (3,), "ambient").tolist()
+        ambient = numbers(ours.get("ambient", (1, 1, 1)), (3,), "ambient").tolist()
         is_turned = any(self._is_turned(self._node(root)) for root in roots or ())
         axes = FLIP[:3, :3] if is_turned else np.eye(3)
         environment = read_environment(chosen, self.parts, exposure, axes)
@@ -157,10 +157,10 @@ class _Reader:
         """Whether a node and the only one below it are one of ours, sheared."""
         return len(node.children or ()) == 1 and switch(options(node.extras, _NODE_KEYS), "sheared", False)
 
-    def _is_fallback(self, index: int, said: dict[str, Any]) -> bool:
+    def _is_fallback(self, index: int, ours: dict[str, Any]) -> bool:
         """Whether the node is what other programs draw of the point object above it."""
         above = self.parents[index]
-        return switch(said, "fallback", False) and above is not None and self.objects[above] is not None
+        return switch(ours, "fallback", False) and above is not None and self.objects[above] is not None
 
     def _met_twice(self, index: int, parent: int | None) -> str:
         above = parent
@@ -185,11 +185,11 @@ class _Reader:
         for index in reversed(self.parents):
             node = self._node(index)
             with telling(self._label(index)):
-                said, above = options(node.extras, _NODE_KEYS), self.parents[index]
-                is_extra = self._is_fallback(index, said)
-                content = () if is_extra else (*self._content(index, said), *self.loose.pop(index, ()))
+                ours, above = options(node.extras, _NODE_KEYS), self.parents[index]
+                is_extra = self._is_fallback(index, ours)
+                content = () if is_extra else (*self._content(index, ours), *self.loose.pop(index, ()))
                 children = tuple(child for k in node.children or () for child in built.pop(k))
-                if not children and above is not None and switch(said, "content", False):
+                if not children and above is not None and switch(ours, "content", False):
                     self.loose.setdefault(above, [])[:0] = content  # those below come last first
                     content, is_extra = (), True
                 is_extra |= index == camera or (above is None and self._is_turned(node)) or self._is_half(node)
@@ -201,8 +201,8 @@ class _Reader:
                     node.name or "",
                     self.places[index],
                     children,
-                    visible=switch(said, "visible"),
-                    shadow=switch(said, "shadow"),
+                    visible=switch(ours, "visible"),
+                    shadow=switch(ours, "shadow"),
                 )
                 built[index] = (made,)
         return tuple(node for root in roots for node in built[root])
@@ -214,18 +214,18 @@ class _Reader:
             return read_points(options(node.extras, _NODE_KEYS), self.parts, self.frames)
         except FileNotFoundError as error:
             below = [options(self._node(child).extras, _NODE_KEYS) for child in node.children or ()]
-            if not any(switch(said, "fallback", False) for said in below):
+            if not any(switch(ours, "fallback", False) for ours in below):
                 raise
             self.note(f"{self._label(index)}: {error}: what other programs see is drawn in its place")
             return None
 
-    def _content(self, index: int, said: dict[str, Any]) -> tuple[Any, ...]:
+    def _content(self, index: int, ours: dict[str, Any]) -> tuple[Any, ...]:
         node, points = self._node(index), self.objects[index]
         meshes = () if node.mesh is None else self.meshes[node.mesh]
-        light = self._light(node, said)
+        light = self._light(node, ours)
         return (*([points] if points else []), *meshes, *([light] if light else []))
 
-    def _light(self, node: SimpleNamespace, said: dict[str, Any]) -> Light | None:
+    def _light(self, node: SimpleNamespace, ours: dict[str, Any]) -> Light | None:
         held = (node.extensions or {}).get(LIGHTS)
         if held is None:
             return None
@@ -236,4 +236,4 @@ class _Reader:
         with telling(f"light {index}"):
             if isinstance(light, dict) and "range" in light:
                 self.note(f"light {index}: its range is not used, it falls with the square of the distance")
-            return read_light(light, self.exposure, switch(said, "shadow"), self._is_blenders)
+            return read_light(light, self.exposure, switch(ours, "shadow"), self._is_blenders)

@@ -51,9 +51,9 @@ FRAME_KEYS = ("frame", *_FILES, *_NUMBERS, "depth_kind")
 _sources: WeakKeyDictionary[Frame, dict[str, Any]] = WeakKeyDictionary()
 
 
-def read_frame(said: dict[str, Any], folder: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> Frame:
+def read_frame(ours: dict[str, Any], folder: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> Frame:
     """The frame that extras describe. `save_scene` describes it in the same way. Raises ValueError or OSError."""
-    given = dict(said)
+    given = dict(ours)
     for key in _FILES:
         value = given.get(key)
         # a text of four numbers is intrinsics; everywhere else "1.5" is the name of a file
@@ -78,8 +78,8 @@ def read_frame(said: dict[str, Any], folder: Folder, note: Note, max_pixels: flo
 
 def write_frame(frame: Frame, folder: Path, name: str, stage: Callable[[str], Path]) -> dict[str, Any]:
     """The extras that name a frame: its source, or files staged under this name. Raises ValueError without a point."""
-    if said := _refer(frame, folder):
-        return said
+    if ours := _refer(frame, folder):
+        return ours
     if not frame.points_known:
         raise ValueError("its frame has no known depth, nothing to write")
     if frame.color is not None:
@@ -92,14 +92,14 @@ def write_frame(frame: Frame, folder: Path, name: str, stage: Callable[[str], Pa
 
 def _refer(frame: Frame, folder: Path) -> dict[str, Any] | None:
     """Return the extras by which a frame was read, if a file in this folder can use them; else None."""
-    said = _sources.get(frame)
-    if said is None:
+    ours = _sources.get(frame)
+    if ours is None:
         return None
     root = folder.resolve()
-    if any(isinstance(value, Path) and not value.is_relative_to(root) for value in said.values()):
+    if any(isinstance(value, Path) and not value.is_relative_to(root) for value in ours.values()):
         return None
-    named = {key: value.relative_to(root).as_posix() for key, value in said.items() if isinstance(value, Path)}
-    return said | named
+    named = {key: value.relative_to(root).as_posix() for key, value in ours.items() if isinstance(value, Path)}
+    return ours | named
 
 
 # options of a Look by their names in files
@@ -109,34 +109,34 @@ OBJECT_KEYS = {
 KEYS = (*FRAME_KEYS, "frames", *OBJECT_KEYS, *SWITCHES, "material")
 
 
-def read_points(said: dict[str, Any], parts: GltfParts, frames: dict[str, Frame]) -> PointObject | None:
+def read_points(ours: dict[str, Any], parts: GltfParts, frames: dict[str, Frame]) -> PointObject | None:
     """The point object that a node's extras describe; None without one. Raises ValueError or OSError.
 
     frames  those that the file has named before, so that none is loaded twice
     """
-    described = _describe(said)
+    described = _describe(ours)
     if not described:
-        alone = [key for key in said if key in KEYS]
+        alone = [key for key in ours if key in KEYS]
         if alone:
             raise ValueError(f"its extras have {', '.join(alone)}, but no frame")
         return None
     found = []
-    for k, frame_said in enumerate(described):
+    for k, of_frame in enumerate(described):
         with _telling_frame(k, len(described)):
-            found.append(_read_once(frame_said, parts, frames))
-    object_said = {name: _value(key, said[key], parts) for key, name in OBJECT_KEYS.items() if key in said}
-    object_said |= {key: switch(said, key) for key in SWITCHES if key in said}
-    return PointObject(found, read_material(said.get("material", {})), **object_said)
+            found.append(_read_once(of_frame, parts, frames))
+    of_object = {name: _value(key, ours[key], parts) for key, name in OBJECT_KEYS.items() if key in ours}
+    of_object |= {key: switch(ours, key) for key in SWITCHES if key in ours}
+    return PointObject(found, read_material(ours.get("material", {})), **of_object)
 
 
-def _describe(said: dict[str, Any]) -> list[dict[str, Any]]:
+def _describe(ours: dict[str, Any]) -> list[dict[str, Any]]:
     """Return what a node's extras state about each frame; nothing for none. Raises ValueError."""
-    alone = {key: said[key] for key in FRAME_KEYS if key in said}
-    if "frames" not in said:
-        return [alone] if "frame" in said or "depth" in said else []
+    alone = {key: ours[key] for key in FRAME_KEYS if key in ours}
+    if "frames" not in ours:
+        return [alone] if "frame" in ours or "depth" in ours else []
     if alone:
         raise ValueError(f"its extras have frames, so {', '.join(alone)} belong into each of them")
-    several = said["frames"]
+    several = ours["frames"]
     if not isinstance(several, list) or not 1 <= len(several) <= MOST_FRAMES:
         got = f"{len(several)} of them" if isinstance(several, list) else shown(several)
         raise ValueError(f"its frames must be a list of 1 to {MOST_FRAMES}, got {got}")
@@ -154,22 +154,22 @@ def _telling_frame(k: int, count: int) -> AbstractContextManager[None]:
     return nullcontext() if count == 1 else telling(f"frame {k} of {count}")
 
 
-def _read_once(said: dict[str, Any], parts: GltfParts, frames: dict[str, Frame]) -> Frame:
+def _read_once(ours: dict[str, Any], parts: GltfParts, frames: dict[str, Frame]) -> Frame:
     """Return the frame; the same one for the same words."""
-    key = json.dumps(said, sort_keys=True)
+    key = json.dumps(ours, sort_keys=True)
     if key not in frames:
         check_limit(len(frames) + 1, f"with it the scene has {len(frames) + 1} frames", parts.max_pixels, SCENE_FRAMES)
-        frames[key] = read_frame(said, parts.folder, parts.note, parts.max_pixels)
+        frames[key] = read_frame(ours, parts.folder, parts.note, parts.max_pixels)
         parts.count_pixels(frames[key].depth.size)
     return frames[key]
 
 
-def read_material(said: Any) -> Material:
+def read_material(ours: Any) -> Material:
     """A Material of an object's values. Raises ValueError."""
     known = ("ambient", "diffuse", "specular", "shininess")
-    if not isinstance(said, dict) or not set(said) <= set(known):
-        raise ValueError(f"its material must be an object of {', '.join(known)}, got {shown(said)}")
-    return Material(**{key: numbers(value, (), f"material {key}").item() for key, value in said.items()})
+    if not isinstance(ours, dict) or not set(ours) <= set(known):
+        raise ValueError(f"its material must be an object of {', '.join(known)}, got {shown(ours)}")
+    return Material(**{key: numbers(value, (), f"material {key}").item() for key, value in ours.items()})
 
 
 def _value(key: str, value: Any, parts: GltfParts) -> Any:
@@ -203,18 +203,18 @@ def write_points(
             with _telling_frame(k, len(points.frames)):
                 written[frame] = write_frame(frame, folder, name, stage)
     several = [written[frame] for frame in points.frames]
-    said: dict[str, Any] = dict(several[0]) if points.is_single else {"frames": several}
+    ours: dict[str, Any] = dict(several[0]) if points.is_single else {"frames": several}
     name = names[0]
     for key, name_in_look in OBJECT_KEYS.items():
         value = getattr(points.look, name_in_look)
         if np.ndim(value):
             save_image(stage(f"{name}/{key}.npy"), np.asarray(value, np.float32))
-            said[key] = f"{name}/{key}.npy"
+            ours[key] = f"{name}/{key}.npy"
         elif value != getattr(Look(), name_in_look):
-            said[key] = value
-    said |= {key: True for key in SWITCHES if getattr(points.look, key)}
+            ours[key] = value
+    ours |= {key: True for key in SWITCHES if getattr(points.look, key)}
     material = write_material(points.look.material)
-    return said | ({"material": material} if material else {})
+    return ours | ({"material": material} if material else {})
 
 
 def write_material(material: Material) -> dict[str, float]:
@@ -281,9 +281,9 @@ class GltfDocument:
         has_alpha: bool = False,
     ) -> int:
         """Return a material as close to ours as glTF's are; our own values stand in its extras."""
-        said: dict[str, Any] = write_material(material)
+        ours: dict[str, Any] = write_material(material)
         if shading not in ("phong", "none"):
-            said["shading"] = shading
+            ours["shading"] = shading
         key = ("material", color, texture, has_alpha, shading, material)
         if key not in self.known:
             # glTF's default metal would reflect no diffuse light in other viewers
@@ -297,7 +297,7 @@ class GltfDocument:
             self.known[key] = self.add(
                 "materials",
                 extensions=({UNLIT: {}} if shading in NOT_LIT else extensions) or None,
-                extras=extras_of(said),
+                extras=extras_of(ours),
                 pbrMetallicRoughness=base,
                 alphaMode="MASK" if has_alpha else None,
                 doubleSided=True,
@@ -352,12 +352,12 @@ class GltfDocument:
         held = {name: {"lights": some} for name, some in ((LIGHTS, self.lights), (IMAGE_BASED, self.around)) if some}
         worn = {name for one in self.gltf["materials"] for name in one.get("extensions", ())}
         used = [name for name in (LIGHTS, IMAGE_BASED, UNLIT, SPECULAR) if name in held or name in worn]
-        said: dict[str, Any] = {"asset": {"generator": GENERATOR, "version": "2.0"}}
-        said |= {"extensionsUsed": used, "scene": 0}
-        said |= {kind: self.gltf[kind] for kind in ("scenes", "nodes", "cameras")}
-        said |= {"extensions": held} if held else {}
-        said |= {kind: self.gltf[kind] for kind in ("meshes", "materials")} | self.gltf
-        return {key: value for key, value in said.items() if value != []}
+        ours: dict[str, Any] = {"asset": {"generator": GENERATOR, "version": "2.0"}}
+        ours |= {"extensionsUsed": used, "scene": 0}
+        ours |= {kind: self.gltf[kind] for kind in ("scenes", "nodes", "cameras")}
+        ours |= {"extensions": held} if held else {}
+        ours |= {kind: self.gltf[kind] for kind in ("meshes", "materials")} | self.gltf
+        return {key: value for key, value in ours.items() if value != []}
 
 
 def _lines(value: Any, indent: str = "") -> str:
@@ -374,9 +374,9 @@ def _lines(value: Any, indent: str = "") -> str:
     return begin + ",".join(f"\n{inner}{line}" for line in lines) + f"\n{indent}{end}"
 
 
-def extras_of(said: dict[str, Any]) -> dict[str, Any] | None:
+def extras_of(ours: dict[str, Any]) -> dict[str, Any] | None:
     """Return what extras hold, None for nothing."""
-    return {"pointshade": said} if said else None
+    return {"pointshade": ours} if ours else None
 
 
 def _unit(normals: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -218,7 +218,7 @@ def write_fallback(
 
 
 def _triangles_of(
-    document: GltfDocument, frame: Frame, look: Look, said: Mapping[str, Any], most: int
+    document: GltfDocument, frame: Frame, look: Look, ours: Mapping[str, Any], most: int
 ) -> dict[str, Any] | None:
     """Return the primitive of a frame's surface; None where no pixels lie on one, as in sparse depth."""
     normals = None if isinstance(look.normals, str) else np.asarray(look.normals, np.float32)
@@ -229,7 +229,7 @@ def _triangles_of(
     texture, color = None, GREY
     if frame.color is not None:
         held["TEXCOORD_0"] = surface.uv
-        texture = document.photograph(frame.color, _file_of(frame.color, said, document))
+        texture = document.photograph(frame.color, _file_of(frame.color, ours, document))
         color = WHITE
     return {
         "attributes": document.attributes(surface.normals, held),
@@ -238,9 +238,9 @@ def _triangles_of(
     }
 
 
-def _file_of(color: NDArray[np.uint8], said: Mapping[str, Any], document: GltfDocument) -> str | None:
+def _file_of(color: NDArray[np.uint8], ours: Mapping[str, Any], document: GltfDocument) -> str | None:
     """Return the picture that holds a frame's colours, if it is written with the file or lies where it can be named."""
-    name = said.get("color", f"{said.get('frame')}/color.png")
+    name = ours.get("color", f"{ours.get('frame')}/color.png")
     if document.is_binary:
         return None
     if document.files.holds(name):
@@ -309,15 +309,15 @@ class _Writer:
             siblings.append(self.above.pop(number, number))
             below = nodes[number]["children"]
             stack += [(child, below, world, is_shown) for child in node.children[::-1]]
-        said: dict[str, Any] = {}
+        ours: dict[str, Any] = {}
         if scene.ambient != (1.0, 1.0, 1.0):
-            said["ambient"] = list(scene.ambient)
+            ours["ambient"] = list(scene.ambient)
         pose = np.asarray(scene.pose)
         if scene.camera is not None:
             self.document.add("cameras", **write_camera(scene.camera))
             roots.append(self.add_node("camera", pose @ FLIP, camera=0))
         elif not np.array_equal(pose, FLIP):
-            said["pose"] = pose.tolist()
+            ours["pose"] = pose.tolist()
         is_turned = bool(roots) and _is_upside_down(scene)
         if is_turned:
             top = self.add_node("y up", FLIP, {"turned": True})
@@ -327,7 +327,7 @@ class _Writer:
         if around is not None:
             self.document.around.append(around | ({"rotation": [1, 0, 0, 0]} if is_turned else {}))
         extensions = None if around is None else {IMAGE_BASED: {"light": 0}}
-        self.document.add("scenes", extensions=extensions, extras=extras_of(said), nodes=roots or None)
+        self.document.add("scenes", extensions=extensions, extras=extras_of(ours), nodes=roots or None)
 
     def node(self, node: Node, world: Matrix, is_shown: bool) -> int:
         """One of our nodes with its content, without its children."""

@@ -330,7 +330,7 @@ class CallersState:
         self._context: Any = context
         self._gl = GL(context)
         self._parts = all_parts(self._gl, context)
-        self._told: set[int] = set()  # errors that there was a warning about
+        self._noted: set[int] = set()  # errors that there was a warning about
 
     @contextmanager
     def set_aside(self) -> Iterator[None]:
@@ -360,8 +360,8 @@ class CallersState:
             if error in AGAIN:
                 name, *arguments = AGAIN[error]
                 getattr(self._gl, name)(*arguments)
-            elif error not in self._told:
-                self._told.add(error)
+            elif error not in self._noted:
+                self._noted.add(error)
                 print_warning(f"OpenGL had noted error {error:#06x} before this call")
 
 

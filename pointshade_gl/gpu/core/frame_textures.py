@@ -69,7 +69,7 @@ class FrameTextures(DepthTextures):
         self.albedo: Image | None = None  # RGBA16, sRGB: made when the light in the picture is to be taken out
         self.light: FoundLight | None = None  # in the picture, if it was looked for
         self.matte: Image | None = None  # the same, made when highlights are to be taken out
-        self._told: dict[str, tuple[str, Camera]] = {}  # why it does not tell what was asked for, and whose it was
+        self._noted: dict[str, tuple[str, Camera]] = {}  # why it does not tell what was asked for, and whose it was
         self.choice = Choice("")  # what estimated the normals, and why; nothing yet
 
     def fits(self, frame: Frame) -> bool:
@@ -87,7 +87,7 @@ class FrameTextures(DepthTextures):
 
     def note_once(self, what: str, why: str, camera: Camera, text: str) -> None:
         """Print a note on a camera's picture, unless its last note gave the same reason: a stream would repeat it."""
-        before, self._told[what] = self._told.get(what), (why, camera)
+        before, self._noted[what] = self._noted.get(what), (why, camera)
         if before != (why, camera):
             print_note(text)
 

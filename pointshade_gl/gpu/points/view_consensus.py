@@ -85,7 +85,7 @@ class ConsensusPass(FullscreenPasses):
         self._ends = self._keep(Fitted(context, Image, RG8))  # how far surfaces reach, these two
         self._rows = self._keep(Fitted(context, Image, RG8))
         self._bands: WeakKeyDictionary[FrameTextures, tuple[int, float]] = WeakKeyDictionary()  # of votes, by version
-        self._told = PrintedNotes()
+        self._printed = PrintedNotes()
 
     def find(self, members: Sequence[FrameTextures], colors: Sequence[Colors], count: Count) -> Consensus:
         """Find what frames with estimated normals agree on, and write the trust in each point to their textures.
@@ -112,7 +112,7 @@ class ConsensusPass(FullscreenPasses):
         }
         found, spreads = contradictions(comparisons, len(members)), best_spreads(comparisons, len(members))
         before = self._band_before(members)
-        self._told.tell(members, frames, found, goes_on=before is not None)
+        self._printed.tell(members, frames, found, goes_on=before is not None)
         comparisons = {pair: one for pair, one in comparisons.items() if not found.frames.intersection(pair)}
         band = band_of(comparisons, before)
         for k, member in enumerate(members):

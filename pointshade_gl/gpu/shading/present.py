@@ -66,7 +66,7 @@ class ResolveSamplesPass(FullscreenPasses):
         """The same of surfaces, where pixels are open."""
         return Canvas(sums.open_surfaces, self._adding, is_masked=True)
 
-    def develop(self, target: Target, finish: Finish) -> None:
+    def resolve(self, target: Target, finish: Finish) -> None:
         """Average the samples into the picture."""
         behind = (0.0,) * 4 if finish.behind is None else (*finish.behind, 1.0)
         sums = {"sums": target.samples.surfaces.texture}
@@ -74,8 +74,8 @@ class ResolveSamplesPass(FullscreenPasses):
             sums["grounds"] = target.samples.ground.texture
         empty(target.picture)
         has_ground, rolls_off = int(target.samples.has_ground), int(finish.tone == "neutral")
-        develop = self.fullscreen("output/resolve_samples.frag", GROUND=has_ground, TONE=rolls_off)
-        develop.draw(target.picture, sums, count=float(finish.samples), background=behind)
+        program = self.fullscreen("output/resolve_samples.frag", GROUND=has_ground, TONE=rolls_off)
+        program.draw(target.picture, sums, count=float(finish.samples), background=behind)
 
 
 LONGEST = 96  # pixels of the longer side of the copy that is read

@@ -57,7 +57,7 @@ class Streams(Owner):
 
 
 BEYOND = 2.0  # times the farthest depth: where the photograph is seen that has no surface
-TOLD = 1e-4  # share of the pixels from which on it is worth a note
+NOTED_SHARE = 1e-4  # share of the pixels from which on it is worth a note
 
 
 class DrawnPoints(NamedTuple):
@@ -85,7 +85,7 @@ class FrameStore(Owner):
         self.streams = self._keep(Streams(context, steps))
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
-        self._told: set[Hashable] = set()  # the streams of which a note was given
+        self._noted: set[Hashable] = set()  # the streams of which a note was given
 
     @cached_property
     def _upsample(self) -> UpsamplePass:
@@ -190,12 +190,12 @@ class FrameStore(Owner):
         """Return the share of the pixels that are completed, and tell it: once of each stream."""
         completed, left = self._completion.run(textures, *inputs)
         source = textures.source
-        if completed >= TOLD and source not in self._told:
-            empty = f", {100 * left:.2g} % stay empty" if left >= TOLD else ""
+        if completed >= NOTED_SHARE and source not in self._noted:
+            empty = f", {100 * left:.2g} % stay empty" if left >= NOTED_SHARE else ""
             keeps = f"{option('missing', 'keep')} shows what was measured"
             what = f"{100 * completed:.2g} % of the pixels have no depth and are completed"
             print_note(f"{what} from those around{empty}: {keeps}")
-            self._told.add(source)
+            self._noted.add(source)
         return completed
 
     def bridge(self, textures: FrameTextures, points: DrawnPoints) -> PointSurface:

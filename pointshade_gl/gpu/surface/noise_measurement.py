@@ -54,13 +54,13 @@ class NoisePass(FullscreenPasses):
         extra |= {"focal": snap_focal} if snap_focal > 0 else {}
         average = self.fullscreen("surface/depth_average.frag", None, **constants)
         known = np.zeros((1, 1), np.float32) if told is None else told
-        told_map = data_texture(self._context, known.shape[1], known.shape[0], 1)
+        given_map = data_texture(self._context, known.shape[1], known.shape[0], 1)
         try:
-            told_map.write(np.ascontiguousarray(known))
-            textures = {"depth_map": frame.depth, "told": told_map, "grid": images.grid.texture}
+            given_map.write(np.ascontiguousarray(known))
+            textures = {"depth_map": frame.depth, "told": given_map, "grid": images.grid.texture}
             average.draw(images.calm.target, textures, powers=noise.powers, first=images.first, **extra)
         finally:
-            told_map.release()
+            given_map.release()
         return images.calm.texture
 
     def find_certainty(self, surface: PointSurface, noise: Noise, camera: Camera) -> moderngl.Texture | None:

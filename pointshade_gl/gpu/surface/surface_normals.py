@@ -21,8 +21,8 @@ from .noise_measurement import NoisePass, Stream
 if TYPE_CHECKING:
     from .wide_planes import BumpyPlanesPass, FlatCellsPass
 
-Told = np.ndarray | NoiseWords | None  # the caller's noise, (1, 1) or (h, w) metres or in words; None measures it
-Estimator = tuple[str, Step, Told, str]  # method, beyond which step a neighbour is another surface, noise, flying
+GivenNoise = np.ndarray | NoiseWords | None  # the caller's noise, (1, 1) or (h, w) metres or in words; None measures it
+Estimator = tuple[str, Step, GivenNoise, str]  # method, beyond which step a neighbour is another surface, noise, flying
 
 
 class SurfacePass(FullscreenPasses):
@@ -94,15 +94,15 @@ class SurfacePass(FullscreenPasses):
         return noise if frame.source is None else self._decisions.settle((frame.source, frame.size), noise)
 
     def _run_by_noise(
-        self, frame: DepthTextures, camera: Camera, method: str, told: Told, snap: bool, stream: Stream | None
+        self, frame: DepthTextures, camera: Camera, method: str, given: GivenNoise, snap: bool, stream: Stream | None
     ) -> Choice:
-        is_told = told is not None
-        words, levels = (told, None) if isinstance(told, NoiseWords) else (None, told)
+        is_given = given is not None
+        words, levels = (given, None) if isinstance(given, NoiseWords) else (None, given)
         noise = self._find_noise(frame, camera, words, stream)
         if method == "auto" and levels is None and noise.is_clean:
             star, source = self.fullscreen("surface/normals_star.frag"), {"depth_map": frame.depth}
             star.draw(frame.surface.target, source, intrinsics=camera.intrinsics)
-            return Choice("star", noise, is_told)
+            return Choice("star", noise, is_given)
         calm = self._noise.calm_depth(frame, noise, levels, _mean_focal(camera) if snap else 0.0)
         if stream:
             calm = stream.temporal.filter_depth(calm, noise, stream, camera)
@@ -110,7 +110,7 @@ class SurfacePass(FullscreenPasses):
         if stream:
             stream.temporal.filter_normals(frame.surface, stream, camera)
         frame.surface.certainty = self._noise.find_certainty(frame.surface, noise, camera)
-        return Choice("adaptive", noise, is_told)
+        return Choice("adaptive", noise, is_given)
 
     def _fit_planes(
         self, frame: DepthTextures, calm: moderngl.Texture, noise: Noise, camera: Camera, bumps: float

@@ -135,7 +135,7 @@ def test_names_that_differ_by_case_are_refused_only_where_they_are_one_file(batc
         write_sequence(tmp_path / name, 1)
     line = f"kitchen Kitchen -o out {SMALL}"
     assert is_case_sensitive(tmp_path)
-    monkeypatch.setattr(plan, "tells_case_apart", lambda _: False)  # as on Windows and macOS
+    monkeypatch.setattr(plan, "is_case_sensitive", lambda _: False)  # as on Windows and macOS
     code, _, err = batch(line)
     assert code == 2 and "would both become" in err and not list((tmp_path / "out").iterdir())
     monkeypatch.undo()

@@ -5,6 +5,7 @@ Imports for types alone count, too.
 
 import ast
 import re
+from collections import Counter
 from itertools import pairwise
 
 import pytest
@@ -32,6 +33,7 @@ LAYERS = {
 }
 BESIDE = "__main__", "sources"  # files at the top
 MOST_AT_THE_TOP = 17
+MOST_FILES = 215
 
 
 def module_name(path):
@@ -130,6 +132,14 @@ def test_a_layer_imports_only_what_lies_below_it(above):
 def test_few_names_lie_at_the_top():
     top = [entry.name for entry in ROOT.iterdir() if entry.name != "__pycache__"]
     assert len(top) <= MOST_AT_THE_TOP, sorted(top)
+
+
+def test_a_name_of_a_file_or_a_class_means_one_thing():
+    files = [path.name for path in MODULES.values() if path.name != "__init__.py"]
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in MODULES.values()]
+    classes = [node.name for tree in trees for node in tree.body if isinstance(node, ast.ClassDef)]
+    assert [name for name, count in Counter(files + classes).items() if count > 1] == []
+    assert len(MODULES) <= MOST_FILES
 
 
 def test_the_contributors_page_draws_these_layers():

@@ -93,7 +93,7 @@ def bench_against(against: str, quick: bool, device: int) -> str:
 
 def bench_views(output: Path, quick: bool, seed: int, device: int) -> str:
     """Writes results.json and chart.png of several views to a folder; prints tables. Returns one line about them."""
-    from .views import FULL_VIEWS, QUICK_VIEWS, measure_views, show_views, steps_of, views_chart
+    from .several_views import FULL_VIEWS, QUICK_VIEWS, measure_views, show_views, steps_of, views_chart
 
     prepare(output)
     plan = QUICK_VIEWS if quick else FULL_VIEWS

@@ -7,9 +7,10 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.bench import command, views
+from pointshade_gl.bench import command
+from pointshade_gl.bench import several_views as views
 from pointshade_gl.bench.measure import generator
-from pointshade_gl.bench.views import BenchStage, ViewsPlan, views_chart
+from pointshade_gl.bench.several_views import BenchStage, ViewsPlan, views_chart
 from pointshade_gl.scene.appearance import NORMALS_AT
 
 TINY = ViewsPlan((64, 48), (1, 2, 3), 3, 1)

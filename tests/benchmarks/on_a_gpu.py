@@ -88,7 +88,7 @@ PARTS = (
         "contexts",
         "contexts of callers: their state, ours, threads",
         60,
-        ("gpu/test_callers_context", "rendering/test_threads"),
+        ("gpu/test_callers_context", "renderer/test_threads"),
     ),
     Part(
         "functions",

@@ -13,7 +13,7 @@ from pointshade_gl.gpu.core.programs import shader_folder, splice
 from pointshade_gl.gpu.points.view_consensus import STRIDE
 from pointshade_gl.scene.noise import PLANE_FITS
 
-from ..rendering.test_renderer import egl_address
+from ..renderer.test_renderer import egl_address
 
 STAGES = {".vert": 0x8B31, ".frag": 0x8B30, ".comp": 0x91B9}
 COMPILE_STATUS = 0x8B81

@@ -12,8 +12,8 @@ import pointshade_gl as ps
 from pointshade_gl.bench.tracing import Hits, encode, plane, shade, sphere, trace, waves
 from pointshade_gl.scene.orbit import State
 
-from ..rendering.test_lifetime import alive
-from ..rendering.test_renderer import living_objects
+from ..renderer.test_lifetime import alive
+from ..renderer.test_renderer import living_objects
 from ..support import frames
 from ..support.view_sets import pose_at
 from ..support.viewing import press

@@ -11,7 +11,7 @@ import pointshade_gl as ps
 from pointshade_gl.gpu.core.programs import FullscreenPass
 from pointshade_gl.scene import shadow_cameras as shadow_views
 
-from ..rendering.test_renderer import living_objects
+from ..renderer.test_renderer import living_objects
 from ..support import frames
 from ..support.drivers import need_compute
 

@@ -18,7 +18,7 @@ from pointshade_gl.viewer import Viewer
 from pointshade_gl.viewer import background as open_dialog
 from pointshade_gl.viewer.keys import BY_NAME
 
-from ..rendering.test_renderer import living_objects
+from ..renderer.test_renderer import living_objects
 from ..support import frames
 from ..support.view_sets import three_views, write_views
 from ..viewer.test_history import SCENE

@@ -16,7 +16,7 @@ import pytest
 
 import pointshade_gl as ps
 
-from ..rendering.test_lifetime import STATM, megabytes, small
+from ..renderer.test_lifetime import STATM, megabytes, small
 
 pytestmark = [pytest.mark.system, pytest.mark.alone]
 

@@ -10,7 +10,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.scene import shadow_cameras as shadow_views
 
-from ..rendering.test_lifetime import STATM, alive, megabytes, small
+from ..renderer.test_lifetime import STATM, alive, megabytes, small
 
 pytestmark = pytest.mark.system
 

@@ -9,7 +9,7 @@ from pointshade_gl.viewer import Viewer
 from pointshade_gl.viewer.events import Event
 from pointshade_gl.viewer.keys import BY_NAME
 
-from ..rendering.test_renderer import living_objects
+from ..renderer.test_renderer import living_objects
 from ..support import frames
 from ..support.places import ROOT
 from ..support.viewing import Spoilt, press

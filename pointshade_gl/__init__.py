@@ -46,7 +46,8 @@ if TYPE_CHECKING:
     from .scene.settings import Finish
     from .scene.viewpoint import View
 
-    live, sources = _live, _sources
+    live = _live
+    sources = _sources
 
 __all__ = [
     "Camera",

@@ -20,7 +20,6 @@ WRITTEN += [README, ROOT / "CONTRIBUTING.md", *pages(ROOT / "examples", "md")]
 SAME = {
     "ps.gltf.load_scene",
     "ps.gltf.save_scene",
-    "ps.live.RealSenseSource",
     "ps.live.live_set",
     "ps.sources.open_source",
     "ps.sources.prefetched",

@@ -21,6 +21,8 @@ from ..scene.frame import Frame
 from ..scene.objects import MOST_FRAMES
 from .frame_sources import prefetched
 
+__all__ = ["live_set"]  # of `ps.live`; RealSenseSource is a name of `ps` itself
+
 Item = tuple[int, Any]  # number of the source; a frame, a sentence about one that is missing, None at the end, an error
 
 

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checks.arguments import Count, check_type
-from ..estimation.light_fit import stops_to_match
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.core.images import Fitted, Image, depth_tested, empty, empty_part, read_texture
 from ..gpu.core.programs import FullscreenPasses
@@ -289,6 +288,8 @@ class ExposureMeter(FullscreenPasses):
     ) -> float:  # fmt: skip
         camera = check_type(scene.camera, Camera, "camera")
         seen = compose(scene, lights, _small(camera), np.asarray(scene.pose), surroundings)
+        from ..estimation.light_fit import stops_to_match  # only here
+
         stops = stops_to_match(*measure(seen, drawables))
         if is_guessed and stops:
             text = f"exposure {stops:+g} stops, to be as bright as the photograph"

@@ -9,8 +9,6 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...estimation.light_fit import Array
-from ...estimation.photo_shading import PhotoSamples
 from ...scene.appearance import Look
 from ...scene.camera import Camera
 from ...scene.frame import Frame
@@ -20,6 +18,7 @@ from ..core.programs import FullscreenPasses, data_texture
 from ..core.steps import Steps
 
 if TYPE_CHECKING:
+    from ...estimation.light_fit import Array
     from ...estimation.photo_shading import PhotoSamples, StreamLights
 
 

@@ -103,6 +103,8 @@ class UnlightingPass(FullscreenPasses):
             colors, surfaces = (read_texture(self._context, one) for one in small.textures)
         finally:
             small.release()
+        from ...estimation.photo_shading import PhotoSamples  # only here
+
         size = surface.size[0] / stride, surface.size[1] / stride
         return PhotoSamples(colors, surfaces, _rays(camera, (height, width), stride), size)
 

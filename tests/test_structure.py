@@ -136,8 +136,8 @@ def test_few_names_lie_at_the_top():
 
 def test_a_name_of_a_file_or_a_class_means_one_thing():
     files = [path.name for path in MODULES.values() if path.name != "__init__.py"]
-    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in MODULES.values()]
-    classes = [node.name for tree in trees for node in tree.body if isinstance(node, ast.ClassDef)]
+    texts = (path.read_text(encoding="utf-8") for path in MODULES.values())
+    classes = [name for text in texts for name in re.findall(r"^class (\w+)", text, re.MULTILINE)]
     assert [name for name, count in Counter(files + classes).items() if count > 1] == []
     assert len(MODULES) <= MOST_FILES
 

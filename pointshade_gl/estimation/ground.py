@@ -14,7 +14,6 @@ from ..scene.graph import Scene
 from ..scene.light import Light, unit
 from ..scene.node import Placed
 from ..scene.objects import PointObject
-from ..scene.viewpoint import upright_of
 
 Points = NDArray[np.float64]  # (n, 3)
 
@@ -252,7 +251,7 @@ def up_and_floor(source: Frame | Scene) -> tuple[NDArray[np.float64], bool]:
     if isinstance(source, Frame):
         floor = shown_floor(source, up, GUESSED)
         return unit(pose[:3, :3] @ (up if floor is None else floor[:3])), floor is not None
-    up, upright = pose[:3, :3] @ up, upright_of(source)
+    up, upright = pose[:3, :3] @ up, source.upright
     return unit(up if upright is None else upright if upright @ up > 0 else -upright), False
 
 

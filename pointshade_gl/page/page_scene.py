@@ -29,7 +29,7 @@ from ..scene.node import Placed
 from ..scene.orbit import OrbitStage, State
 from ..scene.settings import STILL, Finish
 from ..scene.values import linear_to_srgb
-from ..scene.visible import is_alone, material_of, shading_of
+from ..scene.visible import is_alone
 from .page_contents import left_out
 
 Matrix = NDArray[np.float64]
@@ -145,11 +145,11 @@ class Showing:
         """Those of highlights that show an environment."""
         if self.around.environment is None:
             return ()
-        return exponents_of(map(material_of, self.scene.things))
+        return exponents_of(p.content.material for p in self.scene.things)
 
     def lobe_of(self, placed: Placed) -> int:
         """Which of the maps shows the highlights of a thing."""
-        return nearest_lobe(self.exponents, material_of(placed).shininess) if self.exponents else 0
+        return nearest_lobe(self.exponents, placed.content.material.shininess) if self.exponents else 0
 
     def _background(self) -> str | None:
         """As CSS writes colours."""
@@ -191,5 +191,5 @@ def arranged(request: RenderRequest) -> Showing:
 
 def look_of(placed: Placed) -> dict[str, Any]:
     """How a thing is lit, for the JSON."""
-    strengths = list(material_of(placed).strengths)
-    return {"material": strengths, "shading": shading_of(placed), "shadow": placed.node.shadow}
+    strengths = list(placed.content.material.strengths)
+    return {"material": strengths, "shading": placed.content.shading, "shadow": placed.node.shadow}

@@ -20,7 +20,7 @@ from ..gpu.shading.occlusion import ViewVisibilityPass
 from ..gpu.shading.present import SurfaceColorsPass
 from ..scene.appearance import LIT_EARLY, Material
 from ..scene.camera import Eye, view_matrix
-from ..scene.visible import VisibleScene, looking_distance, material_of
+from ..scene.visible import VisibleScene, looking_distance
 
 
 class FramePass:
@@ -110,7 +110,7 @@ class FramePass:
         """Return the materials by the numbers that surfaces have: of each object one where they hide each other."""
         if not visible.surroundings.occlusion:
             return visible.materials
-        return [material_of(visible.shown[first]) for first, _ in joined(drawables[p] for p in visible.shown)]
+        return [visible.shown[first].content.material for first, _ in joined(drawables[p] for p in visible.shown)]
 
     def draw_surfaces(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
         """Draw the visible surfaces of all objects (normal, depth, albedo), with the numbers of their materials.
@@ -119,7 +119,7 @@ class FramePass:
         """
         rows = list(joined(drawables[p] for p in visible.shown))
         shown, materials = tuple(thing for _, thing in rows), visible.materials
-        places = [1 + materials.index(material_of(visible.shown[first])) for first, _ in rows]
+        places = [1 + materials.index(visible.shown[first].content.material) for first, _ in rows]
         if visible.surroundings.occlusion:
             places = list(range(1, len(rows) + 1))
         numbers = tuple(-k if thing.shading == "edl" else k for k, thing in zip(places, shown, strict=True))

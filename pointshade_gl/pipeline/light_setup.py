@@ -25,11 +25,10 @@ from ..scene.environment import FAR_AS_SEEN, Environment, EnvironmentLight, Row
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, unit
-from ..scene.objects import Mesh
 from ..scene.sample_pattern import light_part
 from ..scene.settings import Finish
 from ..scene.shadow_cameras import ShadowView, shadow_views
-from ..scene.visible import VisibleScene, material_of
+from ..scene.visible import VisibleScene
 
 
 class LightSetup(Owner):
@@ -56,7 +55,7 @@ class LightSetup(Owner):
         know them.
         """
         lights, around = visible.lights, self._around(visible)
-        early = any(isinstance(p.content, Mesh) and p.content.shading in LIT_EARLY for p in visible.shown)
+        early = any(not p.content.frames and p.content.shading in LIT_EARLY for p in visible.shown)
         lies_under = visible.surroundings.on_ground and visible.surroundings.occlusion
         if not (early or lies_under or any(light.shadow or light.is_spot or light.is_area for light in lights)):
             return LightSet(lights, visible.scene.ambient, gain=visible.gain, around=around)
@@ -86,12 +85,12 @@ class LightSetup(Owner):
             thing = drawables[p]
             if isinstance(thing, TiledPoints):
                 if thing.shading in LIT_EARLY:
-                    some = partial(self._light_some, material=material_of(p), eye=visible.eye, light_set=light_set)
+                    some = partial(self._light_some, material=p.content.material, eye=visible.eye, light_set=light_set)
                     thing.light_with(lambda part, some=some: self._steps.always("light", some, part))
                 continue
             for view in thing.views if isinstance(thing, ShownSet) else (thing,):
                 if isinstance(view, ShownPoints | ShownGrid) and view.light:
-                    self._steps.always("light", self._light_some, view, material_of(p), visible.eye, light_set)
+                    self._steps.always("light", self._light_some, view, p.content.material, visible.eye, light_set)
 
     def _light_some(self, thing: ShownPoints | ShownGrid, material: Material, eye: Eye, light_set: LightSet) -> None:
         points, light = thing.points, thing.light

@@ -284,10 +284,9 @@ class Renderer:
     def _draw(self, request: RenderRequest, scene: Scene, progress: Progress | None) -> moderngl.Texture:
         """Draw the scene that was made of a request's source."""
         finish, lights = request.finish, request.lights_of(scene)
-        is_scene = isinstance(request.source, Scene | PointCloud)
-        if finish.exposure == "sensor" and is_scene:  # whose lights were made for it
+        if finish.exposure == "sensor" and not request.frames:  # a scene's lights were made for it
             finish = replace(finish, exposure=0.0)
-        source = scene if is_scene else scene.things[0].content.frame
+        source = request.subject(scene)
         if finish.ground is True:
             from ..estimation.ground import up_and_floor  # only here
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -94,7 +95,7 @@ class RenderRequest:
             if given:
                 raise TypeError(f"a request has all its options: leave out {', '.join(given)}")
             return source
-        source = source if isinstance(source, Frame | Scene | PointCloud) else check_source(loaded(source))
+        source = check_source(loaded(source))
         if "environment" in given:
             given["environment"] = _found(given["environment"])
         if isinstance(source, PointCloud):
@@ -114,10 +115,22 @@ class RenderRequest:
         """Return the request for a source that a view shows. The camera turns around pivot, (3,) world."""
         if isinstance(source, PointCloud):
             source = scene_of(styled(source, given_by(view.look)))
-        first = source if isinstance(source, Frame | Scene) else source[0]
-        camera, pose = view.seen(first, pivot)
-        look = Look() if isinstance(source, Scene) else view.look
+        is_scene = isinstance(source, Scene)
+        camera, pose = view.seen(source if is_scene else check_frames(source)[0], pivot)
+        look = Look() if is_scene else view.look
         return cls(source, view.lights or None, look, camera, pose, STRAIGHT, view.finish)
+
+    @cached_property
+    def frames(self) -> tuple[Frame, ...]:
+        """Return the frames of one thing that are drawn; none if it is a scene or a cloud.
+
+        Raises TypeError or ValueError for anything else.
+        """
+        return () if isinstance(self.source, Scene | PointCloud) else check_frames(self.source)
+
+    def subject(self, scene: Scene) -> Frame | Scene:
+        """Return what the viewer turns around: of frames the first, else the scene that was made of the source."""
+        return self.frames[0] if self.frames else scene
 
     @property
     def as_shown(self) -> RenderRequest:
@@ -127,10 +140,10 @@ class RenderRequest:
         source, look = self.source, replace(self.look.as_taken, shading="phong")
         if look.missing == "photo":  # which has no surface
             look = replace(look, missing="complete")
-        if isinstance(source, Scene):
+        if isinstance(source, PointCloud):
+            source = source.shaded("phong")
+        elif isinstance(source, Scene):
             source = without_environment(shaded(source, "phong"))
-        elif isinstance(source, PointCloud):
-            source = styled(source, {"shading": "phong"})
         return replace(self, source=source, lights=(), look=look, finish=self.finish.of_numbers)
 
     def lights_of(self, scene: Scene) -> tuple[Light, ...]:
@@ -153,10 +166,7 @@ class RenderRequest:
     def seen_by(self, scene: Scene) -> tuple[Camera, NDArray[np.float64]]:
         """Return who looks at the scene that was made of the source. Raises TypeError or ValueError."""
         camera = check_type(scene.camera if self.camera is None else self.camera, Camera, "camera")
-        mover = (
-            scene if isinstance(self.source, Scene | PointCloud) else scene.things[0].content.frame
-        )  # of several the first
-        return camera, viewing_pose(mover, self.pose, *self.turns)
+        return camera, viewing_pose(self.subject(scene), self.pose, *self.turns)
 
     @property
     def view(self) -> View:
@@ -178,11 +188,9 @@ class Scenes:
 
     def of(self, request: RenderRequest) -> Scene:
         """Return what a request draws, with a camera."""
-        if isinstance(request.source, Scene):
-            return request.source.framed()
-        if isinstance(request.source, PointCloud):
-            return self.of_cloud(request.source)
-        return self.of_frames(check_frames(request.source), request.look)
+        if request.frames:
+            return self.of_frames(request.frames, request.look)
+        return request.source.framed() if isinstance(request.source, Scene) else self.of_cloud(request.source)
 
     def of_cloud(self, cloud: PointCloud) -> Scene:
         """Return the scene of a cloud, with a camera; the last one again if nothing has changed."""

@@ -18,7 +18,7 @@ from ..notes.words import counted, option
 from .appearance import CLOUD_SPLATS, Material, check_cloud_size, parse_cloud_size
 from .camera import moved
 from .frame import Frame
-from .values import Value, box_corners, frozen, linear_to_bytes
+from .values import DrawnValue, box_corners, frozen, linear_to_bytes
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -43,7 +43,7 @@ class CloudLook(TypedDict, total=False):
 
 
 @dataclass(frozen=True, eq=False)
-class PointCloud(Value):
+class PointCloud(DrawnValue):
     """Points in space, drawn as discs on the surface that they sample, or as balls.
 
     Parameters
@@ -180,6 +180,10 @@ class PointCloud(Value):
         for name in ("origin", "up", "front", *ARRAYS):
             object.__setattr__(made, name, getattr(self, name))
         return made
+
+    def shaded(self, shading: Any) -> PointCloud:
+        """Return the same with another shading model; "phong" for one that clouds do not have."""
+        return self.styled(shading=shading if shading in CLOUD_SHADINGS else "phong")
 
     def is_like(self, other: PointCloud) -> bool:
         """Return whether another cloud has the same arrays and is drawn the same.

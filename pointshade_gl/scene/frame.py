@@ -268,6 +268,15 @@ class Frame(Value, Preview):
         object.__setattr__(moved, "pose", check_pose(pose))
         return moved
 
+    def framed(self) -> Frame:
+        """Return the frame itself: unlike a scene it always has a camera."""
+        return self
+
+    @property
+    def upright(self) -> None:
+        """Return the axis that yaw turns about, as of a scene; None: a frame does not know where up is."""
+        return None
+
     @cached_property
     def picture_camera(self) -> Camera:
         """Return the default camera for rendering; the frame's own, at the colours' size if both sides are larger."""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,18 +16,19 @@ from ..checks.foreign_arrays import Numbers
 from ..notes.words import counted, option
 from .appearance import Look
 from .camera import Camera, check_pose, orbit_pose
-from .cloud import CLOUD_SHADINGS, SAMPLE, STRAY, USUAL_FRONT, CloudLook, PointCloud, direction_of
+from .cloud import SAMPLE, STRAY, USUAL_FRONT, CloudLook, PointCloud, direction_of
 from .environment import Environment, EnvironmentName, check_environment
 from .frame import Preview
 from .light import Light, transformed
-from .node import Matrix, Node, NodeOptions, Placed, Way, check_nodes
+from .node import Content, Matrix, Node, NodeOptions, Placed, Way, check_nodes
 from .objects import Mesh, PointObject
 from .shadow_cameras import Extent
-from .values import Value, frozen, sphere_round
+from .values import DrawnValue, Value, frozen, sphere_round
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
+_Kind = TypeVar("_Kind", bound=Content)
 FOV = 45.0  # degrees from top to bottom, of a scene without a camera
 
 
@@ -84,16 +85,18 @@ class Scene(Value, Preview):
 
     def __repr__(self) -> str:
         """`Scene(4 nodes: 93 207 points in 1 frame, 12 triangles in 1 mesh, 2 lights)`: what is visible."""
-        meshes = [p.content for p in self._placed if isinstance(p.content, Mesh)]
-        clouds = [p.content for p in self._placed if isinstance(p.content, PointCloud)]
-        frames = sum(len(p.content.frames) for p in self._placed if isinstance(p.content, PointObject))
-        found = {
-            f"{counted(self._points_of(PointObject), 'point')} in {counted(frames, 'frame')}": frames,
-            f"{counted(self._points_of(PointCloud), 'point')} in {counted(len(clouds), 'cloud')}": len(clouds),
-            f"{counted(sum(len(m.faces) for m in meshes), 'triangle')} in {counted(len(meshes), 'mesh')}": len(meshes),
-            counted(len(self.lights), "light"): len(self.lights),
-        }
-        parts = ", ".join(text for text, count in found.items() if count)
+        frames = [frame for one in self.contents(PointObject) for frame in one.frames]
+        clouds, meshes, count = self.contents(PointCloud), self.contents(Mesh), len(self.lights)
+        found = [
+            f"{counted(sum(some), of)} in {counted(len(some), kind)}"
+            for some, of, kind in (
+                ([one.points_known for one in frames], "point", "frame"),
+                ([one.points_known for one in clouds], "point", "cloud"),
+                ([len(one.faces) for one in meshes], "triangle", "mesh"),
+            )
+            if some
+        ]
+        parts = ", ".join(found + [counted(count, "light")] * (count > 0))
         return f"Scene({counted(sum(1 for _ in self.every_node()), 'node')}{parts and f': {parts}'})"
 
     def placed(self) -> Iterator[Placed]:
@@ -124,6 +127,10 @@ class Scene(Value, Preview):
             stack.extend((child, world, (way, k)) for k, child in reversed(list(enumerate(node.children))))
         return tuple(found)
 
+    def contents(self, kind: type[_Kind]) -> list[_Kind]:
+        """Return all visible content of one kind, such as `Mesh`, in the order of the nodes."""
+        return [p.content for p in self._placed if isinstance(p.content, kind)]
+
     @cached_property
     def things(self) -> tuple[Placed, ...]:
         """Return all visible content except lights."""
@@ -141,7 +148,7 @@ class Scene(Value, Preview):
     @cached_property
     def extent(self) -> Extent:
         """Return where all content but stray points lies, for the shadow views of lights."""
-        members = (m for p in self.things if isinstance(p.content, PointObject) for m in p.members)
+        members = (m for p in self.things if p.content.frames for m in p.members)
         grain = max((m.grain for m in members), default=0.0)
         return Extent(self._main_corners if len(self._main_corners) else np.zeros((1, 3)), *self.bounds, grain)
 
@@ -170,10 +177,7 @@ class Scene(Value, Preview):
     @property
     def points_known(self) -> int:
         """Return the number of points in the visible frames and clouds."""
-        return self._points_of(PointObject, PointCloud)
-
-    def _points_of(self, *kinds: type) -> int:
-        return sum(p.content.points_known for p in self._placed if isinstance(p.content, kinds))
+        return sum(one.points_known for kind in (PointObject, PointCloud) for one in self.contents(kind))
 
     @property
     def pivot(self) -> NDArray[np.float64]:
@@ -193,7 +197,7 @@ class Scene(Value, Preview):
         It is the up of a cloud, or the world's y, as in glTF, or the camera's own y if that leans over 60 degrees.
         """
         for placed in self.things:
-            if isinstance(placed.content, PointCloud):
+            if placed.content.up_direction is not None:
                 return placed.rigid_axes[0][:3, :3] @ placed.content.up_direction
         own = self.pose[:3, 1]
         return np.array([0.0, 1.0, 0.0]) if abs(own[1]) > 0.5 else own
@@ -276,8 +280,8 @@ def shaded(scene: Scene, shading: str | None) -> Scene:
         return scene
 
     def changes(node: Node) -> dict[str, Any]:
-        parts = node.content if isinstance(node.content, tuple) else (node.content,)
-        return {"content": tuple(_part_shaded(part, shading) for part in parts if part is not None)}
+        parts = node.content if isinstance(node.content, tuple) else (node.content,) * (node.content is not None)
+        return {"content": tuple(one.shaded(shading) if isinstance(one, DrawnValue) else one for one in parts)}
 
     return scene.with_every_node(changes)
 
@@ -286,14 +290,6 @@ def shaded(scene: Scene, shading: str | None) -> Scene:
 def without_environment(scene: Scene) -> Scene:
     """Return the scene without light from all around but the ambient light."""
     return replace(scene, environment=None)
-
-
-def _part_shaded(part: Any, shading: str) -> Any:
-    if isinstance(part, PointObject):
-        return replace(part, look=replace(part.look, shading=shading))
-    if isinstance(part, PointCloud):
-        return part.styled(shading=shading if shading in CLOUD_SHADINGS else "phong")
-    return replace(part, shading=shading) if isinstance(part, Mesh) else part
 
 
 MARGIN = 1.08  # share of the distance from which the cloud fills the picture

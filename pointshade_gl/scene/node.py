@@ -152,7 +152,8 @@ class Placed:
     def axes(self) -> Matrix:
         """Return (4, 4) to the world from the axes of the content's points; those of a point object are its camera's
         axes, of several frames those of the first."""
-        return self.world @ self.content.frame.pose if isinstance(self.content, PointObject) else self.world
+        own = self.content.pose_in_node
+        return self.world if own is None else self.world @ own
 
     @property
     def members(self) -> tuple[Placed, ...]:
@@ -166,23 +167,16 @@ class Placed:
     @cached_property
     def corners(self) -> NDArray[np.float64]:
         """(n, 3) corners of a box round the content, of each frame one, world; (0, 3) when it has no points."""
-        content: PointObject | PointCloud | Mesh = self.content
-        if isinstance(content, PointObject) and not content.is_single:
+        if not self.content.is_single:
             return np.concatenate([member.corners for member in self.members])
-        if isinstance(content, PointObject):
-            reach = content.look.farthest_reach
-            return self._to_world(content.frame.corners if reach <= 0.5 else content.frame.splat_corners(reach))
-        return self._to_world(content.corners)
+        return moved(self.content.corners, self.axes)
 
     @cached_property
     def main_corners(self) -> NDArray[np.float64]:
         """The same without stray points of frames and clouds."""
-        is_frame = isinstance(self.content, PointObject)
-        if is_frame and not self.content.is_single:
+        if not self.content.is_single:
             return np.concatenate([member.main_corners for member in self.members])
-        if isinstance(self.content, PointCloud):
-            return self._to_world(self.content.main_corners)
-        return self._to_world(self.content.frame.main_corners) if is_frame else self.corners
+        return moved(self.content.main_corners, self.axes)
 
     @property
     def grain(self) -> float:
@@ -199,9 +193,6 @@ class Placed:
     def is_own_view(self, pose: Matrix) -> bool:
         """Return whether somebody at a world pose sees a frame as its own camera does."""
         return np.allclose(self.rigid_axes[0], pose, rtol=0, atol=SAME_PLACE * self.content.frame.scale)
-
-    def _to_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        return moved(points, self.axes)
 
     @cached_property
     def rigid_axes(self) -> tuple[Matrix, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -16,14 +16,14 @@ from ..notes.words import counted, option, shown
 from .appearance import FRAME_SPLATS, SHADINGS, Look, LookOptions, Material, Shading
 from .cloud import PointCloud
 from .frame import Frame
-from .values import Value, box_corners, frozen, median
+from .values import DrawnValue, box_corners, frozen, median
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh(Value):
+class Mesh(DrawnValue):
     """A triangle mesh with normals, texture and material.
 
     Parameters
@@ -119,6 +119,10 @@ class Mesh(Value):
         points = self.positions[np.unique(self.faces)]
         return frozen(box_corners(points.min(0), points.max(0)) if len(points) else np.zeros((0, 3)))
 
+    def shaded(self, shading: Shading) -> Mesh:
+        """Return the same with another shading model."""
+        return replace(self, shading=shading)
+
 
 def _floats(value: Any, name: str, shape: tuple[int | None, int]) -> NDArray[np.float32]:
     wanted = ", ".join("n" if want is None else str(want) for want in shape)
@@ -134,7 +138,7 @@ MOST_FRAMES = 200  # of one object
 
 
 @dataclass(frozen=True, eq=False)
-class PointObject(Value):
+class PointObject(DrawnValue):
     """A frame as an object of a scene: each pixel with a depth is a splat, lit like everything else.
 
     Parameters
@@ -204,6 +208,36 @@ class PointObject(Value):
     def frames(self) -> tuple[Frame, ...]:
         """Return all frames."""
         return self.frame, *self.others
+
+    @property
+    def shading(self) -> Shading:
+        """Return how it is lit, as its look says."""
+        return self.look.shading
+
+    @property
+    def material(self) -> Material:
+        """Return how its surface reflects light."""
+        return self.look.material
+
+    def shaded(self, shading: Shading) -> PointObject:
+        """Return the same with another shading model."""
+        return replace(self, look=replace(self.look, shading=shading))
+
+    @property
+    def pose_in_node(self) -> NDArray[np.float64]:
+        """Return the pose of the (first) frame, (4, 4)."""
+        return self.frame.pose
+
+    @property
+    def corners(self) -> NDArray[np.float64]:
+        """Return the (n, 3) corners of a box around the splats of the (first) frame, its camera's axes."""
+        reach = self.look.farthest_reach
+        return self.frame.corners if reach <= 0.5 else self.frame.splat_corners(reach)
+
+    @property
+    def main_corners(self) -> NDArray[np.float64]:
+        """Return the same of all points but stray ones."""
+        return self.frame.main_corners
 
     @property
     def members(self) -> tuple[PointObject, ...]:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from ..checks.arguments import LARGEST, check_color, check_flag, check_number, check_numbers, check_point, check_type
 from .appearance import NOT_LIT, Look
 from .camera import Camera, orbit_pose
-from .cloud import PointCloud
 from .frame import Frame, probing_step
 from .graph import Scene
 from .light import Light, at_upper_left
@@ -66,7 +65,7 @@ class OrbitStage:
         pivot = pose[:3, :3].T @ (centre - pose[:3, 3])
         pivot = np.array([0.0, 0.0, max(pivot[2], 0.1 * radius)])  # what the camera looks at stays in the middle
         stage = cls(pivot, min(radius, float(pivot[2])), np.eye(3))
-        if any(isinstance(p.content, PointCloud) for p in scene.things):
+        if any(p.content.up_direction is not None for p in scene.things):
             x, y, z = pose[:3, :3].T @ scene.upright
             return replace(stage, axis=(float(x), float(y), float(z)))
         return stage

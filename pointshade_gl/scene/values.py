@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any, Literal, NamedTuple, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +29,40 @@ class Value:
     def __setstate__(self, state: dict[str, Any]) -> None:
         for name, value in state.items():
             object.__setattr__(self, name, frozen(value) if _is_array(value) else value)
+
+
+class DrawnValue(Value):
+    """What a node may hold and a picture shows: a point object, a cloud or a mesh, but no light."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def corners(self) -> NDArray[np.float64]: ...
+
+    @property
+    def frames(self) -> tuple[Any, ...]:
+        """Return the frames whose points these are; clouds and meshes have none."""
+        return ()
+
+    @property
+    def is_single(self) -> bool:
+        """Return whether it is one thing, not several frames of it."""
+        return True
+
+    @property
+    def pose_in_node(self) -> NDArray[np.float64] | None:
+        """Return the (4, 4) from the axes of its points to those of the node; None if these are the same."""
+        return None
+
+    @property
+    def main_corners(self) -> NDArray[np.float64]:
+        """Return the (n, 3) corners of a box around all but stray points, in the axes of the points."""
+        return self.corners
+
+    @property
+    def up_direction(self) -> NDArray[np.float64] | None:
+        """Return where up is, (3,) unit, if the content knows it."""
+        return None
 
 
 class Options(Value):

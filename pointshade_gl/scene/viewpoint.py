@@ -128,7 +128,7 @@ class View(Options):
         pivot : (3,), optional
             As in `of`.
         """
-        frame = frame.framed() if isinstance(frame, Scene) else frame
+        frame = frame.framed()
         pose = viewing_pose(frame, self.pose, self.yaw, self.pitch, self.dolly, pivot)
         return None if self.picture_size is None else _sized_camera(frame, self.picture_size), pose
 
@@ -161,7 +161,7 @@ def viewing_pose(
         return check_pose(pose)
     if not any(turns):
         return np.asarray(frame.pose)
-    return orbit_pose(frame.pose, frame.pivot if pivot is None else pivot, *turns, upright_of(frame))
+    return orbit_pose(frame.pose, frame.pivot if pivot is None else pivot, *turns, frame.upright)
 
 
 def _check_one_way(pose: Numbers | None, yaw: float, pitch: float, dolly: float) -> tuple[float, float, float]:
@@ -174,8 +174,7 @@ def _check_one_way(pose: Numbers | None, yaw: float, pitch: float, dolly: float)
 
 def _sized_camera(frame: Frame | Scene, size: tuple[int, int] | SizeName) -> Camera:
     """The frame's or scene's own camera, for a picture of this size. Raises ValueError for a size that it has not."""
-    own = frame.picture_camera if isinstance(frame, Frame) else frame.camera
-    assert own is not None, "only scenes without a frame have none"
+    own = check_type(frame.camera if isinstance(frame, Scene) else frame.picture_camera, Camera, "camera")
     if not isinstance(size, str):
         return own.fitted(*size)
     if size == "half":
@@ -188,11 +187,6 @@ def _sized_camera(frame: Frame | Scene, size: tuple[int, int] | SizeName) -> Cam
         raise ValueError(f"{option('picture_size', size)} needs a colour picture, this frame has none")
     height, width = frame.color.shape[:2]
     return frame.camera.resized(width, height)
-
-
-def upright_of(frame: Frame | Scene) -> NDArray[np.float64] | None:
-    """The axis that camera and lights turn around: a scene's vertical. A frame has no known up direction: None."""
-    return frame.upright if isinstance(frame, Scene) else None
 
 
 TURNTABLES = "light", "camera", "swing", "360"
@@ -244,16 +238,16 @@ def _kind_of(what: Any, frame: Frame | Scene) -> tuple[str, float]:
         return kind, degrees
     check_choice(name, what, TURNTABLES)
     if kind == "camera":
-        kind = "swing" if isinstance(frame, Frame) else "360"
+        kind = "swing" if frame.upright is None else "360"
     return kind, SWING
 
 
 def with_light_turned(view: View, frame: Frame | Scene, degrees: float) -> View:
     """Return the view after its lights moved around the pivot: from the front to the right, behind, and to the left.
     An environment turns with them; beside it there are no others than those given."""
-    frame = frame.framed() if isinstance(frame, Scene) else frame
+    frame = frame.framed()
     pose, pivot = np.asarray(frame.pose), frame.pivot
-    turn = orbit_pose(pose, pivot, degrees, upright=upright_of(frame)) @ np.linalg.inv(pose)
+    turn = orbit_pose(pose, pivot, degrees, upright=frame.upright) @ np.linalg.inv(pose)
     scene = frame if isinstance(frame, Scene) else Scene()
     lights, finish = view.lights or scene.lights, view.finish
     if finish.environment is not None or scene.environment is not None:
@@ -268,4 +262,4 @@ def with_camera_turned(view: View, frame: Frame | Scene, degrees: float) -> View
     """Return the view after its camera moved around the frame's pivot, to its right."""
     if view.pose is None:
         return replace(view, yaw=view.yaw + degrees)
-    return replace(view, pose=orbit_pose(view.pose, frame.pivot, degrees, upright=upright_of(frame)))
+    return replace(view, pose=orbit_pose(view.pose, frame.pivot, degrees, upright=frame.upright))

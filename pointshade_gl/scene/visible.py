@@ -19,7 +19,6 @@ from .frame import Frame
 from .graph import Scene
 from .light import Light, at_upper_left
 from .node import Placed
-from .objects import Mesh, PointObject
 from .values import ColorScale
 
 Matrix = NDArray[np.float64]
@@ -42,27 +41,12 @@ class VisibleScene(NamedTuple):
     def materials(self) -> list[Material]:
         """The materials of all that is shown, each once; never empty."""
         contents = dict.fromkeys(p.content for p in self.shown)  # of many copies of one, one
-        return list(dict.fromkeys(map(_material, contents))) or [Material()]
+        return list(dict.fromkeys(content.material for content in contents)) or [Material()]
 
     @property
     def is_lit(self) -> bool:
         """Return whether light is seen on anything that is shown."""
-        return any(shading_of(p) not in NOT_LIT for p in self.shown)
-
-
-def shading_of(placed: Placed) -> str:
-    """Return the shading model of an object."""
-    content = placed.content
-    return content.look.shading if isinstance(content, PointObject) else content.shading
-
-
-def material_of(placed: Placed) -> Material:
-    """Return the material of an object: how its surface reflects light."""
-    return _material(placed.content)
-
-
-def _material(content: PointObject | Mesh) -> Material:
-    return content.look.material if isinstance(content, PointObject) else content.material
+        return any(p.content.shading not in NOT_LIT for p in self.shown)
 
 
 def compose(
@@ -79,7 +63,7 @@ def compose(
 
 def is_alone(things: Sequence[Placed]) -> bool:
     """Return whether this is a single point object, which is always drawn from all of its points."""
-    return len(things) == 1 and isinstance(things[0].content, PointObject)
+    return len(things) == 1 and bool(things[0].content.frames)
 
 
 def looking_distance(scene: Scene, pose: Matrix) -> float:

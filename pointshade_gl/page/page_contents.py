@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..gpu.core.images import read_texture
-from ..gpu.drawables import Drawable
+from ..gpu.core.view_images import Drawable
 from ..gpu.meshes.mesh_objects import ShownGrid
 from ..gpu.points.point_objects import Points, ShownPoints, ShownSet
 from ..notes.words import counted

@@ -18,7 +18,7 @@ from ..files.access.atomic_write import check_place, written_whole
 from ..files.access.known_names import PAGES, check_suffix
 from ..files.frame_sources import prefetched
 from ..gpu.clouds.cloud_objects import PlacedCloud
-from ..gpu.drawables import Drawable
+from ..gpu.core.view_images import Drawable
 from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..gpu.points.point_objects import ShownSet
 from ..notes.notes import Note, print_note, taken_by

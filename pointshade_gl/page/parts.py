@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import zlib
+from dataclasses import replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -225,7 +226,7 @@ def cloud_part(placed: PlacedCloud, quality: Quality) -> Part:
     """The points of a cloud, all of them: `placed` may have those that one view needs."""
     with placed.points.complete(placed.cloud) as points:
         grown = placed.grown if points is placed.points else 1.0
-        return _coded(placed._replace(points=points, grown=grown), quality)
+        return _coded(replace(placed, points=points, grown=grown), quality)
 
 
 def _coded(placed: PlacedCloud, quality: Quality) -> Part:

@@ -11,15 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checks.arguments import Count, check_type
-from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.core.images import Fitted, Image, depth_tested, empty, empty_part, read_texture
 from ..gpu.core.programs import FullscreenPasses
 from ..gpu.core.steps import Steps
-from ..gpu.core.view_images import TILE, Target
-from ..gpu.drawables import Drawable, Drawables, Objects
-from ..gpu.meshes.mesh_objects import PlacedMesh, ShownGrid
-from ..gpu.points.point_objects import ShownPoints, ShownSet
-from ..gpu.points.tiles import TiledPoints
+from ..gpu.core.view_images import TILE, Drawable, Target
+from ..gpu.drawables import Drawables, Objects
+from ..gpu.meshes.mesh_objects import ShownGrid
+from ..gpu.points.point_objects import ShownPoints
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import HIGHLIGHTS, Lighting, LightSet, around_inputs
 from ..gpu.shading.occlusion import plane_shift, plane_turn
@@ -275,10 +273,9 @@ class ExposureMeter(FullscreenPasses):
         is_guessed = exposure == "sensor"
         if is_guessed and (alone is None or not is_noisy(alone)):
             return 0.0
-        if alone is not None and not isinstance(alone, PlacedMesh | PlacedCloud) and alone.shading in NOT_LIT:
+        if alone is not None and alone.shading in NOT_LIT:
             return 0.0  # the photograph itself
-        first = alone.views[0] if isinstance(alone, ShownSet) else alone
-        measure = partial(self._of_points, first) if isinstance(first, ShownPoints | ShownGrid) else self._of_scene
+        measure = partial(self._of_points, alone.views[0]) if alone is not None and alone.views else self._of_scene
         meter = partial(self._measure, measure, is_guessed, drawables)
         return self._steps.run("exposure", meter, scene, tuple(lights), visible.surroundings)
 
@@ -345,8 +342,4 @@ def _small(camera: Camera) -> Camera:
 
 def is_noisy(thing: Drawable) -> bool:
     """Return whether noise was found in the depth of a frame, or in one of several."""
-    if isinstance(thing, PlacedMesh | PlacedCloud):
-        return False
-    views = thing.views if isinstance(thing, ShownSet) else (thing,)
-    choices = (view.choice if isinstance(view, TiledPoints) else view.textures.choice for view in views)
-    return any(choice.noise is not None and not choice.noise.is_clean for choice in choices)
+    return any(choice.noise is not None and not choice.noise.is_clean for choice in thing.choices)

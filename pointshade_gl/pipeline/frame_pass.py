@@ -8,17 +8,16 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.core.steps import Steps
-from ..gpu.core.view_images import Canvas, SurfaceImage, Target
-from ..gpu.drawables import Drawable, Drawables, Objects
-from ..gpu.meshes.mesh_objects import PlacedMesh, ShownGrid, joined
-from ..gpu.points.point_objects import ShownPoints, ShownSet
+from ..gpu.core.view_images import Canvas, Drawable, SurfaceImage, Target
+from ..gpu.drawables import Drawables, Objects
+from ..gpu.meshes.mesh_objects import ShownGrid, joined
+from ..gpu.points.point_objects import ShownPoints
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import Lighting, LightSet, around_inputs
 from ..gpu.shading.occlusion import ViewVisibilityPass
 from ..gpu.shading.present import SurfaceColorsPass
-from ..scene.appearance import LIT_EARLY, Material
+from ..scene.appearance import Material
 from ..scene.camera import Eye, view_matrix
 from ..scene.visible import VisibleScene, looking_distance
 
@@ -123,7 +122,7 @@ class FramePass:
         if visible.surroundings.occlusion:
             places = list(range(1, len(rows) + 1))
         numbers = tuple(-k if thing.shading == "edl" else k for k, thing in zip(places, shown, strict=True))
-        early = any(map(_is_lit_as_drawn, shown))
+        early = any(thing.is_lit_as_drawn for thing in shown)
         lighting = light_set.seen_from(visible.eye.pose) if early else None
         hides = bool(visible.surroundings.occlusion)
         marks = visible.scale is not None and visible.scale.show == "certainty"
@@ -139,11 +138,8 @@ class FramePass:
         surfaces.has_visibility, surfaces.marks_doubts = hides, marks
         surfaces.clear()
         surfaces.has_eye_dome = any(number < 0 for number in numbers)
-        surfaces.has_doubts = any(
-            not isinstance(thing, PlacedMesh | PlacedCloud) and thing.has_doubts for thing in shown
-        )
-        several = len(shown) > 1
-        surfaces.knows_visibility = not several and not any(map(_sees_as_drawn, shown))
+        surfaces.has_doubts = any(thing.has_doubts for thing in shown)
+        surfaces.knows_visibility = len(shown) <= 1 and all(map(_knows_visibility, shown))
         lights = self._light.inputs(lighting) | around_inputs(lighting) if lighting else {}
         for thing, number in zip(shown, numbers, strict=True):
             self._objects.add_surface(target, thing, eye, number, lights)
@@ -182,21 +178,12 @@ def single_object(visible: VisibleScene, drawables: Drawables, light_set: LightS
         visible.scale is not None
         or light_set.shadow_map is not None
         or not isinstance(one, ShownPoints | ShownGrid)
-        or _is_lit_as_drawn(one)
+        or one.is_lit_as_drawn
     ):
         return None
     return one if one.points.scale == 1 and one.shading != "edl" else None
 
 
-def _is_lit_as_drawn(thing: Drawable) -> bool:
-    """Return whether the object's surfaces already hold their light, and so change with it."""
-    if isinstance(thing, PlacedMesh):
-        return thing.shading in LIT_EARLY
-    return isinstance(thing, ShownGrid) and thing.shading == "flat"
-
-
-def _sees_as_drawn(thing: Drawable) -> bool:
-    """Return whether it is found in the view only what the object sees of the light from all around."""
-    if isinstance(thing, ShownSet):
-        return any(view.visibility is None for view in thing.views)
-    return not isinstance(thing, ShownPoints | ShownGrid) or thing.visibility is None
+def _knows_visibility(thing: Drawable) -> bool:
+    """Return whether it is known what all points of an object see of the light from all around."""
+    return bool(thing.views) and all(view.visibility is not None for view in thing.views)

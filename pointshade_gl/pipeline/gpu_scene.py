@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,7 @@ from ..estimation.cloud_estimates import facing, outward
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.clouds.cloud_store import CloudNormals, planes_of_slabs
 from ..gpu.core.frame_textures import FrameTextures, PointSurface
-from ..gpu.core.images import Owner
+from ..gpu.core.images import Image, Owner
 from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawables, Objects
 from ..gpu.meshes.mesh_objects import Grid, PlacedMesh, ShownGrid, depth_step
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from ..gpu.clouds.cloud_store import CloudStore
     from ..gpu.points.view_consensus import ConsensusPass, FrameReductionPass, HighlightRemovalPass
 
+_KINDS = Mesh, PointCloud, PointObject
 _INVENTED = "missing", "temporal"  # options that add points, or those of other frames
 COARSER = 8  # every so many pixels of a frame in tiles are enough to find its pose
 
@@ -90,11 +92,10 @@ class GpuScene(Owner):
         self.drawn = {}  # its textures may be freed now
         self._steps.counts["culled"] += len(visible.scene.things) - len(visible.shown)
         used = _used(visible)
-        meshes = [p for p in used if isinstance(p.content, Mesh)]
+        meshes, clouds, objects = ([p for p in used if isinstance(p.content, kind)] for kind in _KINDS)
         self._objects.keep_only(p.content for p in meshes)
         drawables: Drawables = {p: PlacedMesh(p.content, p.world[None]) for p in meshes}
-        drawables |= self._prepare_clouds([p for p in used if isinstance(p.content, PointCloud)], visible)
-        objects = [p for p in used if isinstance(p.content, PointObject)]
+        drawables |= self._prepare_clouds(clouds, visible)
         large = {p: self._as_tiles(p) for p in objects if self._needs_tiles(p, visible)}
         self.tiles.keep_only(list(large.values()))
         drawables |= large
@@ -203,10 +204,10 @@ class GpuScene(Owner):
                 radius = around.radius(frame.scale * p.rigid_axes[1]) / p.rigid_axes[1]
                 visibility = self.frames.find_visibility(textures, drawn, radius)
             if look.splat == "mesh":
-                shown[p] = self._as_grid(p, drawn, textures)._replace(visibility=visibility)
+                shown[p] = self._as_grid(p, drawn, textures, visibility)
             else:
                 bridged = self.frames.bridge(textures, drawn) if p in alone and p in visible.casting else None
-                shown[p] = _as_splats(p, drawn, textures, step, bridged)._replace(visibility=visibility)
+                shown[p] = _as_splats(p, drawn, textures, step, bridged, visibility)
             count.step(p not in alone)
         return shown
 
@@ -217,7 +218,7 @@ class GpuScene(Owner):
             self._coarse[frame, step] = coarser(frame, step)
         return self._coarse[frame, step]
 
-    def _as_grid(self, p: Placed, drawn: DrawnPoints, textures: FrameTextures) -> ShownGrid:
+    def _as_grid(self, p: Placed, drawn: DrawnPoints, textures: FrameTextures, visibility: Image | None) -> ShownGrid:
         """Return points as the triangles between them."""
         surface, lit, source, colors = drawn
         look = p.content.look
@@ -225,10 +226,10 @@ class GpuScene(Owner):
         self._objects.find_triangles(grid)
         light = lit if look.shading == "gouraud" else None
         material = look.material.strengths if look.shading == "flat" else None
-        return ShownGrid(grid, textures, colors, look.shading, light, material)
+        return ShownGrid(grid, textures, colors, look.shading, light, material, visibility)
 
     def _as_one(self, p: Placed, views: tuple[ShownPoints, ...], visible: VisibleScene, count: Count) -> ShownSet:
-        """Return several frames of one object, with the votes on their points and their weights in this view."""
+        """Return several frames of one object, with what they agree on and their weights in this view."""
         from ..estimation.multi_view import importances  # only here
 
         counted = count.done + len(views)
@@ -239,15 +240,14 @@ class GpuScene(Owner):
         points = PointSet(tuple(view.points for view in views), trusts, consensus.band * p.content.scale)
         if p.content.look.remove_highlights:
             found = self._highlights.find(members, colors, consensus)
-            views = tuple(view._replace(colors=one) for view, one in zip(views, found, strict=True))
+            views = tuple(replace(view, colors=one) for view, one in zip(views, found, strict=True))
         weights = importances(p.content.frames, p.seen_from(visible.eye.pose), consensus.wrong)
         return ShownSet(points, views, consensus, weights, views[0].shading, target_estimator(p.content.look))
 
 
 def merged_frames(visible: VisibleScene) -> int:
     """Return how many frames there are of objects that have several."""
-    objects = (p for p in _used(visible) if isinstance(p.content, PointObject))
-    return sum(len(p.members) for p in objects if not p.content.is_single)
+    return sum(len(p.members) for p in _used(visible) if not p.content.is_single)
 
 
 def _used(visible: VisibleScene) -> list[Placed]:
@@ -257,7 +257,7 @@ def _used(visible: VisibleScene) -> list[Placed]:
 
 def _places(visible: VisibleScene) -> dict[Placed, int]:
     """Return the number of each frame among all frames of the scene, visible or not: it identifies a stream."""
-    objects = (p for p in visible.scene.things if isinstance(p.content, PointObject))
+    objects = (p for p in visible.scene.things if p.content.frames)
     return {member: k for k, member in enumerate(member for p in objects for member in p.members)}
 
 
@@ -267,14 +267,15 @@ def _coarser_step(p: Placed, visible: VisibleScene) -> int:
 
 
 def _as_splats(
-    p: Placed, drawn: DrawnPoints, textures: FrameTextures, step: int, bridged: PointSurface | None
-) -> ShownPoints:
+    p: Placed, drawn: DrawnPoints, textures: FrameTextures, step: int, bridged: PointSurface | None,
+    visibility: Image | None,
+) -> ShownPoints:  # fmt: skip
     look, (surface, lit, source, colors) = p.content.look, drawn
     sizes = look.sizes_for(p.content.frame.depth)
     sizes = sizes if step == 1 else np.array([coarser_size(float(sizes[0]), step)], np.float32)
     points = Points(surface, source, *p.rigid_axes, sizes, look.splat, bridged)
     light = lit if look.shading in LIT_EARLY else None
-    return ShownPoints(points, textures, colors, light, look.shading)
+    return ShownPoints(points, textures, colors, light, look.shading, visibility)
 
 
 def surface_of(look: Look) -> Look:

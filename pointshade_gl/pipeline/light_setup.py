@@ -13,9 +13,9 @@ import numpy as np
 from ..estimation.environment_light import exponents_of
 from ..gpu.core.images import Owner, empty
 from ..gpu.core.steps import Steps
-from ..gpu.drawables import Drawables, Objects, Shape, shape_of
+from ..gpu.drawables import Drawables, Objects, Shape
 from ..gpu.meshes.mesh_objects import ShownGrid, joined
-from ..gpu.points.point_objects import ShownPoints, ShownSet
+from ..gpu.points.point_objects import ShownPoints
 from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import AroundLookUp, EnvironmentMaps, LightSet, ShadowMap
@@ -62,7 +62,7 @@ class LightSetup(Owner):
         views, spans = shadow_views(lights, visible.scene.extent, light_part(visible.sample))
         if views:
             drawn = (thing for _, thing in joined(drawables[p] for p in visible.casting))
-            shapes = tuple(map(shape_of, drawn))
+            shapes = tuple(thing.shape for thing in drawn)
             self._steps.run("shadows", self._fill_shadow_map, self._shadow_map, views, shapes)
         return LightSet(lights, visible.scene.ambient, views, spans, self._shadow_map, visible.gain, around)
 
@@ -88,8 +88,8 @@ class LightSetup(Owner):
                     some = partial(self._light_some, material=p.content.material, eye=visible.eye, light_set=light_set)
                     thing.light_with(lambda part, some=some: self._steps.always("light", some, part))
                 continue
-            for view in thing.views if isinstance(thing, ShownSet) else (thing,):
-                if isinstance(view, ShownPoints | ShownGrid) and view.light:
+            for view in thing.views:
+                if view.light:
                     self._steps.always("light", self._light_some, view, p.content.material, visible.eye, light_set)
 
     def _light_some(self, thing: ShownPoints | ShownGrid, material: Material, eye: Eye, light_set: LightSet) -> None:
@@ -107,7 +107,7 @@ class LightSetup(Owner):
 
 AS_IN_GLTF = np.diag([1.0, -1, -1, 1])  # pose of who looks along -z: a scene's own environment has the world's axes
 Upright = Callable[[Frame | Scene], tuple[np.ndarray, bool]]
-MUCH = 0.1  # share of the light that comes from all around, above which it is worth looking at what hides it
+MIN_AMBIENT_SHARE = 0.1  # of the light, above which it is worth looking at what hides it
 
 
 def surroundings_of(
@@ -157,7 +157,7 @@ def standing(up: np.ndarray, degrees: float, pose: np.ndarray) -> tuple[Row, Row
 def _comes_from_around(scene: Scene, lights: Sequence[Light], material: Material) -> bool:
     ambient = material.ambient * max(scene.ambient)
     direct = material.diffuse * sum(_arriving(light, scene) for light in lights)
-    return ambient > MUCH * (ambient + direct) * (1 + 1e-6)
+    return ambient > MIN_AMBIENT_SHARE * (ambient + direct) * (1 + 1e-6)
 
 
 def _arriving(light: Light, scene: Scene) -> float:

@@ -19,7 +19,7 @@ from ..checks.arguments import Progress, check_choice, check_count, check_number
 from ..checks.foreign_arrays import Exporter, Numbers
 from ..gpu.context.context import Context
 from ..gpu.core.steps import Steps
-from ..gpu.drawables import Drawable
+from ..gpu.core.view_images import Drawable
 from ..notes.errors import Cancelled, ContextError, is_expected
 from ..notes.notes import Note, print_note, taken_by
 from ..notes.words import option, shown

@@ -188,9 +188,10 @@ class Scenes:
 
     def of(self, request: RenderRequest) -> Scene:
         """Return what a request draws, with a camera."""
-        if request.frames:
-            return self.of_frames(request.frames, request.look)
-        return request.source.framed() if isinstance(request.source, Scene) else self.of_cloud(request.source)
+        source = request.source
+        if isinstance(source, Scene):
+            return source.framed()
+        return self.of_cloud(source) if isinstance(source, PointCloud) else self.of_frames(request.frames, request.look)
 
     def of_cloud(self, cloud: PointCloud) -> Scene:
         """Return the scene of a cloud, with a camera; the last one again if nothing has changed."""

@@ -119,7 +119,7 @@ class Mesh(DrawnValue):
         points = self.positions[np.unique(self.faces)]
         return frozen(box_corners(points.min(0), points.max(0)) if len(points) else np.zeros((0, 3)))
 
-    def shaded(self, shading: Shading) -> Mesh:
+    def shaded(self, shading: Any) -> Mesh:
         """Return the same with another shading model."""
         return replace(self, shading=shading)
 
@@ -219,7 +219,7 @@ class PointObject(DrawnValue):
         """Return how its surface reflects light."""
         return self.look.material
 
-    def shaded(self, shading: Shading) -> PointObject:
+    def shaded(self, shading: Any) -> PointObject:
         """Return the same with another shading model."""
         return replace(self, look=replace(self.look, shading=shading))
 
@@ -228,13 +228,13 @@ class PointObject(DrawnValue):
         """Return the pose of the (first) frame, (4, 4)."""
         return self.frame.pose
 
-    @property
+    @cached_property
     def corners(self) -> NDArray[np.float64]:
         """Return the (n, 3) corners of a box around the splats of the (first) frame, its camera's axes."""
         reach = self.look.farthest_reach
         return self.frame.corners if reach <= 0.5 else self.frame.splat_corners(reach)
 
-    @property
+    @cached_property
     def main_corners(self) -> NDArray[np.float64]:
         """Return the same of all points but stray ones."""
         return self.frame.main_corners

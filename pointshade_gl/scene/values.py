@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar, get_args
+from functools import cached_property
+from typing import Any, Literal, NamedTuple, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,11 +35,6 @@ class Value:
 class DrawnValue(Value):
     """What a node may hold and a picture shows: a point object, a cloud or a mesh, but no light."""
 
-    if TYPE_CHECKING:
-
-        @property
-        def corners(self) -> NDArray[np.float64]: ...
-
     @property
     def frames(self) -> tuple[Any, ...]:
         """Return the frames whose points these are; clouds and meshes have none."""
@@ -54,9 +50,14 @@ class DrawnValue(Value):
         """Return the (4, 4) from the axes of its points to those of the node; None if these are the same."""
         return None
 
-    @property
+    @cached_property
+    def corners(self) -> NDArray[np.float64]:
+        """Return the (n, 3) corners of a box around all points, in their axes."""
+        raise NotImplementedError
+
+    @cached_property
     def main_corners(self) -> NDArray[np.float64]:
-        """Return the (n, 3) corners of a box around all but stray points, in the axes of the points."""
+        """Return the same without stray points."""
         return self.corners
 
     @property

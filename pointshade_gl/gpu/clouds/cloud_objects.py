@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -14,7 +15,8 @@ from ...scene.cloud import PointCloud
 from ..context.caller_state import DEPTH_TEST, PROGRAM_POINT_SIZE, enabled
 from ..core.images import Fitted, Images, confine, depth_tested, empty
 from ..core.programs import AdditiveBlend, FullscreenPasses, build_program, set_inputs
-from ..core.view_images import SurfaceImage
+from ..core.steps import Parts
+from ..core.view_images import Drawable, SurfaceImage, Target
 from ..shading.light_set import ShadowTile
 from .cloud_store import CloudPoints
 
@@ -26,7 +28,8 @@ SHADOW_SHARE, SHADOW_PUSH = 0.7, 1.5  # a disc rises over its neighbours by less
 BALL_SHARE = 0.55  # of the radius of discs, for a point without a plane among them
 
 
-class PlacedCloud(NamedTuple):
+@dataclass(eq=False, slots=True)
+class PlacedCloud(Parts, Drawable):
     """A level of a cloud, its place in the world, and how it is drawn."""
 
     points: CloudPoints
@@ -38,6 +41,12 @@ class PlacedCloud(NamedTuple):
     @property
     def shading(self) -> str:
         return self.cloud.shading
+
+    def add_shadow(self, passes: Any, tile: ShadowTile, eye: Eye) -> None:
+        passes.clouds.add_shadow(tile, self, eye)
+
+    def add_surface(self, passes: Any, target: Target, eye: Eye, number: int, lights: dict[str, Any]) -> None:
+        passes.clouds.add_surface(target.surfaces, self, eye, number)
 
     @property
     def is_blended(self) -> bool:

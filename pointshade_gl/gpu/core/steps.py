@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from functools import cached_property
 from typing import Any, NamedTuple, TypeVar
@@ -25,6 +25,15 @@ class Versioned:
 
     def raise_version(self) -> None:
         self.version += 1
+
+
+class Parts:
+    """A dataclass with slots that never changes once it is made: steps compare it part by part."""
+
+    __slots__ = ()
+
+    def __iter__(self) -> Iterator[Any]:
+        return (getattr(self, name) for name in self.__slots__)
 
 
 class Timing(NamedTuple):
@@ -119,8 +128,8 @@ class Steps:
 
 
 def _state(value: Any) -> Any:
-    """Return a value in the form in which it is compared: tuples and lists part by part, images with their version."""
-    if isinstance(value, tuple | list):
+    """Return a value in the form in which it is compared: what has parts part by part, images with their version."""
+    if isinstance(value, tuple | list | Parts):
         return tuple(map(_state, value))
     return (value, value.version) if isinstance(value, Versioned) else value
 

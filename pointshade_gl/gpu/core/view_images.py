@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import moderngl
 import numpy as np
 
+from ...scene.camera import Eye
+from ...scene.noise import Choice
 from ..context.caller_state import DEPTH_TEST, enabled
 from .images import R32F, RGBA16F, RGBA32F, Box, Image, Images, check_memory, confine, empty, read_texture
 from .programs import AdditiveBlend
@@ -55,6 +57,60 @@ class SplatImage(Images):
     def visible(self) -> moderngl.Framebuffer:
         """Source ids and depth."""
         return self._framebuffer(self.source_ids, depth=self.depth)
+
+
+class Drawable:
+    """An object that is on the GPU. Each kind calls those of the passes, `drawables.Objects`, that draw it.
+
+    kind     under which `steps.counts` counts it
+    several  how many it counts as
+    """
+
+    __slots__ = ()
+    kind = "splats"
+
+    if TYPE_CHECKING:
+
+        @property
+        def shading(self) -> str: ...
+
+    @property
+    def several(self) -> int:
+        return 1
+
+    @property
+    def shape(self) -> Any:
+        """Return all of it that its shadow depends on; this has `add_shadow`, and counts, too."""
+        return self
+
+    @property
+    def views(self) -> tuple[Any, ...]:
+        """Return the frames that it shows, those that are on the GPU as a whole."""
+        return ()
+
+    @property
+    def has_doubts(self) -> bool:
+        """Return whether some of its normals are uncertain and are used."""
+        return False
+
+    @property
+    def is_lit_as_drawn(self) -> bool:
+        """Return whether its surfaces already hold their light, and so change with it."""
+        return False
+
+    @property
+    def choices(self) -> tuple[Choice, ...]:
+        """Return which method estimated the normals of each of its frames, and why."""
+        return tuple(view.textures.choice for view in self.views)
+
+    @property
+    def weights(self) -> dict[Any, float]:
+        """Return how much each of its frames counts where several show the same surface."""
+        return {view.textures.frame: 1.0 for view in self.views}
+
+    def add_surface(self, passes: Any, target: Target, eye: Eye, number: int, lights: dict[str, Any]) -> None:
+        """Draw its visible surfaces among others. number: of its material; lights: for what is lit as it is drawn."""
+        raise NotImplementedError
 
 
 class SurfaceImage(Images):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from itertools import groupby
 from typing import Any, NamedTuple, TypeVar
 
 import moderngl
 import numpy as np
 
-from ...scene.appearance import NOT_LIT, Look, shader_model
+from ...scene.appearance import LIT_EARLY, NOT_LIT, Look, shader_model
 from ...scene.camera import Camera, Eye
 from ...scene.noise import Step
 from ...scene.objects import Mesh
@@ -25,7 +26,8 @@ from ..core.programs import (
     set_uniforms,
     source_and_target,
 )
-from ..core.view_images import Canvas, SplatImage, SurfaceImage, Target
+from ..core.steps import Parts
+from ..core.view_images import Canvas, Drawable, SplatImage, SurfaceImage, Target
 from ..points.point_objects import model_view
 from ..points.rasterizers import MOST_GROUPS, RimList, clear_nearest, no_rims, read_window
 from ..points.set_merge import shared_variant
@@ -41,15 +43,32 @@ DRAWS = {  # to be lit later, lit at its corners, or its depth only: shaders, an
 _Thing = TypeVar("_Thing")
 
 
-class PlacedMesh(NamedTuple):
+@dataclass(eq=False, slots=True)
+class PlacedMesh(Parts, Drawable):
     """A mesh and its transforms to the world, of each of its copies one."""
 
     mesh: Mesh
     worlds: np.ndarray  # (n, 4, 4) node-to-world
 
+    kind = "mesh"
+
+    @property
+    def several(self) -> int:
+        return len(self.worlds)
+
     @property
     def shading(self) -> str:
         return self.mesh.shading
+
+    @property
+    def is_lit_as_drawn(self) -> bool:
+        return self.shading in LIT_EARLY
+
+    def add_shadow(self, passes: Any, tile: ShadowTile, eye: Eye) -> None:
+        passes.meshes.add_shadow(tile, self, eye)
+
+    def add_surface(self, passes: Any, target: Target, eye: Eye, number: int, lights: dict[str, Any]) -> None:
+        passes.meshes.add_surface(target.surfaces, self, eye, number, lights)
 
 
 def joined(things: Iterable[_Thing]) -> Iterator[tuple[int, _Thing | PlacedMesh]]:
@@ -209,6 +228,11 @@ class Grid(NamedTuple):
     scale: float
     max_step: Step
 
+    kind, several = "mesh", 1
+
+    def add_shadow(self, passes: Any, tile: ShadowTile, eye: Eye) -> None:
+        passes.grids.add_shadow(tile, self, eye)
+
     def way(self, eye: Eye) -> dict[str, Any]:
         """Return the uniforms that project the grid into a view."""
         return source_and_target(self.source, eye.camera, model_view(self.pose, self.scale, eye))
@@ -306,16 +330,32 @@ class DrawnDepths(Owner):
 BY_PLANES: Step = (0.0, 0.0)  # surfaces end where neighbours leave each other's tangent planes, see common/grid.glsl
 
 
-class ShownGrid(NamedTuple):
+@dataclass(eq=False, slots=True)
+class ShownGrid(Parts, Drawable):
     """A frame as triangles, with its colours or its light."""
 
     points: Grid
     textures: FrameTextures
     colors: Colors
-    shading: str
+    shading: str  # pyright: ignore[reportIncompatibleMethodOverride]
     light: Image | None  # of the points, for gouraud shading
     material: tuple[float, float, float, float] | None  # for flat shading, which is lit as it is drawn
     visibility: Image | None = None  # what its points see of the light from all around, if something may hide it
+
+    @property
+    def shape(self) -> Grid:
+        return self.points
+
+    @property
+    def views(self) -> tuple[ShownGrid, ...]:
+        return (self,)
+
+    @property
+    def is_lit_as_drawn(self) -> bool:
+        return self.shading == "flat"
+
+    def add_surface(self, passes: Any, target: Target, eye: Eye, number: int, lights: dict[str, Any]) -> None:
+        passes.grids.add_surface(target, self, eye, number, lights)
 
     @property
     def is_shaded(self) -> bool:
@@ -324,7 +364,6 @@ class ShownGrid(NamedTuple):
 
     @property
     def has_doubts(self) -> bool:
-        """Return whether some of the normals are uncertain and are used."""
         return self.shading == "phong" and self.points.surface.certainty is not None
 
 

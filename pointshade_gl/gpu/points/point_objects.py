@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,7 +14,8 @@ from ...scene.visible import bridged_camera
 from ..core.frame_textures import Colors, FrameTextures, PointSurface
 from ..core.images import Box, Fitted, Image, depth_tested
 from ..core.programs import FullscreenPasses
-from ..core.view_images import Canvas, SplatImage, SurfaceImage, Target
+from ..core.steps import Parts
+from ..core.view_images import Canvas, Drawable, SplatImage, SurfaceImage, Target
 from ..shading.light_set import ShadowTile
 from ..surface.surface_normals import Estimator
 from .rasterizers import ComputeSplatPass, PointSplatPass, Rasterizers, Splats
@@ -39,6 +41,11 @@ class Points(NamedTuple):
     splat: str
     bridged: PointSurface | None = None  # what they hide, of their `bridged_camera`: it casts shadows, too
 
+    kind, several = "splats", 1
+
+    def add_shadow(self, passes: Any, tile: ShadowTile, eye: Eye) -> None:
+        passes.points.add_shadow(tile, self, eye)
+
     @property
     def hidden(self) -> Points | None:
         """Return what the points hide, as points."""
@@ -47,19 +54,30 @@ class Points(NamedTuple):
         return Points(self.bridged, bridged_camera(self.source), self.pose, self.scale, SINGLE, "footprint")
 
 
-class ShownPoints(NamedTuple):
+@dataclass(eq=False, slots=True)
+class ShownPoints(Parts, Drawable):
     """Points with their colours or their light."""
 
     points: Points
     textures: FrameTextures
     colors: Colors
     light: Image | None  # of the points themselves, for flat and gouraud shading
-    shading: str
+    shading: str  # pyright: ignore[reportIncompatibleMethodOverride]
     visibility: Image | None = None  # what they see of the light from all around, if something may hide it
 
     @property
+    def shape(self) -> Points:
+        return self.points
+
+    @property
+    def views(self) -> tuple[ShownPoints, ...]:
+        return (self,)
+
+    def add_surface(self, passes: Any, target: Target, eye: Eye, number: int, lights: dict[str, Any]) -> None:
+        passes.points.add_surface(target, self, eye, number)
+
+    @property
     def has_doubts(self) -> bool:
-        """Return whether some of the normals are uncertain and are used."""
         return self.shading == "phong" and self.points.surface.certainty is not None
 
 
@@ -70,25 +88,45 @@ class PointSet(NamedTuple):
     trusts: tuple[Image, ...]
     differ: float  # by how much frames that agree may differ, in their own unit: so far off they cast no shadows
 
+    kind = "splats"
+
+    @property
+    def several(self) -> int:
+        return len(self.parts)
+
+    def add_shadow(self, passes: Any, tile: ShadowTile, eye: Eye) -> None:
+        passes.points.add_shadow(tile, self, eye)
+
     @property
     def scale(self) -> float:
         return self.parts[0].scale
 
 
-class ShownSet(NamedTuple):
+@dataclass(eq=False, slots=True)
+class ShownSet(Parts, Drawable):
     """Several frames that are drawn as one object."""
 
     points: PointSet
-    views: tuple[ShownPoints, ...]
+    views: tuple[ShownPoints, ...] = field()  # pyright: ignore[reportIncompatibleMethodOverride]
     consensus: Consensus
     importances: np.ndarray  # (n,) of the frames in this view
-    shading: str
+    shading: str  # pyright: ignore[reportIncompatibleMethodOverride]
     estimator: Estimator | None  # of normals in the view; None takes those of the frames
 
     @property
+    def shape(self) -> PointSet:
+        return self.points
+
+    def add_surface(self, passes: Any, target: Target, eye: Eye, number: int, lights: dict[str, Any]) -> None:
+        passes.points.add_set(target, self, eye, number)
+
+    @property
     def has_doubts(self) -> bool:
-        """Return whether some of the frames' normals are uncertain and are used."""
         return self.estimator is None and any(view.has_doubts for view in self.views)
+
+    @property
+    def weights(self) -> dict[Any, float]:
+        return dict(zip((view.textures.frame for view in self.views), self.importances.tolist(), strict=True))
 
     def report(self) -> SetReport:
         """Return what was found out about the frames. Reads back how far their points are trusted."""
@@ -98,10 +136,9 @@ class ShownSet(NamedTuple):
         known = [one.frame.depth > 0 for one in textures if one.frame]
         trusted = [trust.read()[..., 0] > 0 for trust in self.points.trusts]
         distrusted = [np.count_nonzero(points & ~sure) for points, sure in zip(known, trusted, strict=True)]
-        choices = tuple(one.choice for one in textures)
         points = np.array([np.count_nonzero(points) for points in known])
         band, gains = self.consensus.band, self.consensus.gains
-        return SetReport(choices, band, gains, points, np.array(distrusted), self.importances)
+        return SetReport(self.choices, band, gains, points, np.array(distrusted), self.importances)
 
 
 class PointObjects(FullscreenPasses):

@@ -13,11 +13,14 @@ from numpy.typing import NDArray
 from ...estimation.noise_model import BLOCK_PATCHES, PATCH_PITCH, noise_grid
 from ...notes.words import option
 from ...scene.appearance import LIT_EARLY, SWITCHES, Look
+from ...scene.camera import Eye
 from ...scene.frame import Frame
 from ...scene.noise import Choice, Noise
 from ..core.frame_textures import DepthTextures, FrameTextures, PointSurface
 from ..core.images import Box, confine
 from ..core.steps import Steps, Versioned
+from ..core.view_images import Drawable, Target
+from ..shading.light_set import ShadowTile
 from ..surface.frame_store import DrawnPoints, FrameStore
 from .point_objects import PointObjects, Points, ShownPoints
 
@@ -146,7 +149,7 @@ def _between(places: NDArray[Any], size: int) -> NDArray[np.float64]:
     return np.stack([np.interp(places, middles, one) for one in np.eye(len(middles))], -1)
 
 
-class TiledPoints(Versioned):
+class TiledPoints(Versioned, Drawable):
     """The points of a large frame. To draw them, iterate over its tiles, each of which is on the GPU for its turn.
 
     choice  which method estimated the normals, and why
@@ -160,17 +163,27 @@ class TiledPoints(Versioned):
         self._noise: Noise | None = None
 
     @property
-    def points(self) -> TiledPoints:
-        """All that its shadow depends on."""
-        return self
-
-    @property
     def shading(self) -> str:
         return self.look.shading
 
     @property
+    def choices(self) -> tuple[Choice, ...]:
+        return (self.choice,)
+
+    @property
+    def weights(self) -> dict[Any, float]:
+        return {self.frame: 1.0}
+
+    def add_shadow(self, passes: Any, tile: ShadowTile, eye: Eye) -> None:
+        for part in self.each(lit=False):
+            passes.points.add_shadow(tile, part.points, eye)
+
+    def add_surface(self, passes: Any, target: Target, eye: Eye, number: int, lights: dict[str, Any]) -> None:
+        for part in self.each():
+            passes.points.add_surface(target, part, eye, number)
+
+    @property
     def has_doubts(self) -> bool:
-        """Return whether some of the normals are uncertain and are used."""
         noise = self._measured() if self.shading == "phong" else None
         if noise is None or self.look.noise is not None:
             return noise is not None

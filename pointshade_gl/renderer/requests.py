@@ -141,7 +141,7 @@ class RenderRequest:
         if look.missing == "photo":  # which has no surface
             look = replace(look, missing="complete")
         if isinstance(source, PointCloud):
-            source = source.shaded("phong")
+            source = styled(source, {"shading": "phong"})
         elif isinstance(source, Scene):
             source = without_environment(shaded(source, "phong"))
         return replace(self, source=source, lights=(), look=look, finish=self.finish.of_numbers)

@@ -181,10 +181,6 @@ class PointCloud(DrawnValue):
             object.__setattr__(made, name, getattr(self, name))
         return made
 
-    def shaded(self, shading: Any) -> PointCloud:
-        """Return the same with another shading model; "phong" for one that clouds do not have."""
-        return self.styled(shading=shading if shading in CLOUD_SHADINGS else "phong")
-
     def is_like(self, other: PointCloud) -> bool:
         """Return whether another cloud has the same arrays and is drawn the same.
 

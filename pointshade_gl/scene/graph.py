@@ -16,14 +16,14 @@ from ..checks.foreign_arrays import Numbers
 from ..notes.words import counted, option
 from .appearance import Look
 from .camera import Camera, check_pose, orbit_pose
-from .cloud import SAMPLE, STRAY, USUAL_FRONT, CloudLook, PointCloud, direction_of
+from .cloud import CLOUD_SHADINGS, SAMPLE, STRAY, USUAL_FRONT, CloudLook, PointCloud, direction_of
 from .environment import Environment, EnvironmentName, check_environment
 from .frame import Preview
 from .light import Light, transformed
 from .node import Content, Matrix, Node, NodeOptions, Placed, Way, check_nodes
 from .objects import Mesh, PointObject
 from .shadow_cameras import Extent
-from .values import DrawnValue, Value, frozen, sphere_round
+from .values import Value, frozen, sphere_round
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -85,8 +85,8 @@ class Scene(Value, Preview):
 
     def __repr__(self) -> str:
         """`Scene(4 nodes: 93 207 points in 1 frame, 12 triangles in 1 mesh, 2 lights)`: what is visible."""
-        frames = [frame for one in self.contents(PointObject) for frame in one.frames]
-        clouds, meshes, count = self.contents(PointCloud), self.contents(Mesh), len(self.lights)
+        frames = [frame for one in self._contents(PointObject) for frame in one.frames]
+        clouds, meshes, count = self._contents(PointCloud), self._contents(Mesh), len(self.lights)
         found = [
             f"{counted(sum(some), of)} in {counted(len(some), kind)}"
             for some, of, kind in (
@@ -127,7 +127,7 @@ class Scene(Value, Preview):
             stack.extend((child, world, (way, k)) for k, child in reversed(list(enumerate(node.children))))
         return tuple(found)
 
-    def contents(self, kind: type[_Kind]) -> list[_Kind]:
+    def _contents(self, kind: type[_Kind]) -> list[_Kind]:
         """Return all visible content of one kind, such as `Mesh`, in the order of the nodes."""
         return [p.content for p in self._placed if isinstance(p.content, kind)]
 
@@ -177,7 +177,7 @@ class Scene(Value, Preview):
     @property
     def points_known(self) -> int:
         """Return the number of points in the visible frames and clouds."""
-        return sum(one.points_known for kind in (PointObject, PointCloud) for one in self.contents(kind))
+        return sum(one.points_known for kind in (PointObject, PointCloud) for one in self._contents(kind))
 
     @property
     def pivot(self) -> NDArray[np.float64]:
@@ -281,9 +281,17 @@ def shaded(scene: Scene, shading: str | None) -> Scene:
 
     def changes(node: Node) -> dict[str, Any]:
         parts = node.content if isinstance(node.content, tuple) else (node.content,) * (node.content is not None)
-        return {"content": tuple(one.shaded(shading) if isinstance(one, DrawnValue) else one for one in parts)}
+        return {"content": tuple(_part_shaded(part, shading) for part in parts)}
 
     return scene.with_every_node(changes)
+
+
+def _part_shaded(part: Any, shading: str) -> Any:
+    if isinstance(part, PointObject):
+        return replace(part, look=replace(part.look, shading=shading))
+    if isinstance(part, PointCloud):
+        return part.styled(shading=shading if shading in CLOUD_SHADINGS else "phong")
+    return replace(part, shading=shading) if isinstance(part, Mesh) else part
 
 
 @lru_cache(maxsize=4)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -119,10 +119,6 @@ class Mesh(DrawnValue):
         points = self.positions[np.unique(self.faces)]
         return frozen(box_corners(points.min(0), points.max(0)) if len(points) else np.zeros((0, 3)))
 
-    def shaded(self, shading: Any) -> Mesh:
-        """Return the same with another shading model."""
-        return replace(self, shading=shading)
-
 
 def _floats(value: Any, name: str, shape: tuple[int | None, int]) -> NDArray[np.float32]:
     wanted = ", ".join("n" if want is None else str(want) for want in shape)
@@ -218,10 +214,6 @@ class PointObject(DrawnValue):
     def material(self) -> Material:
         """Return how its surface reflects light."""
         return self.look.material
-
-    def shaded(self, shading: Any) -> PointObject:
-        """Return the same with another shading model."""
-        return replace(self, look=replace(self.look, shading=shading))
 
     @property
     def pose_in_node(self) -> NDArray[np.float64]:

@@ -171,6 +171,7 @@ class Scene(Value, Preview):
         """The same object again: the pipeline sees that nothing has changed."""
         centre, radius = self.bounds
         pose = np.array(self.pose)
+        # a twentieth farther than where the sphere around all touches the upper and lower edge
         pose[:3, 3] = centre - pose[:3, 2] * 1.05 * radius / math.sin(math.radians(FOV / 2))
         return replace(self, camera=Camera.from_fov(FOV, 640, 480), pose=pose)
 

@@ -173,6 +173,7 @@ class State:
         In light mode the light stays with the viewer, otherwise with the object.
         """
         dx, dy, _ = _rolled(self.roll) @ (dx, dy, 0.0)
+        # straight above or below, yaw would be a roll
         pitch = min(max(self.pitch + dy / smaller_side * DEGREES, -89.0), 89.0)
         return self.turned(self.yaw - dx / smaller_side * DEGREES, pitch, axis)
 

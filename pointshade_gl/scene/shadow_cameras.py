@@ -133,6 +133,7 @@ def _eye(light: Light, direction: NDArray[np.float64], half: float, extent: Exte
         focal = (side / 2 - RIM) * (distance - radius) / reach
     else:
         position, focal = np.array(light.position), (side / 2 - RIM) / math.tan(half)
+    # a little before the sphere around all, so that its nearest point is not cut away
     near = max(float((centre - position) @ direction) - 1.1 * radius, NEAREST * radius)
     camera = Camera(focal, focal, (side - 1) / 2, (side - 1) / 2, side, side)
     return Eye(camera, _looking(position, direction), near)
@@ -141,6 +142,7 @@ def _eye(light: Light, direction: NDArray[np.float64], half: float, extent: Exte
 def _looking(position: NDArray[np.float64], direction: NDArray[np.float64]) -> Matrix:
     """Return the pose of a camera that looks along a unit direction; similar directions give a similar roll."""
     z = direction
+    # across from an axis that is not nearly the direction itself: their product would vanish
     x = np.cross(z, np.eye(3)[int(abs(z[0]) > 0.7)])
     x /= np.linalg.norm(x)
     pose = np.eye(4)

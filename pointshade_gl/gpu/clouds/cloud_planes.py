@@ -89,6 +89,7 @@ class CellGrid:
 def sorted_order(keys: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the order that sorts keys from 0 on; equal ones stay in theirs. Numbers sort faster than their places."""
     bits = max(len(keys) - 1, 0).bit_length()
+    # a key and its place must fit into one positive number of 64 bits
     if not len(keys) or int(keys.max()) >> (63 - bits):
         return np.argsort(keys, kind="stable")
     packed = (keys << bits) | np.arange(len(keys))

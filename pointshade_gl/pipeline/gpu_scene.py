@@ -61,6 +61,7 @@ class GpuScene(Owner):
         self._coarse: dict[tuple[Frame, int], Frame] = {}
         self.drawn: Drawables = {}
         self.photo_lights: list[FoundLight] = []
+        self._last: VisibleScene | None = None  # whose objects `drawn` are
 
     @cached_property
     def _clouds(self) -> CloudStore:
@@ -88,7 +89,11 @@ class GpuScene(Owner):
 
     def prepare(self, visible: VisibleScene, count: Count | None = None) -> Drawables:
         """Put everything that is visible or casts a shadow on the GPU. count: of `merged_frames`, counted twice."""
-        count = count or Count()
+        if count is None and self.drawn and self._last is not None and _needs_the_same(self._last, visible):
+            self._steps.counts["culled"] += len(visible.scene.things) - len(visible.shown)
+            self.photo_lights = []
+            return self.drawn
+        count, self._last = count or Count(), None
         self.drawn = {}  # its textures may be freed now
         self._steps.counts["culled"] += len(visible.scene.things) - len(visible.shown)
         used = _used(visible)
@@ -109,7 +114,7 @@ class GpuScene(Owner):
                 views = (shown[member] for member in p.members)
                 points = tuple(v for v in views if isinstance(v, ShownPoints))
                 drawables[p] = self._as_one(p, points, visible, count)
-        self.drawn, self.photo_lights = drawables, []
+        self.drawn, self.photo_lights, self._last = drawables, [], visible
         return drawables
 
     def read_normals(self, frame: Frame, look: Look) -> NDArray[np.float32]:
@@ -154,7 +159,7 @@ class GpuScene(Owner):
         return textures
 
     def release(self) -> None:
-        self.drawn, self._coarse = {}, {}
+        self.drawn, self._coarse, self._last = {}, {}, None
         super().release()
 
     def _prepare_clouds(self, clouds: list[Placed], visible: VisibleScene) -> Drawables:
@@ -243,6 +248,12 @@ class GpuScene(Owner):
             views = tuple(replace(view, colors=one) for view, one in zip(views, found, strict=True))
         weights = importances(p.content.frames, p.seen_from(visible.eye.pose), consensus.wrong)
         return ShownSet(points, views, consensus, weights, views[0].shading, target_estimator(p.content.look))
+
+
+def _needs_the_same(last: VisibleScene, now: VisibleScene) -> bool:
+    """Return whether two views need the same objects, as fine, on the GPU."""
+    is_same_view = last.scene is now.scene and last.eye is now.eye and last.shown is now.shown
+    return is_same_view and last.casting is now.casting and last.surroundings == now.surroundings
 
 
 def merged_frames(visible: VisibleScene) -> int:

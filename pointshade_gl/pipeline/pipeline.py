@@ -32,7 +32,7 @@ from ..scene.light import Light
 from ..scene.node import Matrix, Placed
 from ..scene.settings import SIMPLE, Finish
 from ..scene.values import CERTAINTY, ColorScale, scale_of_depths
-from ..scene.visible import VisibleScene, compose
+from ..scene.visible import VisibleScene, compose, composed_again
 from .accumulation import Accumulator, ExposureMeter, SharedSamples
 from .aligned_poses import Aligned, Aligner, alignment_steps
 from .frame_pass import FramePass
@@ -82,6 +82,7 @@ class Pipeline:
         self._aligner = Aligner(self.gpu_scene)
         self._target: Target | None = None
         self._drawn: Scene | None = None  # the last scene
+        self._composed: VisibleScene | None = None  # the last view, before it was lit
         self._seen: VisibleScene | None = None  # what was last seen of it, from the middle of its pixels
         self._has_surfaces = False  # whether the target certainly holds the surfaces of that
         self.exposure = 0.0  # of the last picture, stops
@@ -100,10 +101,10 @@ class Pipeline:
         """
         count, given, uploads = self._count(progress, scene, camera, pose, finish.samples), scene, self._uploads
         scene = self._aligner.aligned(scene, count)
-        visible = compose(scene, lights, camera, pose)
+        self._composed = visible = composed_again(self._composed, scene, lights, camera, pose)
         around = surroundings_of(finish, source or given, scene, lights, visible.materials, self._upright)
         self.surroundings, visible = around, visible._replace(surroundings=around)
-        drawables = self.gpu_scene.prepare(visible, count)
+        drawables = self.gpu_scene.prepare(visible, count if progress else None)
         if self._drawn is not scene:
             self.steps.forget("exposure")
         self._drawn = scene
@@ -268,7 +269,7 @@ class Pipeline:
         self.steps.forget()
         if self._target is not None:
             self._target.release()
-        self._target = self._drawn = self._seen = None
+        self._target = self._drawn = self._seen = self._composed = None
         for part in (
             self._meter,
             self._accumulator,

@@ -156,10 +156,10 @@ def viewing_pose(
 
     Raises ValueError or TypeError for impossible values, and for a pose that is to be moved.
     """
-    turns = _check_one_way(pose, yaw, pitch, dolly)
+    turns = _check_one_way(pose, yaw, pitch, dolly) if yaw or pitch or dolly else ()
     if pose is not None:
         return check_pose(pose)
-    if not any(turns):
+    if not turns:
         return np.asarray(frame.pose)
     return orbit_pose(frame.pose, frame.pivot if pivot is None else pivot, *turns, frame.upright)
 

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from functools import cached_property
+from operator import is_
 from typing import Any, NamedTuple, TypeVar
 
 import moderngl
@@ -22,9 +23,11 @@ class Versioned:
     """Something on the GPU that one step writes and others read. Whoever writes it raises its `version`."""
 
     version = 0
+    changes = 0  # of all of them
 
     def raise_version(self) -> None:
         self.version += 1
+        Versioned.changes += 1
 
 
 class Parts:
@@ -43,6 +46,30 @@ class Timing(NamedTuple):
     gpu_ms: float | None
 
 
+class Done(NamedTuple):
+    """The last run of a step: its arguments, as they are compared, and what it returned.
+
+    given    the arguments themselves, if nobody can write into them
+    changes  `Versioned.changes` at that time
+    """
+
+    state: Any
+    result: Any = None
+    given: tuple[Any, ...] | None = None
+    changes: int = -1
+
+    @classmethod
+    def of(cls, arguments: tuple[Any, ...], result: Any) -> Done:
+        state = _state(arguments)
+        kept = _kept(state)
+        return cls(kept, result, arguments if kept is state else None, Versioned.changes)
+
+    def is_surely_like(self, arguments: tuple[Any, ...]) -> bool:
+        """Return whether these are the same objects, and nothing was written to since: that is seen at a glance."""
+        given = self.given
+        return given is not None and self.changes == Versioned.changes and all(map(is_, given, arguments))
+
+
 class Steps:
     """Runs the steps, and remembers the arguments of each one's last run.
 
@@ -59,7 +86,7 @@ class Steps:
         self._is_software = is_software  # there the timer stops before the work is done
         self._query: moderngl.Query | None = None
         self._is_timing = False
-        self._done: dict[tuple[str, Any], tuple[Any, Any]] = {}
+        self._done: dict[tuple[str, Any], Done] = {}
         self.counts: Counter[str] = Counter()
         self.laps: dict[str, Timing] = {}
         self.timed = False
@@ -69,18 +96,23 @@ class Steps:
 
         of  what the step is run on, when there are several: each has its own last run
         """
-        before = self._done.pop((name, of), None)  # gone if the work fails
-        if before is None or not _same(before[0], _state(arguments)):
+        before = self._done.get((name, of))
+        if before is not None and before.is_surely_like(arguments):
+            return before.result
+        self._done.pop((name, of), None)  # gone if the work fails
+        if before is None or not _same(before.state, _state(arguments)):
             result = self.always(name, work, *arguments)
-            before = _kept(_state(arguments)), result  # afterwards: what the step itself wrote has not changed
+            before = Done.of(arguments, result)  # afterwards: what the step itself wrote has not changed
+        elif before.given is not None and all(map(is_, before.given, arguments)):
+            before = before._replace(changes=Versioned.changes)
         self._done[name, of] = before
-        return before[1]
+        return before.result
 
     def is_new(self, name: str, *arguments: Any, of: Any = None) -> bool:
         """Return whether a step would run with these arguments, and count it as done. For parts of a step's work."""
         before, now = self._done.pop((name, of), None), _state(arguments)
-        self._done[name, of] = _kept(now), None
-        return before is None or not _same(before[0], now)
+        self._done[name, of] = Done(_kept(now))
+        return before is None or not _same(before.state, now)
 
     def always(self, name: str, work: Callable[..., _Result], *arguments: Any) -> _Result:
         """Return work(*arguments), counted and timed, for a step that has nothing to compare."""
@@ -105,8 +137,8 @@ class Steps:
         of  only those on this object, or that have read it; or on one of several, in a list
         """
         things = None if of is None else set(map(id, of if isinstance(of, list) else [of]))
-        for key, (state, _) in list(self._done.items()):
-            if name in (None, key[0]) and (things is None or _mentions((key[1], state), things)):
+        for key, done in list(self._done.items()):
+            if name in (None, key[0]) and (things is None or _mentions((key[1], done.state), things)):
                 del self._done[key]
 
     def _time(self, name: str, work: Callable[..., _Result], arguments: tuple[Any, ...]) -> _Result:
@@ -152,6 +184,7 @@ def _same(before: Any, now: Any) -> bool:
 def _kept(state: Any) -> Any:
     """Return the state with copies of its arrays, unless nobody can write into them afterwards."""
     if isinstance(state, tuple):
-        return tuple(map(_kept, state))
+        kept = tuple(map(_kept, state))
+        return state if all(map(is_, kept, state)) else kept
     is_open = isinstance(state, np.ndarray) and (state.flags.writeable or state.base is not None)
     return state.copy() if is_open else state

@@ -90,7 +90,8 @@ class RenderRequest:
         A request is returned as it is; a path or a built-in name is read. Raises TypeError or ValueError for anything
         that does not fit, OSError for a path that cannot be read.
         """
-        given: dict[str, Any] = {name: value for name, value in options.items() if _is_given(name, value)}
+        other = [(name, value) for name, value in options.items() if value is not _DEFAULTS.get(name)]
+        given: dict[str, Any] = {name: value for name, value in other if _is_given(name, value)}
         if isinstance(source, RenderRequest):
             if given:
                 raise TypeError(f"a request has all its options: leave out {', '.join(given)}")
@@ -126,7 +127,10 @@ class RenderRequest:
 
         Raises TypeError or ValueError for anything else.
         """
-        return () if isinstance(self.source, Scene | PointCloud) else check_frames(self.source)
+        source = self.source
+        if isinstance(source, Frame):
+            return (source,)
+        return () if isinstance(source, Scene | PointCloud) else check_frames(source)
 
     def subject(self, scene: Scene) -> Frame | Scene:
         """Return what the viewer turns around: of frames the first, else the scene that was made of the source."""

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from ctypes import byref, c_int
 from functools import cache
+from marshal import dumps
 from pathlib import Path
 from typing import Any
 
@@ -143,13 +144,23 @@ def translate_log(log: str, origin: Origin) -> str:
 
 
 def set_uniforms(program: moderngl.Program | moderngl.ComputeShader, **values: Any) -> None:
-    """Set uniforms by name. A name that the program does not have raises KeyError."""
+    """Set uniforms by name, those that are others than before. A name that the program does not have raises KeyError.
+
+    Nobody else sets them. What was set is kept to the bit: 0.0 is not -0.0.
+    """
+    before: dict[str, Any] = program.extra
+    if before is None:
+        before = program.extra = {}
     for name, value in values.items():
+        known = value if type(value) is bytes or type(value) is int else dumps(value, 2)
+        if name in before and before[name] == known:
+            continue
         uniform = program[name]
-        if isinstance(value, bytes):
+        if type(value) is bytes:
             uniform.write(value)  # type: ignore[union-attr]
         else:
             uniform.value = value  # type: ignore[union-attr]
+        before[name] = known
 
 
 def source_and_target(source: Camera, target: Camera, view: np.ndarray) -> dict[str, Any]:
@@ -193,11 +204,13 @@ class FullscreenPasses(Owner):
 
 def set_inputs(program: moderngl.Program | moderngl.ComputeShader, inputs: dict[str, Any]) -> None:
     """Set uniforms by name. Every texture among them is bound, and the number of its unit put in its place."""
-    names = [name for name, value in inputs.items() if isinstance(value, moderngl.Texture)]
-    assert len(names) <= UNITS, "more textures than a caller's state is kept for"
-    for unit, name in enumerate(names):
-        bind_texture(program, name, inputs[name], unit)
-        inputs[name] = unit
+    unit = 0
+    for name, value in inputs.items():
+        if type(value) is moderngl.Texture:
+            assert unit < UNITS, "more textures than a caller's state is kept for"
+            bind_texture(program, name, value, unit)
+            inputs[name] = unit
+            unit += 1
     set_uniforms(program, **inputs)
 
 
@@ -205,7 +218,7 @@ def bind_texture(
     program: moderngl.Program | moderngl.ComputeShader, name: str, texture: moderngl.Texture, unit: int
 ) -> None:
     """Bind a texture as the program reads it: as a sampler, or as an image."""
-    if program[name].gl_type == IMAGE_2D:  # type: ignore[union-attr]
+    if name in IMAGES and program[name].gl_type == IMAGE_2D:  # type: ignore[union-attr]
         is_as_said = IMAGES[name] == "rgba"[: texture.components] + {"f4": "32f", "f2": "16f"}.get(texture.dtype, "")
         assert is_as_said, f"{name} must be {IMAGES[name]}: software drivers read it as an image"
         texture.bind_to_image(unit, read=True, write=False)

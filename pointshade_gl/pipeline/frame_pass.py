@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -105,7 +106,7 @@ class FramePass:
             run("resolve", points.draw_surface, target.surfaces, *looking)
             self._light_pixels(target, canvas, visible, light_set, visible.materials)
 
-    def _materials(self, visible: VisibleScene, drawables: Drawables) -> list[Material]:
+    def _materials(self, visible: VisibleScene, drawables: Drawables) -> Sequence[Material]:
         """Return the materials by the numbers that surfaces have: of each object one where they hide each other."""
         if not visible.surroundings.occlusion:
             return visible.materials
@@ -146,7 +147,7 @@ class FramePass:
         surfaces.raise_version()
 
     def _light_pixels(
-        self, target: Target, canvas: Canvas, visible: VisibleScene, light_set: LightSet, numbered: list[Material]
+        self, target: Target, canvas: Canvas, visible: VisibleScene, light_set: LightSet, numbered: Sequence[Material]
     ) -> None:
         """Light the visible surfaces onto the canvas. numbered: their materials."""
         materials = np.array([material.strengths for material in numbered or [Material()]])

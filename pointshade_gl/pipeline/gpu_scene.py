@@ -62,6 +62,7 @@ class GpuScene(Owner):
         self.drawn: Drawables = {}
         self.photo_lights: list[FoundLight] = []
         self._last: VisibleScene | None = None  # whose objects `drawn` are
+        self._forgotten = 0  # `steps.forgotten` at that time
 
     @cached_property
     def _clouds(self) -> CloudStore:
@@ -89,7 +90,7 @@ class GpuScene(Owner):
 
     def prepare(self, visible: VisibleScene, count: Count | None = None) -> Drawables:
         """Put everything that is visible or casts a shadow on the GPU. count: of `merged_frames`, counted twice."""
-        if count is None and self.drawn and self._last is not None and _needs_the_same(self._last, visible):
+        if count is None and self.drawn and self._has_objects_of(visible):
             self._steps.counts["culled"] += len(visible.scene.things) - len(visible.shown)
             self.photo_lights = []
             return self.drawn
@@ -115,7 +116,20 @@ class GpuScene(Owner):
                 points = tuple(v for v in views if isinstance(v, ShownPoints))
                 drawables[p] = self._as_one(p, points, visible, count)
         self.drawn, self.photo_lights, self._last = drawables, [], visible
+        self._forgotten = self._steps.forgotten
         return drawables
+
+    def _has_objects_of(self, now: VisibleScene) -> bool:
+        """Return whether the objects of the last view are all, and as fine, as another needs."""
+        last = self._last
+        if last is None or self._forgotten != self._steps.forgotten or last.scene is not now.scene:
+            return False
+        if (last.surroundings, last.shown, last.casting) != (now.surroundings, now.shown, now.casting):
+            return False
+        if last.eye is now.eye:
+            return True
+        content = now.scene.things[0].content  # a frame alone has all of its points in every view of one size
+        return is_alone(now.scene.things) and content.is_alike_from_everywhere and last.eye.camera == now.eye.camera
 
     def read_normals(self, frame: Frame, look: Look) -> NDArray[np.float32]:
         """Return (h, w, 4), read-only: the normals and depths of a frame's points, in its camera's axes."""
@@ -248,12 +262,6 @@ class GpuScene(Owner):
             views = tuple(replace(view, colors=one) for view, one in zip(views, found, strict=True))
         weights = importances(p.content.frames, p.seen_from(visible.eye.pose), consensus.wrong)
         return ShownSet(points, views, consensus, weights, views[0].shading, target_estimator(p.content.look))
-
-
-def _needs_the_same(last: VisibleScene, now: VisibleScene) -> bool:
-    """Return whether two views need the same objects, as fine, on the GPU."""
-    is_same_view = last.scene is now.scene and last.eye is now.eye and last.shown is now.shown
-    return is_same_view and last.casting is now.casting and last.surroundings == now.surroundings
 
 
 def merged_frames(visible: VisibleScene) -> int:

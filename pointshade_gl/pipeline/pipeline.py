@@ -233,7 +233,7 @@ class Pipeline:
         count = self._count(progress, scene, content.frame.camera, pose)
         scene = self._aligner.aligned(scene, count)
         content = scene.things[0].content
-        visible = compose(scene, lights, content.frame.camera, pose)._replace(shown=scene.things)
+        visible = compose(scene, lights, content.frame.camera, pose, shows_all=True)
         drawables = self.gpu_scene.prepare(visible, count)
         self._aligner.watch(drawables)
         light_set = self._light_setup.prepare(visible, drawables)
@@ -251,7 +251,7 @@ class Pipeline:
     def prepare_all(self, scene: Scene, camera: Camera, pose: Matrix) -> Drawables:
         """Put all objects of a scene on the GPU, also those that this view does not show, and return them."""
         scene = self._aligner.aligned(scene)
-        return self.gpu_scene.prepare(compose(scene, (), camera, pose)._replace(shown=scene.things))
+        return self.gpu_scene.prepare(compose(scene, (), camera, pose, shows_all=True))
 
     def _fit_target(self, camera: Camera) -> Target:
         size = camera.width, camera.height

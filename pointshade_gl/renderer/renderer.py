@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import warnings
 import weakref
-from collections.abc import Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -118,7 +118,7 @@ class Renderer(Estimates):
         if rasterizer == "compute" and not can_compute:
             name = self.context.renderer
             raise ContextError(f"the compute rasteriser needs OpenGL 4.3, {name} offers less: use rasterizer='points'")
-        self._scenes = Scenes()
+        self._scenes, self._guard = Scenes(), _Guard(self.context, self._start_anew)
         self.steps = Steps(self.context.gl, self.context.is_software)  # what ran, how often, and how long it took
         self._new_pipeline = partial(Pipeline, self.context, self.steps, can_compute, merge)
         self._pipeline = self._new_pipeline()
@@ -277,7 +277,8 @@ class Renderer(Estimates):
                 frame, light=light, material=material, camera=camera, pose=pose, normals=normals, shading=shading,
                 point_size=point_size, **options,
             ).as_shown  # fmt: skip
-            return self._draw(request, self._scenes.of(request), progress)
+            with self._in_use():
+                return self._draw(request, self._scenes.of(request), progress)
 
     def _draw(self, request: RenderRequest, scene: Scene, progress: Progress | None) -> moderngl.Texture:
         """Draw the scene that was made of a request's source."""
@@ -290,8 +291,7 @@ class Renderer(Estimates):
 
             finish = replace(finish, ground=tuple(self.steps.run("up", up_and_floor, source)[0].tolist()))
         seen = request.seen_by(scene)
-        with self._in_use():
-            return self._pipeline.draw(scene, lights, *seen, finish, source, progress).color
+        return self._pipeline.draw(scene, lights, *seen, finish, source, progress).color
 
     @takes(DepthOptions, *GROUPS, like=render)
     def render_depth(
@@ -486,18 +486,34 @@ class Renderer(Estimates):
     def __exit__(self, *_: object) -> None:
         self.release()
 
-    @contextmanager
-    def _in_use(self) -> Generator[None, None, None]:
+    def _in_use(self) -> AbstractContextManager[None]:
         """The context is ready for this renderer's passes. What fails half way leaves nothing half made."""
-        with self.context.in_use():
-            try:
-                yield
-            except BaseException as error:
-                is_misfit = isinstance(error, ValueError | TypeError) and is_expected(error)
-                if not (is_misfit or isinstance(error, Cancelled)):  # of arguments, or between two steps
-                    before, self._pipeline = self._pipeline, self._new_pipeline()
-                    before.release()
-                raise
+        return self._guard
+
+    def _start_anew(self, error: BaseException) -> None:
+        """Free what a failed call has left half made: not arguments that do not fit, or an end between two steps."""
+        is_misfit = isinstance(error, ValueError | TypeError) and is_expected(error)
+        if not (is_misfit or isinstance(error, Cancelled)):
+            before, self._pipeline = self._pipeline, self._new_pipeline()
+            before.release()
+
+
+class _Guard:
+    """What `with` needs to draw by a Renderer."""
+
+    def __init__(self, context: Context, failed: Callable[[BaseException], None]):
+        self._context, self._failed = context.in_use(), weakref.WeakMethod(failed)
+
+    def __enter__(self) -> None:
+        self._context.__enter__()
+
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
+        failed = None if error is None else self._failed()
+        try:
+            if error is not None and failed is not None:
+                failed(error)
+        finally:
+            self._context.__exit__(kind, error, trace)
 
 
 def _free_dropped(context: Context) -> None:

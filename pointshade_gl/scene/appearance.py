@@ -6,6 +6,7 @@ Plain frozen values.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any, Literal, TypedDict, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -381,7 +382,7 @@ class Look(Options):
         """Some points have another size than 1."""
         return not (self.point_size is None or self.fills or np.all(np.asarray(self.point_size) == 1))
 
-    @property
+    @cached_property
     def is_uniform(self) -> bool:
         """No option is an array; each holds for every pixel."""
         return all(isinstance(value, str | int | float | None) for value in (self.normals, self.point_size, self.noise))

@@ -301,19 +301,26 @@ class Eye(NamedTuple):
         return cls(camera, pose, NEAR * distance)
 
 
+_proved: NDArray[np.float64] | None = None  # the last pose that was found right, which is asked about again at once
+
+
 def check_pose(pose: AnyArray | None, name: str = "pose") -> NDArray[np.float64]:
     """A camera-to-world matrix as float64 (4, 4), read-only; None is the identity.
 
     Raises ValueError unless it is a rotation and a translation (to 1 %, so that rounded text files pass), TypeError for
     anything but numbers.
     """
+    global _proved
+    if _proved is not None and pose is _proved:
+        return _proved
     matrix = np.eye(4) if pose is None else check_matrix(pose, name)
     rotation = matrix[:3, :3]
     if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-6 or not is_orthogonal(rotation, 0.01):
         raise ValueError(f"{name} must be camera-to-world: a rotation and a translation above the row (0, 0, 0, 1)")
     if np.linalg.det(rotation) < 0:
         raise ValueError(f"{name} mirrors: its rotation has determinant -1; OpenCV axes are x right, y down, z forward")
-    return frozen(matrix)
+    _proved = frozen(matrix)
+    return _proved
 
 
 def view_matrix(source_pose: NDArray[np.float64], target_pose: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -374,6 +381,8 @@ def orbit_pose(
 
 def check_turns(yaw: float, pitch: float, dolly: float) -> tuple[float, float, float]:
     """The three as floats. Raises ValueError unless they are finite and dolly below 1, TypeError without numbers."""
+    if type(yaw) is type(pitch) is type(dolly) is float and yaw == pitch == dolly == 0:
+        return yaw, pitch, dolly
     complaint = f"{option('yaw')} and {option('pitch')} must be finite and {option('dolly')} below 1"
     dolly = check_float(dolly, complaint, high=math.nextafter(1, 0))
     return check_float(yaw, complaint), check_float(pitch, complaint), dolly

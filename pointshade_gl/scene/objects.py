@@ -201,6 +201,11 @@ class PointObject(DrawnValue):
         return not self.others
 
     @property
+    def is_alike_from_everywhere(self) -> bool:
+        """Return whether no point or colour of it depends on who looks."""
+        return self.is_single and self.look.missing != "photo"
+
+    @property
     def frames(self) -> tuple[Frame, ...]:
         """Return all frames."""
         return self.frame, *self.others

@@ -36,12 +36,7 @@ class VisibleScene(NamedTuple):
     surroundings: EnvironmentLight = NOTHING_AROUND
     sample: int = 0  # of the picture
     scale: ColorScale | None = None  # of colours that are no light
-
-    @property
-    def materials(self) -> list[Material]:
-        """The materials of all that is shown, each once; never empty."""
-        contents = dict.fromkeys(p.content for p in self.shown)  # of many copies of one, one
-        return list(dict.fromkeys(content.material for content in contents)) or [Material()]
+    materials: Sequence[Material] = ()  # of all that is shown, each once; never empty
 
     @property
     def is_lit(self) -> bool:
@@ -50,15 +45,18 @@ class VisibleScene(NamedTuple):
 
 
 def compose(
-    scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, surroundings: EnvironmentLight = NOTHING_AROUND
-) -> VisibleScene:
-    """Return what a camera at a pose (4, 4) sees of a scene under these lights."""
+    scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix,
+    surroundings: EnvironmentLight = NOTHING_AROUND, shows_all: bool = False,
+) -> VisibleScene:  # fmt: skip
+    """Return what a camera at a pose (4, 4) sees of a scene under these lights. shows_all: also what is out of view."""
     things = scene.things
     eye = Eye.at_distance(camera, pose, looking_distance(scene, pose))
-    shown = things if is_alone(things) else list(compress(things, in_view(*scene.boxes, eye)))
+    shown = things if shows_all or is_alone(things) else list(compress(things, in_view(*scene.boxes, eye)))
     casting = [p for p in things if p.node.shadow] if any(light.shadow for light in lights) else []
     lights = [at_upper_left(light, pose) for light in lights]
-    return VisibleScene(eye, lights, scene, shown, casting, surroundings=surroundings)
+    contents = dict.fromkeys(p.content for p in shown)  # of many copies of one, one
+    materials = list(dict.fromkeys(content.material for content in contents)) or [Material()]
+    return VisibleScene(eye, lights, scene, shown, casting, surroundings=surroundings, materials=materials)
 
 
 def composed_again(

@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import cache, partial
 from importlib import import_module
 from typing import Any
@@ -129,12 +129,12 @@ class Context:
         self.gl = _create(device) if context is None else context
         Context._first_process = os.getpid()
         self._thread, self._process = threading.get_ident(), os.getpid()
-        self._is_released = self._is_in_use = False
-        self._identity: tuple[str, int] | None = None
+        self._is_released, self._in_use = False, InUse(self)
+        self.identity: tuple[str, int] | None = None
         self._callers: CallersState | None = None
         try:
             with self._made_current():
-                self._identity = current_context()
+                self.identity = current_context()
                 self._start()
         except BaseException:
             self.release()
@@ -170,31 +170,21 @@ class Context:
             "largest point": info["GL_POINT_SIZE_RANGE"][1],
         }
 
-    @contextmanager
-    def in_use(self) -> Iterator[None]:
+    def in_use(self) -> InUse:
         """Make the context current inside, in GL's default state; afterwards restore what the caller had.
 
         Raises ContextError where it cannot be used.
         """
-        self.check()
-        if self._is_in_use:
-            yield
-            return
-        with self._made_current(), self._set_aside():
-            self._is_in_use = True
-            try:
-                yield
-            finally:
-                self._is_in_use = False
+        return self._in_use
 
     @contextmanager
     def _made_current(self) -> Iterator[None]:
         """Make the context current inside; afterwards the previous one."""
-        if self._identity is not None and self._identity == current_context():
+        if self.identity is not None and self.identity == current_context():
             yield
             return
-        with kept(self._identity[0] if self._identity else loader_of(self.gl)), self.gl:
-            if self._identity not in (None, current_context()):
+        with kept(self.identity[0] if self.identity else loader_of(self.gl)), self.gl:
+            if self.identity not in (None, current_context()):
                 raise ContextError("the OpenGL context cannot be made current: another thread uses it, or it is gone")
             yield
 
@@ -231,6 +221,8 @@ class Context:
 
     def check(self) -> None:
         """Raise ContextError where the context cannot be used: GL would draw garbage there, or nothing."""
+        if self.is_here and not self._is_released and not self.is_gone:
+            return
         check_process(self._process, "Renderer")
         if not self.is_here:
             raise ContextError("this Renderer belongs to the thread that made it: make one Renderer in each thread")
@@ -260,6 +252,52 @@ class Context:
         if self.is_here or loader_of(self.gl) == "egl":
             self.release()
         return True
+
+
+class InUse:
+    """What `with` needs to use a Context, also inside itself.
+
+    Every call pays for it, so the usual case, a context of our own where none is current, is written out.
+    """
+
+    def __init__(self, context: Context):
+        self._context, self._depth = context, 0
+        self._screen: moderngl.Framebuffer | None = None  # of our own context
+        self._inside: ExitStack | None = None  # None: the usual case
+
+    def __enter__(self) -> None:
+        self._context.check()
+        if not self._depth:
+            self._inside = None if self._is_entered_alone() else self._entered()
+        self._depth += 1
+
+    def _is_entered_alone(self) -> bool:
+        context = self._context
+        if self._screen is None or current_context():
+            return False
+        context.gl.__enter__()
+        if current_context() == context.identity:
+            return True
+        context.gl.__exit__(None, None, None)
+        return False
+
+    def _entered(self) -> ExitStack:
+        with ExitStack() as inside:
+            inside.enter_context(self._context._made_current())
+            inside.enter_context(self._context._set_aside())
+            if self._context.owned:
+                self._screen = self._screen or self._context.gl.detect_framebuffer(0)
+            return inside.pop_all()
+
+    def __exit__(self, *error: Any) -> None:
+        self._depth -= 1
+        if self._depth:
+            return
+        if self._inside is not None:
+            self._inside.__exit__(*error)
+        elif self._screen is not None:
+            self._screen.use()  # so that nothing of ours is bound when it is freed
+            self._context.gl.__exit__(*error)
 
 
 def _is_there(library: str) -> bool:

@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from functools import cached_property
-from operator import is_
 from typing import Any, NamedTuple, TypeVar
 
 import moderngl
@@ -23,11 +22,9 @@ class Versioned:
     """Something on the GPU that one step writes and others read. Whoever writes it raises its `version`."""
 
     version = 0
-    changes = 0  # of all of them
 
     def raise_version(self) -> None:
         self.version += 1
-        Versioned.changes += 1
 
 
 class Parts:
@@ -46,30 +43,6 @@ class Timing(NamedTuple):
     gpu_ms: float | None
 
 
-class Done(NamedTuple):
-    """The last run of a step: its arguments, as they are compared, and what it returned.
-
-    given    the arguments themselves, if nobody can write into them
-    changes  `Versioned.changes` at that time
-    """
-
-    state: Any
-    result: Any = None
-    given: tuple[Any, ...] | None = None
-    changes: int = -1
-
-    @classmethod
-    def of(cls, arguments: tuple[Any, ...], result: Any) -> Done:
-        state = _state(arguments)
-        kept = _kept(state)
-        return cls(kept, result, arguments if kept is state else None, Versioned.changes)
-
-    def is_surely_like(self, arguments: tuple[Any, ...]) -> bool:
-        """Return whether these are the same objects, and nothing was written to since: that is seen at a glance."""
-        given = self.given
-        return given is not None and self.changes == Versioned.changes and all(map(is_, given, arguments))
-
-
 class Steps:
     """Runs the steps, and remembers the arguments of each one's last run.
 
@@ -79,6 +52,7 @@ class Steps:
     counts  how often each step has run
     timed   True fills `laps`; the GPU then waits for each step, so the whole is slower
     laps    the last run of each step
+    forgotten  how often some were to run again
     """
 
     def __init__(self, context: moderngl.Context, is_software: bool):
@@ -86,33 +60,31 @@ class Steps:
         self._is_software = is_software  # there the timer stops before the work is done
         self._query: moderngl.Query | None = None
         self._is_timing = False
-        self._done: dict[tuple[str, Any], Done] = {}
+        self._done: dict[tuple[str, Any], tuple[list[Any], Any]] = {}  # what it was given, and what it returned
         self.counts: Counter[str] = Counter()
         self.laps: dict[str, Timing] = {}
         self.timed = False
+        self.forgotten = 0
 
     def run(self, name: str, work: Callable[..., _Result], *arguments: Any, of: Any = None) -> _Result:
         """Return work(*arguments), or the result of its last run if no argument has changed since.
 
         of  what the step is run on, when there are several: each has its own last run
         """
-        before = self._done.get((name, of))
-        if before is not None and before.is_surely_like(arguments):
-            return before.result
-        self._done.pop((name, of), None)  # gone if the work fails
-        if before is None or not _same(before.state, _state(arguments)):
+        key = name, of
+        before = self._done.get(key)
+        if before is None or not _alike(before[0], fingerprint(arguments)):
+            self._done.pop(key, None)  # gone if the work fails
             result = self.always(name, work, *arguments)
-            before = Done.of(arguments, result)  # afterwards: what the step itself wrote has not changed
-        elif before.given is not None and all(map(is_, before.given, arguments)):
-            before = before._replace(changes=Versioned.changes)
-        self._done[name, of] = before
-        return before.result
+            # afterwards: what the step itself wrote has not changed
+            self._done[key] = before = fingerprint(arguments), result
+        return before[1]
 
     def is_new(self, name: str, *arguments: Any, of: Any = None) -> bool:
         """Return whether a step would run with these arguments, and count it as done. For parts of a step's work."""
-        before, now = self._done.pop((name, of), None), _state(arguments)
-        self._done[name, of] = Done(_kept(now))
-        return before is None or not _same(before.state, now)
+        before, now = self._done.pop((name, of), None), fingerprint(arguments)
+        self._done[name, of] = now, None
+        return before is None or not _alike(before[0], now)
 
     def always(self, name: str, work: Callable[..., _Result], *arguments: Any) -> _Result:
         """Return work(*arguments), counted and timed, for a step that has nothing to compare."""
@@ -136,9 +108,10 @@ class Steps:
 
         of  only those on this object, or that have read it; or on one of several, in a list
         """
+        self.forgotten += 1
         things = None if of is None else set(map(id, of if isinstance(of, list) else [of]))
-        for key, done in list(self._done.items()):
-            if name in (None, key[0]) and (things is None or _mentions((key[1], done.state), things)):
+        for key, (given, _) in list(self._done.items()):
+            if name in (None, key[0]) and (things is None or any(id(one) in things for one in (key[1], *given))):
                 del self._done[key]
 
     def _time(self, name: str, work: Callable[..., _Result], arguments: tuple[Any, ...]) -> _Result:
@@ -159,32 +132,44 @@ class Steps:
         return result
 
 
-def _state(value: Any) -> Any:
-    """Return a value in the form in which it is compared: what has parts part by part, images with their version."""
-    if isinstance(value, tuple | list | Parts):
-        return tuple(map(_state, value))
-    return (value, value.version) if isinstance(value, Versioned) else value
+def fingerprint(arguments: tuple[Any, ...]) -> list[Any]:
+    """Return all parts of arguments, those of tuples and the like after the others, and images with their versions.
+
+    Arrays that somebody may still write into are copied. This runs often, so it calls next to nothing.
+    """
+    found: list[Any] = []
+    parts = [*arguments]
+    for value in parts:  # which grows on the way
+        kind = type(value)
+        if kind not in _KINDS:
+            _KINDS[kind] = next(
+                (one for one in (tuple, list, Parts, Versioned, np.ndarray) if issubclass(kind, one)), kind
+            )
+        kind = _KINDS[kind]
+        if kind is Versioned:
+            found += value, value.version
+        elif kind is np.ndarray:
+            is_open = value.flags.writeable or value.base is not None
+            found += (value.copy() if is_open else value,)
+        elif kind is tuple or kind is list or kind is Parts:
+            found += (kind,)
+            parts += value
+        else:
+            found += (value,)
+    return found
 
 
-def _mentions(state: Any, things: set[int]) -> bool:
-    """Return whether one of these objects, by their ids, is among the arguments of a step or in tuples of them."""
-    return id(state) in things or (isinstance(state, tuple) and any(_mentions(part, things) for part in state))
+_KINDS: dict[type, type] = {}  # of which kind a class is
 
 
-def _same(before: Any, now: Any) -> bool:
-    if before is now:
-        return True
-    if isinstance(before, tuple) and isinstance(now, tuple):
-        return len(before) == len(now) and all(map(_same, before, now))
-    if isinstance(before, np.ndarray) or isinstance(now, np.ndarray):
-        return isinstance(before, np.ndarray) and isinstance(now, np.ndarray) and np.array_equal(before, now)
-    return bool(before == now)
-
-
-def _kept(state: Any) -> Any:
-    """Return the state with copies of its arrays, unless nobody can write into them afterwards."""
-    if isinstance(state, tuple):
-        kept = tuple(map(_kept, state))
-        return state if all(map(is_, kept, state)) else kept
-    is_open = isinstance(state, np.ndarray) and (state.flags.writeable or state.base is not None)
-    return state.copy() if is_open else state
+def _alike(before: list[Any], now: list[Any]) -> bool:
+    """Return whether two fingerprints are the same: numbers and arrays by value, frames and meshes by identity."""
+    if len(before) != len(now):
+        return False
+    for one, other in zip(before, now, strict=True):
+        if one is other:
+            continue
+        arrays = isinstance(one, np.ndarray) + isinstance(other, np.ndarray)
+        if arrays == 1 or not (np.array_equal(one, other) if arrays else one == other):
+            return False
+    return True

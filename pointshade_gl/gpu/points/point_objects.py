@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 
 from ...scene.camera import Camera, Eye
+from ...scene.values import frozen
 from ...scene.visible import bridged_camera
 from ..core.frame_textures import Colors, FrameTextures, PointSurface
 from ..core.images import Box, Fitted, Image, depth_tested
@@ -291,9 +292,15 @@ class PointObjects(FullscreenPasses):
 
 def model_view(pose: np.ndarray, scale: float, eye: Eye) -> np.ndarray:
     """Return (4, 4) from the axes of a frame's camera to those of the eye, in the frame's own unit."""
-    view = np.linalg.inv(eye.pose) @ pose
-    view[:3, 3] /= scale
-    return view
+    global _last_view
+    if _last_view[0] is not pose or _last_view[1] is not eye or _last_view[2] != scale:
+        view = np.linalg.inv(eye.pose) @ pose
+        view[:3, 3] /= scale
+        _last_view = pose, eye, scale, frozen(view)
+    return _last_view[3]
+
+
+_last_view: tuple[Any, Any, float, Any] = None, None, 0.0, None  # for whom it was found, which is asked again at once
 
 
 def _splats(points: Points, eye: Eye) -> Splats:

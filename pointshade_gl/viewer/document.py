@@ -24,7 +24,7 @@ from ..scene.orbit import OWN_LIGHT, OrbitStage, State
 from ..scene.settings import Metering
 from ..scene.viewpoint import View
 from .history import History, Snapshot, switches_of
-from .playing import Playing
+from .playback import Playback
 from .views import Shown, Views, home_of, pose_of
 
 PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
@@ -50,7 +50,7 @@ class Dropped(NamedTuple):
 class Document:
     """A frame, a stream of frames or a scene, under its own lights unless others are given.
 
-    playing  closed here if it has nothing to show; afterwards whoever opened it does that
+    playback  closed here if it has nothing to show; afterwards whoever opened it does that
     dropped  what of it came by a drop onto the window; None: the program opened it
     merge    frames of a sequence are read to be merged
     place    from where it is seen at first, of which only the pose or how it is moved counts; None: as the state says
@@ -64,19 +64,19 @@ class Document:
 
     def __init__(
         self,
-        playing: Playing,
+        playback: Playback,
         state: State,
         lights: Sequence[Light] = (),
         merge: bool = False,
         dropped: Dropped | None = None,
         place: View | None = None,
     ):
-        self.playing, self.dropped = playing, dropped
+        self.playback, self.dropped = playback, dropped
         self.title = " and ".join(dropped.paths) if dropped else ""
         self.exposure: float | Metering = "sensor"
         with ExitStack() as undo:
-            undo.callback(playing.close)
-            self.first = first = playing.first(merge)
+            undo.callback(playback.close)
+            self.first = first = playback.first(merge)
             names: Sequence[str] = ()
             if isinstance(first, Scene) and not lights:
                 names, lights = first.light_names, first.lights
@@ -86,8 +86,8 @@ class Document:
     def instead(self, paths: Sequence[str], state: State) -> Document:
         """Open what was dropped onto the window, with this look. Raises ValueError, TypeError or OSError."""
         found = read_dropped(paths)._replace(paths=tuple(paths))
-        playing = self.playing.instead(found.source, found.others)
-        return Document(playing, state.reset_view(State()), dropped=found)
+        playback = self.playback.instead([found.source, *found.others])
+        return Document(playback, state.reset_view(State()), dropped=found)
 
     def start_at(self, moment: Snapshot, shown: Shown) -> None:
         """R comes back to this, and nothing before it can be undone."""

@@ -1,4 +1,4 @@
-"""Plays streams of frames, one or several at once, each at its own rate; and when a window is drawn."""
+"""Plays streams of frames, one or several at once, each at its own rate; merges views; and when a window is drawn."""
 
 from __future__ import annotations
 
@@ -6,20 +6,28 @@ import queue
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..checks.arguments import check_fps
+from ..files.frame_sources import choose_views
 from ..files.frames.sequences import FrameSequence
 from ..notes.words import option, shown
 from ..scene.frame import Frame
-from .views import Views
+from ..scene.graph import Scene
+from .events import ChangeRate, PlayCommand, PlayEffect, Seek, StepFrames
+from .views import Shown, Views
 
 SLOWEST, USUAL, FASTEST = 0.5, 30.0, 240.0  # frames per second that keys choose; beyond, they play as fast as they come
 PATIENCE = 0.1  # seconds after which a waiting thread checks again whether it should stop
+READERS = 2  # threads that read views to merge
+MERGED = "the views are merged: M plays the frames"
+NO_NUMBERS = "the frames of a live stream have no numbers"
+Answer = tuple[Shown | None, str]  # what to show from now on, None for the same; what to say, "" for nothing
 
 
-class Playback:
+class Player:
     """Plays a source of frames. `advance` gives the frame to show, and never waits.
 
     source  a Sequence, which repeats and can be stepped through, or any other iterable (a camera)
@@ -77,11 +85,6 @@ class Playback:
     def total(self) -> int | None:
         """How many frames there are; None where nobody knows."""
         return len(self._source) if isinstance(self._source, Sequence) else None
-
-    @property
-    def indices(self) -> list[int]:
-        """Of each source its frame's: there is one."""
-        return [self.index]
 
     @property
     def rate(self) -> float | None:
@@ -214,7 +217,7 @@ def _numbered(source: Iterable[Frame], start: int) -> Any:
 
 def _live(frame: Frame | None) -> tuple[int, Frame] | None:
     """None ends the stream."""
-    return None if frame is None else (-1, frame)
+    return frame and (-1, frame)
 
 
 class _From(Sequence[tuple[int, Frame]]):
@@ -230,85 +233,279 @@ class _From(Sequence[tuple[int, Frame]]):
         return self._start + index, self._source[self._start + index]
 
 
-class MultiPlayback:
-    """What Playback is for one source, for several: `advance` gives the Views to show, and never waits.
+class Merger:
+    """Makes Views of a sequence; threads read the frames while the window stays alive.
 
-    sources  each a Frame, a Sequence of frames, which repeats, or any other iterable (a camera)
-    fps      frames per second of each; None: as fast as they come
-    skipped, wake  as for Playback
+    count    how many frames are merged, or their numbers; None for all
+    skipped  called with one sentence for each frame that cannot be read, or is left out
+    wake     called from the threads when a frame has been read; may be set
     """
-
-    index, total = -1, None  # there is no common number
 
     def __init__(
         self,
-        sources: Sequence[Frame | Iterable[Frame]],
-        fps: Sequence[float | None],
+        source: Sequence[Frame],
+        count: int | Sequence[int] | None,
         skipped: Callable[[str], None] = lambda _: None,
     ):
+        self._source, self._count, self._skipped = source, count, skipped
         self.wake: Callable[[], None] = lambda: None
-        named = enumerate(sources)  # as the panel calls them
-        self._names = tuple(s.folder.name if isinstance(s, FrameSequence) else f"source {k}" for k, s in named)
-        self._players: list[Playback] = []
-        self._views: Views | None = None
-        for source, rate, name in zip(sources, fps, self._names, strict=True):
-            stream = iter([source]) if isinstance(source, Frame) else source
-            self._players.append(Playback(stream, rate, lambda sentence, name=name: skipped(f"{name}: {sentence}")))
-            self._players[-1].wake = lambda: self.wake()
+        self._pool: ThreadPoolExecutor | None = None
+        self._jobs: dict[int, Future[Frame]] = {}
+        self._home = -1
+
+    def start(self, index: int) -> None:
+        """Begins to read frames, among them the one with this number. Raises ValueError if there is none to merge."""
+        self.close()
+        chosen = choose_views(self._source, self._count, self._skipped, index)
+        self._home, self._pool = index, ThreadPoolExecutor(READERS, thread_name_prefix="pointshade-decode")
+        self._jobs = {k: self._pool.submit(self._source.__getitem__, k) for k in chosen}
+        for job in self._jobs.values():
+            job.add_done_callback(lambda _: self.wake())
 
     @property
-    def indices(self) -> list[int]:
-        """Of each source its frame's, as for Playback."""
-        return [player.index for player in self._players]
-
-    def first(self) -> Views:
-        """Waits for the first frame of each source. Raises ValueError for a source that has none."""
-        frames = tuple(player.first() for player in self._players)
-        self._views = Views(frames, self._names, frames[0], (True,) * len(frames), "")
-        return self._views
-
-    def advance(self, now: float) -> Views | None:
-        """The views with every frame that is due, or None if none is. Raises what a source raised."""
-        return self._with([player.advance(now) for player in self._players])
-
-    def patience(self, now: float) -> float | None:
-        """As Playback: of the source that is due first."""
-        waits = [wait for player in self._players if (wait := player.patience(now)) is not None]
-        return min(waits, default=None)
+    def is_reading(self) -> bool:
+        return self._pool is not None
 
     @property
-    def is_paused(self) -> bool:
-        return self._players[0].is_paused
-
-    def toggle(self) -> None:
-        """Pauses all sources, or continues them."""
-        for player in self._players:
-            player.toggle()
-
-    def change_rate(self, factor: float) -> None:
-        """Plays all sources faster (a factor above 1) or slower."""
-        for player in self._players:
-            player.change_rate(factor)
+    def is_ready(self) -> bool:
+        return self.is_reading and all(job.done() for job in self._jobs.values())
 
     @property
-    def rate(self) -> float | None:
-        """Of the first source; None: as fast as its frames come."""
-        return self._players[0].rate
+    def bar(self) -> TimelineBar:
+        """How much is read."""
+        read, most = sum(job.done() for job in self._jobs.values()), len(self._jobs)
+        return TimelineBar(f"merging: {read} of {most} views are read     Esc ends it", read / max(most, 1))
 
-    def step(self, direction: int) -> Views | None:
-        """Pauses all sources, and steps each one frame forwards or back."""
-        return self._with([player.step(direction) for player in self._players])
+    def finish(self) -> Views | None:
+        """What was read; None while it is being read. Raises ValueError for fewer than two frames."""
+        if not self.is_ready:
+            return None
+        jobs, found = self._jobs, {}
+        self.close()
+        for k, job in jobs.items():
+            try:
+                found[k] = job.result()
+            except (ValueError, OSError) as error:
+                self._skipped(str(error))
+        if len(found) < 2:
+            raise ValueError(f"not merged: fewer than two of {len(jobs)} frames can be read")
+        return Views.of(found, self._home)
 
     def close(self) -> None:
-        """Stops the threads."""
-        for player in self._players:
+        """Ends the reading."""
+        if self._pool is not None:
+            self._pool.shutdown(wait=False, cancel_futures=True)
+            self._pool, self._jobs = None, {}
+
+
+class TimelineBar(NamedTuple):
+    """What the timeline shows.
+
+    text   in one line
+    share  of the sequence that has been played, with the present frame; None where nobody knows how many come
+    """
+
+    text: str
+    share: float | None
+
+
+class Playback:
+    """Where frames come from, one source or several at once, and what keys do to them. What is shown now is passed in.
+
+    sources  a frame or a scene, which does not play, or whatever Viewer takes; several play together as Views
+    rates    frames per second of each source; None: as fast as they come
+    count    how many frames of a sequence are merged, or their numbers; None for all
+    skipped  called with one sentence for each frame that cannot be read, or is left out
+
+    players  one for each source that plays
+    merger   of a single sequence
+    """
+
+    def __init__(
+        self,
+        sources: Sequence[Frame | Scene | Iterable[Frame]],
+        rates: Sequence[float | None],
+        count: int | Sequence[int] | None,
+        skipped: Callable[[str], None],
+    ):
+        self._first, self._rate, self._count, self._skipped = sources[0], rates[0], count, skipped
+        self._arriving = Rate()
+        self._names: list[str] = []  # as the panel calls the sources
+        self.players: list[Player] = []
+        self.merger: Merger | None = None
+        is_alone = len(sources) == 1
+        if is_alone and isinstance(sources[0], Frame | Scene):
+            return
+        for k, (source, rate) in enumerate(zip(sources, rates, strict=True)):
+            name = source.folder.name if isinstance(source, FrameSequence) else f"source {k}"
+            stream = iter([source]) if isinstance(source, Frame) else source
+            tell = skipped if is_alone else lambda sentence, name=name: skipped(f"{name}: {sentence}")
+            self.players.append(Player(stream, rate, tell))
+            self._names.append(name)
+        if is_alone and isinstance(sources[0], Sequence):
+            self.merger = Merger(sources[0], count, skipped)
+
+    def first(self, merge: bool) -> Shown:
+        """What is shown at first; merge: frames of the sequence are read to be merged."""
+        if not self.players:
+            return self._first.framed() if isinstance(self._first, Scene) else self._first  # type: ignore[return-value]
+        first, *others = frames = tuple(player.first() for player in self.players)
+        if others:
+            return Views(frames, tuple(self._names), first, (True,) * len(frames), "")
+        if self.merger and merge:
+            if isinstance(self._count, Sequence):  # then the first of the merged ones is at home
+                first = self.players[0].seek(self._count[0]) or first
+            self.merger.start(self.players[0].index)
+        return first
+
+    def instead(self, sources: Sequence[Frame | Scene | Iterable[Frame]]) -> Playback:
+        """Plays something else, at the rate of the first source."""
+        return Playback(sources, [self._rate] * len(sources), self._count, self._skipped)
+
+    def wake_by(self, wake: Callable[[], None]) -> None:
+        """From now on, this is called when a frame is ready, from the threads that read."""
+        for reader in (*self.players, self.merger):
+            if reader:
+                reader.wake = wake
+
+    @property
+    def is_merging(self) -> bool:
+        """Frames are being read to be merged."""
+        return self.merger is not None and self.merger.is_reading
+
+    def advance(self, shown: Shown, now: float) -> Shown | None:
+        """What is due, or None. Raises what a source raised."""
+        if not self._plays(shown):
+            return None
+        new = _with(shown, [player.advance(now) for player in self.players])
+        if new:
+            self._arriving.tick(now)
+        return new
+
+    def patience(self, shown: Shown, now: float) -> float | None:
+        """Seconds until there may be something to show; None: not before the threads wake the window."""
+        if self.merger and self.merger.is_ready:
+            return 0.0
+        waits = [player.patience(now) for player in self.players if self._plays(shown)]
+        return min((wait for wait in waits if wait is not None), default=None)
+
+    def obey(self, key: PlayEffect, shown: Shown) -> Answer:
+        """Do what a key asks for."""
+        if not self.players:
+            return None, f"a single frame: nothing to {key.verb}"
+        if key is PlayCommand.TOGGLE_MERGE:
+            return self._toggle_merge(shown)
+        if not self._plays(shown):
+            return None, MERGED
+        player, total = self.players[0], self._total
+        if isinstance(key, StepFrames):
+            new = _with(shown, [one.step(key.direction) for one in self.players])
+            return new, f"frame {player.index} (0 to {total - 1})" if total else "paused"
+        if isinstance(key, ChangeRate):
+            return None, self._change_rate(key.factor)
+        if key is PlayCommand.TOGGLE_PAUSE:
+            for one in self.players:
+                one.toggle()
+            return None, self._pace
+        if not total:
+            return None, NO_NUMBERS if len(self.players) == 1 else "several sources have no frames in common"
+        if isinstance(key, Seek):
+            return player.seek(key.index % total), f"frame {player.index} (0 to {total - 1})"
+        player.toggle_loop()
+        return None, f"the sequence {'begins again' if player.loops else 'stops'} at its end"
+
+    def strip(self, shown: Shown) -> TimelineBar | None:
+        """What the timeline shows, or how many views are read; None where frames do not play."""
+        if self.merger and self.merger.is_reading:
+            return self.merger.bar
+        if not self.players or not self._plays(shown):
+            return None
+        player, arriving = self.players[0], self._arriving.per_second
+        rate = "paused" if player.is_paused else f"{arriving:.0f} frames/s" if arriving else "playing"
+        if player.total is None or len(self.players) > 1:
+            return TimelineBar(rate if len(self.players) > 1 else f"live, {rate}", None)
+        asked = "as fast as they come" if player.rate is None else f"{player.rate:g} frames/s"
+        state = "paused" if player.is_paused else "loops" if player.loops else "plays once"
+        text = f"frame {player.index} (0 to {player.total - 1}), {asked}, {state}"
+        return TimelineBar(text, (player.index + 1) / player.total)
+
+    def is_moving(self, shown: Shown) -> bool:
+        """Whether other frames will come by themselves."""
+        return bool(self.players) and not self.players[0].is_paused and self._plays(shown)
+
+    def total(self, shown: Shown) -> int | None:
+        """How many frames the timeline is for; None: it has no bar."""
+        return self._total if self._plays(shown) else None
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """Of each source that plays: that of its frame, -1 in a live stream."""
+        return tuple(player.index for player in self.players)
+
+    def merged(self) -> Answer:
+        """Shows the views once all of them are read."""
+        assert self.merger is not None
+        try:
+            views = self.merger.finish()
+        except ValueError as error:
+            return None, str(error)
+        return views, f"{len(views.frames)} views as one object; M plays the frames" if views else ""
+
+    def end_merging(self) -> bool:
+        """Read no more views to merge. Return whether some were being read."""
+        was_merging = self.is_merging
+        if self.merger:
+            self.merger.close()
+        return was_merging
+
+    def close(self) -> None:
+        """Ends the threads that read."""
+        self.end_merging()
+        for player in self.players:
             player.close()
 
-    def _with(self, new: Sequence[Frame | None]) -> Views | None:
-        if self._views is None or not any(new):
-            return None
-        self._views = self._views.with_frames(new)
-        return self._views
+    @property
+    def _total(self) -> int | None:
+        """How many frames a single sequence has."""
+        return self.players[0].total if len(self.players) == 1 else None
+
+    @property
+    def _pace(self) -> str:
+        return "paused" if self.players[0].is_paused else "playing"
+
+    def _plays(self, shown: Shown) -> bool:
+        """What is shown comes from a stream, which may be paused."""
+        return not (self.is_merging or (self.merger and isinstance(shown, Views)))
+
+    def _toggle_merge(self, shown: Shown) -> Answer:
+        """Draws several frames of a sequence as one object, or plays them again."""
+        if isinstance(shown, Views):
+            return (shown.home, self._pace) if self.merger else (None, "these sources are always merged")
+        if self.merger is None:
+            return None, "only frames of a sequence can be merged"
+        if self.end_merging():
+            return None, "not merged"
+        try:
+            self.merger.start(self.players[0].index)
+        except ValueError as error:
+            return None, str(error)
+        return None, ""
+
+    def _change_rate(self, factor: float) -> str:
+        """Plays faster (a factor above 1) or slower; what to say."""
+        if len(self.players) == 1 and self._total is None:
+            return "a live stream comes at its own rate"
+        for player in self.players:
+            player.change_rate(factor)
+        rate = self.players[0].rate
+        return "as fast as they come" if rate is None else f"{rate:g} frames per second"
+
+
+def _with(shown: Shown, new: Sequence[Frame | None]) -> Shown | None:
+    """What is shown with the frames that came, views switched as they are; None if none came."""
+    if not any(new):
+        return None
+    return shown.with_frames(new) if isinstance(shown, Views) else new[0]
 
 
 REST = 0.2  # seconds that nothing moves before the picture is refined: moving must not wait for it

@@ -23,7 +23,7 @@ from .overlay import draw_message, draw_readout, draw_strip, draw_table, legend,
 from .panel import Panel
 from .panel_sections import PanelFacts
 from .picture import ShownPicture
-from .playing import TimelineBar
+from .playback import TimelineBar
 from .window import Window
 
 MARKER = 7.0  # radius, pixels at scale 1

@@ -28,8 +28,7 @@ from .history import Snapshot, as_switched, switches_of
 from .keys import when_seen
 from .mouse import added, removed, taking, titles
 from .overlay import Messages
-from .playback import MultiPlayback, Playback
-from .playing import TimelineBar
+from .playback import TimelineBar
 from .views import Shown, camera_of, pose_of, resized
 
 
@@ -106,7 +105,7 @@ class Session:
                 self._wanted = index
             case _:
                 assert isinstance(effect, PlayEffect)  # all others need the window
-                self._follow(*self.document.playing.obey(effect, self.frame))
+                self._follow(*self.document.playback.obey(effect, self.frame))
                 self.document.history.follow(self.moment)  # what is shown now has other switches
 
     def say(self, text: str) -> None:
@@ -145,24 +144,19 @@ class Session:
         return pose_of(self.frame)
 
     @property
-    def playback(self) -> Playback | MultiPlayback | None:
-        """What plays; None while nothing can."""
-        return self.document.playing.playback
-
-    @property
     def strip(self) -> TimelineBar | None:
         """What the timeline shows; None where frames do not play."""
-        return self.document.playing.strip(self.frame)
+        return self.document.playback.strip(self.frame)
 
     def play(self, now: float) -> None:
         """Show the frame that is due, or the views once they are merged."""
-        playing = self.document.playing
-        if playing.is_merging:
-            views, self._news = playing.merged()
+        playback = self.document.playback
+        if playback.is_merging:
+            views, self._news = playback.merged()
             self._follow(views, "")
             if views is None:
                 self.tell_news()
-        elif not self._control.is_scrubbing and (frame := playing.advance(self.frame, now)):
+        elif not self._control.is_scrubbing and (frame := playback.advance(self.frame, now)):
             self.frame = frame
 
     def tell_news(self) -> None:
@@ -175,11 +169,11 @@ class Session:
         """Show the frame that was chosen on the timeline, if one was."""
         wanted, self._wanted = self._wanted, None
         if wanted is not None:
-            self._follow(self.document.playing.obey(Seek(wanted), self.frame)[0], "")
+            self._follow(self.document.playback.obey(Seek(wanted), self.frame)[0], "")
 
     def plays_in(self, now: float) -> float | None:
         """Return the seconds until something plays; None: no limit."""
-        return None if self._control.is_scrubbing else self.document.playing.patience(self.frame, now)
+        return None if self._control.is_scrubbing else self.document.playback.patience(self.frame, now)
 
     def _follow(self, frame: Shown | None, text: str) -> None:
         """Shows the frame, unless it stays, and says the text, if there is one."""

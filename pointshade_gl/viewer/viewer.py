@@ -35,8 +35,7 @@ from .overlay import Messages
 from .panel import MISSING
 from .panel_sections import PanelFacts
 from .picture import CommandLine, SavedPicture, ShownPicture
-from .playback import Redrawing
-from .playing import Playing, TimelineBar
+from .playback import Playback, Redrawing, TimelineBar
 from .screen import Overlay, Screen
 from .session import Session
 from .views import VIEWS, Shown, check_views, clouds_of
@@ -148,9 +147,9 @@ class Viewer(Session):
             self.recorder = None if record is None else Recorder(check_path(record), rates[0] or RATE)
             if self.recorder:
                 undo.callback(self.recorder.close)
-            playing = Playing(source, others, rates, count, messages.skip)
-            super().__init__(Document(playing, state, lights, merge=views is not None, place=place), messages)
-            undo.callback(lambda: self.document.playing.close())
+            playback = Playback([source, *others], rates, count, messages.skip)
+            super().__init__(Document(playback, state, lights, merge=views is not None, place=place), messages)
+            undo.callback(lambda: self.document.playback.close())
             size = size or size_for(self.own_camera)
             self._open_window(title, size, undo)
             self._animates = type(self).on_frame is not Viewer.on_frame
@@ -163,7 +162,7 @@ class Viewer(Session):
     def _open_window(self, title: str, size: tuple[int, int], undo: ExitStack) -> None:
         self.window = Window(title, size, self.events.append)
         undo.callback(self.window.release)
-        self.document.playing.wake_by(self.window.wake)
+        self.document.playback.wake_by(self.window.wake)
         self.screen = Screen(self.window)
         undo.callback(self.screen.release)
         self.background = Background(self.window.wake)
@@ -301,7 +300,7 @@ class Viewer(Session):
     @property
     def _surroundings(self) -> ControllerInputs:
         width, height = self.window.picture_size
-        total, is_scene = self.document.playing.total(self.frame), isinstance(self.frame, Scene)
+        total, is_scene = self.document.playback.total(self.frame), isinstance(self.frame, Scene)
         has_clouds = bool(clouds_of(self.frame))
         return ControllerInputs(
             self.camera, width - self.panel_covers, height, self.window.scale, total, is_scene, has_clouds
@@ -324,7 +323,7 @@ class Viewer(Session):
         return self._seen_by(camera) if (camera := self.camera) else None
 
     def _seen_by(self, camera: Camera) -> ShownPicture:
-        plays = self.document.playing.is_moving(self.frame)
+        plays = self.document.playback.is_moving(self.frame)
         return ShownPicture(self.moment, self.frame, camera, self.document.exposure, plays)
 
     @property
@@ -394,8 +393,8 @@ class Viewer(Session):
         """What is shown can be drawn: what was opened takes the place of what was there before."""
         before, self._stands = self._stands, LastGood(self.document, self.frame, self.moment)
         if before and before.document is not self.document:
-            before.document.playing.close()
-            self.document.playing.wake_by(self.window.wake)
+            before.document.playback.close()
+            self.document.playback.wake_by(self.window.wake)
             self.window.name(f"pointshade: {self.document.title}")
             self.messages.clear()
         self.tell_news()
@@ -459,7 +458,7 @@ class Viewer(Session):
             self.document.history.withdraw(self.moment)
             self.say("ended: nothing has changed")
         else:
-            unused.playing.close()
+            unused.playback.close()
             self._tell_failed("not opened", error)
 
     def _tell_failed(self, what: str, error: BaseException) -> None:
@@ -474,7 +473,7 @@ class Viewer(Session):
         if self.background.title:
             self.background.end()
             return True
-        return self.document.playing.end_merging()
+        return self.document.playback.end_merging()
 
     def finish_work(self) -> None:
         """Wait until nothing runs in the background."""
@@ -532,7 +531,7 @@ class Viewer(Session):
             self._tell_failed("not opened", error)
 
         def close(opened: Document) -> None:
-            opened.playing.close()
+            opened.playback.close()
 
         self.background.start(Work(f"opening {title}", do, done, failed, lends=False, unused=close))
 
@@ -577,8 +576,9 @@ class Viewer(Session):
         return self.background.work is not None and self.background.work.title == SAVING
 
     def _tell_saved(self, picture: ShownPicture, samples: int, path: Path) -> None:
-        document, playing = self.document, self.document.playing
-        saved = SavedPicture(picture, samples, path.name, document.first, playing.numbers, document.dropped)
+        document = self.document
+        numbers = document.playback.numbers
+        saved = SavedPicture(picture, samples, path.name, document.first, numbers, document.dropped)
         line, left_out = self._command_line(saved) if self._command_line else ("", "")
         if sys.stdout is not None:
             sys.stdout.write(f"{path.absolute()}\n" + (f"{line}\n" if line else ""))

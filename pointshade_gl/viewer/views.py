@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checks.arguments import check_count
-from ..files.frame_sources import choose_views
 from ..notes.words import option
 from ..scene.camera import Camera
 from ..scene.cloud import CloudLook, PointCloud
@@ -20,7 +18,6 @@ from ..scene.graph import Scene
 from ..scene.node import Node, NodeOptions
 
 VIEWS = 8  # that are merged unless another number is asked for
-THREADS = 2  # that read them
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,75 +90,6 @@ def camera_of(shown: Shown) -> Camera:
 def pose_of(shown: Shown) -> NDArray[np.float64]:
     """Return (4, 4) camera-to-world of its own camera."""
     return np.asarray(home_of(shown).pose)
-
-
-class Merger:
-    """Makes Views of a sequence; threads read the frames while the window stays alive.
-
-    count    how many frames are merged, or their numbers; None for all
-    skipped  called with one sentence for each frame that cannot be read, or is left out
-    wake     called from the threads when a frame has been read; may be set
-    """
-
-    def __init__(
-        self,
-        source: Sequence[Frame],
-        count: int | Sequence[int] | None,
-        skipped: Callable[[str], None] = lambda _: None,
-    ):
-        self._source, self._count, self._skipped = source, count, skipped
-        self.wake: Callable[[], None] = lambda: None
-        self._pool: ThreadPoolExecutor | None = None
-        self._jobs: dict[int, Future[Frame]] = {}
-        self._home = -1
-
-    def start(self, index: int) -> None:
-        """Begins to read frames, among them the one with this number. Raises ValueError if there is none to merge."""
-        self.close()
-        chosen = choose_views(self._source, self._count, self._skipped, index)
-        self._home, self._pool = index, ThreadPoolExecutor(THREADS, thread_name_prefix="pointshade-decode")
-        self._jobs = {k: self._pool.submit(self._source.__getitem__, k) for k in chosen}
-        for job in self._jobs.values():
-            job.add_done_callback(lambda _: self.wake())
-
-    @property
-    def is_reading(self) -> bool:
-        return self._pool is not None
-
-    @property
-    def is_ready(self) -> bool:
-        return self.is_reading and all(job.done() for job in self._jobs.values())
-
-    @property
-    def progress(self) -> str:
-        """How far it is, in words."""
-        return f"merging: {sum(job.done() for job in self._jobs.values())} of {len(self._jobs)} views are read"
-
-    @property
-    def share(self) -> float:
-        """How much is read, from 0 to 1."""
-        return sum(job.done() for job in self._jobs.values()) / max(len(self._jobs), 1)
-
-    def finish(self) -> Views | None:
-        """What was read; None while it is being read. Raises ValueError for fewer than two frames."""
-        if not self.is_ready:
-            return None
-        jobs, found = self._jobs, {}
-        self.close()
-        for k, job in jobs.items():
-            try:
-                found[k] = job.result()
-            except (ValueError, OSError) as error:
-                self._skipped(str(error))
-        if len(found) < 2:
-            raise ValueError(f"not merged: fewer than two of {len(jobs)} frames can be read")
-        return Views.of(found, self._home)
-
-    def close(self) -> None:
-        """Ends the reading."""
-        if self._pool is not None:
-            self._pool.shutdown(wait=False, cancel_futures=True)
-            self._pool, self._jobs = None, {}
 
 
 def check_views(views: int | str | Sequence[int]) -> int | Sequence[int] | None:

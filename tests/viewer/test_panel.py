@@ -442,7 +442,7 @@ def test_it_tells_rate_and_samples(open_viewer):
 def test_merged_views_are_aligned_if_it_is_asked_to(open_viewer):
     given = disturbed(views(corner(), 2), 0.02, 0.5)
     viewer = open_viewer(given, views=2, window_size=(640, 800), panel=True)
-    while viewer.document.playing.is_merging:
+    while viewer.document.playback.is_merging:
         viewer.step()
     before = shown(quiet(viewer))
     click_row(viewer, "points")

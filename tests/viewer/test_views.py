@@ -13,7 +13,8 @@ from pointshade_gl.files.frame_sources import choose_views
 from pointshade_gl.scene.orbit import marker_place
 from pointshade_gl.viewer import panel_sections
 from pointshade_gl.viewer.events import Event, StepFrames
-from pointshade_gl.viewer.views import Merger, Views, check_views
+from pointshade_gl.viewer.playback import Merger
+from pointshade_gl.viewer.views import Views, check_views
 
 from ..support import frames
 from ..support.view_sets import pose_at, seen_from
@@ -104,10 +105,14 @@ class TestMerger:
         merger = Merger(source, 3)
         merger.wake = woken.release
         merger.start(5)
-        assert merger.is_reading and merger.finish() is None and merger.progress == "merging: 0 of 3 views are read"
+        assert (
+            merger.is_reading
+            and merger.finish() is None
+            and merger.bar == ("merging: 0 of 3 views are read     Esc ends it", 0)
+        )
         source.gate.set()
         assert all(woken.acquire(timeout=20) for _ in range(3))
-        assert merger.progress == "merging: 3 of 3 views are read"
+        assert merger.bar.text.startswith("merging: 3 of 3 views are read")
         views = merger.finish()
         assert not merger.is_reading and views.names == ("0", "5", "8") and views.home is WALK[5]
 
@@ -160,7 +165,7 @@ def merged(viewer):
 def paused(open_viewer):
     """Nine views, paused at the third."""
     viewer = open_viewer(Files(), fps=500)
-    while viewer.document.playing.playback.index != 2:
+    while viewer.document.playback.players[0].index != 2:
         viewer.perform(StepFrames(1))
     return quiet(viewer)
 
@@ -182,7 +187,7 @@ class TestKey:
         assert paused.frame is WALK[3]
 
     def test_while_views_are_read_the_window_lives_and_says_so(self, paused):
-        source = paused.document.playing.merger._source
+        source = paused.document.playback.merger._source
         source.gate.clear()
         press(paused, "M")
         paused.step(wait=False)
@@ -195,7 +200,7 @@ class TestKey:
         source.gate.set()
 
     def test_m_again_gives_it_up(self, paused):
-        source = paused.document.playing.merger._source
+        source = paused.document.playback.merger._source
         source.gate.clear()
         press(paused, "M")
         threading.Timer(0.05, source.gate.set).start()
@@ -222,7 +227,7 @@ class TestKey:
         assert viewer.messages.text == "only frames of a sequence can be merged"
         viewer = open_viewer(Files(broken=range(1, 9)))
         press(viewer, "SPACE", "M")
-        while viewer.document.playing.merger.is_reading:
+        while viewer.document.playback.merger.is_reading:
             viewer.step()
         assert viewer.messages.text == "not merged: fewer than two of 8 frames can be read"
 

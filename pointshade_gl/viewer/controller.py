@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 from ..scene.camera import Camera
 from ..scene.orbit import State, rims_from
 from .events import Command, Effect, Event, Open, Remember, Scrub, ShowMessage, TurnAround
-from .history import Snapshot
 from .keys import STAYS, press_key
 from .mouse import Mouse
+from .state import Snapshot
 
 BAR = 26.0  # height of the timeline, pixels at scale 1: a line of text, a bar below it
 

@@ -23,9 +23,8 @@ from ..scene.light import Light
 from ..scene.orbit import OWN_LIGHT, OrbitStage, State
 from ..scene.settings import Metering
 from ..scene.viewpoint import View
-from .history import History, Snapshot, switches_of
 from .playback import Playback
-from .views import Shown, Views, home_of, pose_of
+from .state import History, Shown, Snapshot, Views, home_of, pose_of, switches_of
 
 PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
 

@@ -11,8 +11,7 @@ from enum import Enum
 from time import perf_counter
 from typing import Literal
 
-from .history import PAUSE
-from .views import Shown
+from .state import PAUSE, Shown
 
 EventKind = Literal["key", "text", "move", "press", "release", "wheel", "leave", "drop", "refresh"]
 

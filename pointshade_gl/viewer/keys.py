@@ -11,7 +11,7 @@ from ..scene.environment import NAMES, Environment
 from ..scene.noise import METHODS
 from ..scene.orbit import State
 from .events import ChangeRate, Command, Effect, PlayCommand, ResizePoints, Seek, ShowMessage, StepFrames, TakeLight
-from .history import Snapshot
+from .state import Snapshot
 
 ESTIMATORS = ("auto", "star", "adaptive", "star-borrow", "triangles-8", "central", "one-sided", "plane-fit-5")
 TURN = 15.0  # degrees of the environment, and of the view

@@ -17,7 +17,7 @@ from ..scene.camera import Camera
 from ..scene.light import Light, Vector
 from ..scene.orbit import DEGREES, OWN_LIGHT, OrbitStage, Pair, State, rims_from
 from .events import Event
-from .history import Snapshot
+from .state import Snapshot
 
 CATCH_UP = 3.0  # how fast the light approaches the mouse, per rim that the mouse moves
 HAND = 4.0  # pixels at scale 1: who moves less while a button is down, clicks

@@ -9,8 +9,8 @@ from typing import Any
 
 from PIL import ImageFont
 
+from ..scene.graph import Scene
 from .events import Effect, Event
-from .history import Snapshot
 from .mouse import DOUBLE, HAND
 from .overlay import POINTS
 from .panel_sections import (
@@ -26,7 +26,7 @@ from .panel_sections import (
     show_surface,
 )
 from .picture import ShownPicture
-from .views import pose_of
+from .state import Snapshot, Views, pose_of
 from .window import Window
 
 MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
@@ -170,13 +170,16 @@ class Panel:
 
     def _show(self, picture: ShownPicture, facts: PanelFacts, has_room: bool) -> tuple[Snapshot, list[Effect]]:
         ui, now, shown = self._widgets, picture.now, picture.shown
+        scene = shown if isinstance(shown, Scene) else None
         show_facts(ui, shown, facts, has_room)
-        effects = self._views.show(ui, now, shown, facts)
-        now, taken = show_light(ui, now, pose_of(shown), facts)
-        state = show_environment(ui, now.state, has_room)
-        state = show_surface(ui, state, shown)
-        state = show_points(ui, state, shown, has_room)
-        effects += [*taken, *show_clouds(ui, shown, has_room), *show_nodes(ui, shown)]
+        effects = self._views.show(ui, now.state.look, shown, facts) if isinstance(shown, Views) else []
+        now, taken = show_light(ui, now, pose_of(shown))
+        effects += taken
+        state = show_surface(ui, show_environment(ui, now.state, has_room), scene is not None)
+        if scene is None:
+            state = show_points(ui, state, has_room)
+        else:
+            effects += [*show_clouds(ui, scene, has_room), *show_nodes(ui, scene)]
         ui.note(NOTE)
         return now._replace(state=state), effects
 

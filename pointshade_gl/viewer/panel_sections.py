@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,19 +12,19 @@ from numpy.typing import NDArray
 from ..estimation.multi_view import is_primary
 from ..gpu.context.software_driver import is_software
 from ..gpu.core.steps import Timing
-from ..scene.appearance import CLOUD_SPLATS, FLYING, FRAME_SPLATS, NOT_LIT, SHADINGS, Look, Material
+from ..scene.appearance import CLOUD_SPLATS, FRAME_SPLATS, NOT_LIT, Look
 from ..scene.cloud import CloudLook
 from ..scene.environment import NAMES
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, Vector
-from ..scene.noise import METHODS, SENSORS, Choice
+from ..scene.noise import SENSORS, Choice
+from ..scene.option_fields import option_of
 from ..scene.orbit import State
-from ..scene.settings import OCCLUSION, SIMPLE, TONES
+from ..scene.settings import OCCLUSION
 from .events import Command, Effect, RemoveLight, ShowFrame, TakeLight
-from .history import Snapshot
-from .mouse import KINDS, as_kind, kind_of, placed
-from .views import UNITS, Shown, Views, clouds_of, restyled, size_of, with_unit
+from .mouse import KINDS, as_kind, kind_of, placed, titles
+from .state import UNITS, Shown, Snapshot, Views, clouds_of, restyled, size_of, with_unit
 
 LINE = 22.0  # of an explanation, in letters' heights
 NAMES_WIDTH = 6.4  # width of the names' column, in sizes of the messages' font
@@ -54,18 +54,16 @@ class Widgets:
         imgui = self.imgui
         if self._is_reset(name, why):
             return default
-        value = self._before_first_click(name, value)
         kind = imgui.SliderFlags_.logarithmic if logarithmic else imgui.SliderFlags_.none
-        changed, new = imgui.slider_float(f"##{name}", value, low, high, "%.2f", kind)
-        return self._taken(name, value, changed, min(max(_plain(new), low), high))
+        return self._number(
+            name, value, low, high, lambda v: imgui.slider_float(f"##{name}", v, low, high, "%.2f", kind)
+        )
 
     def drag(self, name: str, value: float, step: float, farthest: float, why: str = "") -> float:
         """A number without a default, that changes by a step for each pixel; typed as that of a slider."""
-        imgui = self.imgui
         self._name(name, why)
-        value = self._before_first_click(name, value)
-        changed, new = imgui.drag_float(f"##{name}", value, step, -farthest, farthest, "%.3f")
-        return self._taken(name, value, changed, min(max(_plain(new), -farthest), farthest))
+        low, high, draw = -farthest, farthest, self.imgui.drag_float
+        return self._number(name, value, low, high, lambda v: draw(f"##{name}", v, step, low, high, "%.3f"))
 
     def choose(self, name: str, value: str, default: str, known: Sequence[str], why: str = "") -> str:
         """One of several texts."""
@@ -142,16 +140,16 @@ class Widgets:
         imgui.set_next_item_width(-1.0)
         return is_over
 
-    def _before_first_click(self, name: str, value: float) -> float:
-        """The first click of two has moved a slider: the second takes that back."""
-        is_second = self.imgui.get_io().key_alt and self._held[0] == name
-        return self._held[1] if is_second else value
-
-    def _taken(self, name: str, value: float, changed: bool, new: float) -> float:
-        """Untouched it stays, even beyond the ends."""
+    def _number(
+        self, name: str, value: float, low: float, high: float, draw: Callable[[float], tuple[bool, float]]
+    ) -> float:
+        """What the user made of a number. Untouched it stays, even beyond the ends."""
+        if self.imgui.get_io().key_alt and self._held[0] == name:  # the first click of two moved it: that is taken back
+            value = self._held[1]
+        changed, new = draw(value)
         if self.imgui.is_item_activated():
             self._held = name, value
-        return new if changed else value
+        return min(max(float(f"{new:.6g}"), low), high) if changed else value  # as typed: imgui's numbers are float32
 
     def explain(self, why: str) -> None:
         """An explanation, shown while the mouse is over the last item."""
@@ -163,20 +161,80 @@ class Widgets:
             imgui.end_tooltip()
 
 
-def _plain(number: float) -> float:
-    """As it was typed: imgui's numbers are float32."""
-    return float(f"{number:.6g}")
+class OptionRow(NamedTuple):
+    """A row for a field of options, which has the default, the values to choose from and the explanation.
 
+    name         that the row shows; "": the field's
+    low, high    of a number
+    words        in place of the field's own values: what each stands for
+    other        word for a value that is none of them; "": the value itself
+    logarithmic  whether a slider is
+    """
+
+    field: str
+    name: str = ""
+    low: float = 0.0
+    high: float = 1.0
+    words: Mapping[str, Any] = {}
+    other: str = ""
+    logarithmic: bool = False
+
+    def show(self, ui: Widgets, options: Any) -> Any:
+        """Show the field's value, and return what the user made of it. Untouched it stays, of whatever kind it is."""
+        (one,) = (field for field in fields(options) if field.name == self.field)
+        about, value, name = option_of(one), getattr(options, self.field), self.name or self.field
+        words = self.words or dict(zip(about.known, about.known, strict=True))
+        if words:
+            word = self._word(value, words)
+            chosen = ui.choose(name, word, self._word(one.default, words), tuple(words), about.help)
+            return value if chosen == word else words[chosen]
+        if isinstance(value, bool):
+            return ui.tick(name, value, about.help)
+        return ui.slide(name, value, one.default, self.low, self.high, about.help, self.logarithmic)
+
+    def _word(self, value: Any, words: Mapping[str, Any]) -> str:
+        known = getattr(value, "name", value)  # of an environment
+        same = (word for word, one in words.items() if one is known or (isinstance(one, str) and one == known))
+        return next(same, self.other or (f"{known:g}" if isinstance(known, float) else str(known)))
+
+
+def _changes(ui: Widgets, options: Any, rows: Sequence[OptionRow]) -> dict[str, Any]:
+    """Show rows for fields of options, and return their values by name."""
+    return {row.field: row.show(ui, options) for row in rows}
+
+
+NONE = "none"
+SHADING = OptionRow("shading")
+MATERIAL = (
+    *map(OptionRow, ("ambient", "diffuse", "specular")),
+    OptionRow("shininess", "", 1.0, 200.0, logarithmic=True),
+)
+POINTS = (
+    OptionRow("normals"),
+    OptionRow(
+        "max_depth_step", "depth step", words={"off": None} | {step: step for step in ("1%", "2%", "3%", "5%", "10%")}
+    ),
+    OptionRow("noise", words={"measured": None} | {sensor: sensor for sensor in SENSORS}),
+    OptionRow("flying"),
+    OptionRow("splat", words={splat: splat for splat in FRAME_SPLATS}),
+    OptionRow("unlight", "no own light (U)"),
+    OptionRow("remove_highlights", "no highlights (X)"),
+    OptionRow("align", "align views"),
+)
+TONE = OptionRow("tone")
+ENVIRONMENT = OptionRow("environment", words={NONE: None} | {name: name for name in NAMES}, other="own")
+BRIGHTNESS = OptionRow("environment_intensity", "brightness", 0.0, 10.0, logarithmic=True)
+TURNED = OptionRow("environment_rotation", "turned", 0.0, 360.0)
+HIDDEN = OptionRow("ambient_occlusion", "occlusion", words=OCCLUSION)
 
 FRAME_STEPS = "surface", "splats", "resolve", "shadows", "surfaces", "light"
 SET_STEPS = "surface", "agreement", "trust", "shadows", "surfaces", "light"
 ROWS = 6  # of the list of views that are seen without scrolling
 GOLD = 1.0, 0.85, 0.4, 1.0  # colour of the primary ones
-STEPS = ("1%", "2%", "3%", "5%", "10%")
 BRIGHTEST = 10.0
 FARTHEST = 1e4  # metres
 DEEPEST = 6  # levels of a scene that are seen
-USUAL, MATT, WIDE = State(), Material(), 45.0  # what a double click on a name brings back
+USUAL, WIDE = State(), 45.0  # what a double click on a name brings back
 
 
 class PanelFacts(NamedTuple):
@@ -189,7 +247,6 @@ class PanelFacts(NamedTuple):
     laps      of the steps of the last picture
     rate      pictures per second; None at rest
     samples   how many the window shows, and how many it will show if nothing moves
-    titles    of the lights
     """
 
     driver: str
@@ -198,7 +255,6 @@ class PanelFacts(NamedTuple):
     explain: Callable[[Sequence[str]], list[str]] | None
     rate: float | None
     samples: tuple[int, int]
-    titles: Sequence[str]
     laps: Mapping[str, Timing] = {}
 
 
@@ -224,15 +280,13 @@ class ViewsList:
     def __init__(self) -> None:
         self._why: tuple[Any, list[str]] | None = None
 
-    def show(self, ui: Widgets, now: Snapshot, views: Shown, facts: PanelFacts) -> list[Effect]:
-        """List the views, if there are any, and return which ones the user switched."""
-        if not isinstance(views, Views):
-            return []
+    def show(self, ui: Widgets, look: Look, views: Views, facts: PanelFacts) -> list[Effect]:
+        """List the views, and return which ones the user switched."""
         effects: list[Effect] = []
         if ui.section(f"{len(views.shown)} of {len(views.frames)} views as one###views"):
             effects = _show_views(ui, views, facts.weights)
         if ui.section("why", opened=False):
-            ui.imgui.text_wrapped("\n".join(self._explained(now.state.look, views, facts)))
+            ui.imgui.text_wrapped("\n".join(self._explained(look, views, facts)))
         return effects
 
     def _explained(self, look: Look, views: Views, facts: PanelFacts) -> list[str]:
@@ -274,14 +328,12 @@ def _show_weight(imgui: Any, weight: float | None) -> None:
         imgui.text_disabled("off" if weight is None else f"{100 * weight:.0f} %")
 
 
-def show_light(
-    ui: Widgets, now: Snapshot, pose: NDArray[np.float64], facts: PanelFacts
-) -> tuple[Snapshot, list[Effect]]:
+def show_light(ui: Widgets, now: Snapshot, pose: NDArray[np.float64]) -> tuple[Snapshot, list[Effect]]:
     """Show the lights, and the one that the mouse holds. pose: of the own camera."""
     if not ui.section("light"):
         return now, []
     imgui, state = ui.imgui, now.state
-    effects = _list(ui, now.number, facts.titles)
+    effects = _list(ui, now.number, titles(now))
     lit = ui.tick("lit (B)", state.lit)
     imgui.begin_disabled(not lit)
     follows = ui.tick("follows the mouse (L)", state.light_mode)
@@ -293,24 +345,21 @@ def show_light(
         "distance", state.light_reach, 1.0, 0.1, 20.0, "From the middle of the object. 1: as far as at the start.", True
     )
     place = _place(ui, now, pose)
-    tone = ui.choose("tone", state.finish.tone, USUAL.finish.tone, TONES,
-                     "How light stronger than white is shown. none: cut off. "
-                     "neutral: rolled off, with its hue.")  # fmt: skip
+    finish = replace(state.finish, tone=TONE.show(ui, state.finish))
     imgui.end_disabled()
-    state = state if tone == state.finish.tone else state.with_finish(tone=tone)
     state = replace(
         state, lit=lit, light_mode=follows, shadows=shadows, light_color=color, light_intensity=intensity,
-        light_reach=reach,
+        light_reach=reach, finish=finish,
     )  # fmt: skip
     now = now._replace(state=state, held=held)
     return placed(now, place, pose) if place else now, effects
 
 
-def _list(ui: Widgets, number: int, titles: Sequence[str]) -> list[Effect]:
+def _list(ui: Widgets, number: int, names: Sequence[str]) -> list[Effect]:
     """Several lights have a row each: a click on it lets the mouse hold the light, its x takes it away."""
     imgui, effects = ui.imgui, []
     side = imgui.get_frame_height()
-    for k, title in enumerate(titles if len(titles) > 1 else ()):
+    for k, title in enumerate(names if len(names) > 1 else ()):
         label = ui.fitted(title, side + imgui.get_style().item_spacing.x)
         if imgui.radio_button(f"{label}##{k}", k == number):
             effects.append(TakeLight(k))
@@ -368,94 +417,56 @@ def _extent(ui: Widgets, light: Light, reach: float) -> dict[str, Any]:
     return {name: ui.slide(name, getattr(light, name), 0.0, 0.0, most, why.format(of, " 0 casts sharp ones."))}
 
 
-def show_surface(ui: Widgets, state: State, shown: Shown) -> State:
+def show_surface(ui: Widgets, state: State, is_scene: bool) -> State:
     """Show how surfaces answer light. The objects of a scene have materials of their own."""
     if not ui.section("surface"):
         return state
-    ui.imgui.begin_disabled(not state.lit)
     look, material = state.look, state.look.material
-    shading = ui.choose("shading", look.shading, USUAL.look.shading, SHADINGS,
-                        "none: the picture's own colours. flat: one colour a point. "
-                        "gouraud: light mixed between points. phong: light at each pixel. "
-                        "edl: no light, dark beside what is nearer. Keys 1 to 5.")  # fmt: skip
+    ui.imgui.begin_disabled(not state.lit)
+    shading = SHADING.show(ui, look)
     ui.imgui.begin_disabled(look.shading in NOT_LIT)
-    if not isinstance(shown, Scene):
-        names = "ambient", "diffuse", "specular"
-        shares = {name: ui.slide(name, getattr(material, name), getattr(MATT, name), 0.0, 1.0) for name in names}
-        shininess = ui.slide("shininess", material.shininess, MATT.shininess, 1.0, 200.0, logarithmic=True)
-        material = Material(**shares, shininess=shininess)
+    if not is_scene:
+        material = replace(material, **_changes(ui, material, MATERIAL))
     ui.imgui.end_disabled()
     ui.imgui.end_disabled()
     return state.with_look(shading=shading, material=material)
 
 
-def show_points(ui: Widgets, state: State, shown: Shown, opened: bool) -> State:
-    """Show how normals are estimated, and what is drawn of each point."""
-    if isinstance(shown, Scene) or not ui.section("points", opened):
+def show_points(ui: Widgets, state: State, opened: bool) -> State:
+    """Show how normals are estimated, and what is drawn of each point of frames."""
+    if not ui.section("points", opened):
         return state
-    look = state.look
-    changes = {
-        "normals": ui.choose("normals", str(look.normals), str(USUAL.look.normals), METHODS,
-                             "Which estimator finds where surfaces point (N). "
-                             "auto measures the noise and picks one."),
-        "max_depth_step": _choose(ui, "depth step", look.max_depth_step, "off", STEPS, "Where the depth of neighbouring"
-                                  " pixels differs by more, a surface ends. off: the estimator decides by itself."),
-        "noise": _choose(ui, "noise", look.noise, "measured", SENSORS, "How noisy the depth is. measured: the picture "
-                         "tells. Or as a sensor's data sheet says it."),
-        "flying": ui.choose("flying", look.flying, USUAL.look.flying, FLYING,
-                            "Pixels that hang between two surfaces, because the sensor "
-                            "mixed them. snap puts them onto the nearer one; clean depth does not change."),
-        "splat": ui.choose("splat", look.splat, USUAL.look.splat, FRAME_SPLATS,
-                           "What is drawn of a point: footprint, its pixel's square "
-                           "on the surface; round, a disc; mesh, triangles between neighbours."),
-        "unlight": ui.tick("no own light (U)", look.unlight, "Estimates the light in the photograph, and divides "
-                           "it out of the colours."),
-        "remove_highlights": ui.tick("no highlights (X)", look.remove_highlights,
-                                     "Takes the highlights out of the colours, where three or more views "
-                                     "are merged: a highlight moves from view to view."),
-        "align": ui.tick("align views", look.align, "Corrects the poses of merged views, so that depths and colours "
-                         "agree. It takes some seconds."),
-    }  # fmt: skip
+    changes = _changes(ui, state.look, POINTS)
     is_mesh = changes["splat"] == "mesh"
     ui.imgui.begin_disabled(is_mesh)
-    size = ui.slide(
-        "size", state.point_size, USUAL.point_size, 0.25, 8.0, "Of the points, in pixels of the frame (+ and -).", True
-    )
+    why = "Of the points, in pixels of the frame (+ and -)."
+    size = ui.slide("size", state.point_size, USUAL.point_size, 0.25, 8.0, why, True)
     ui.imgui.end_disabled()
-    changes["point_size"] = None if is_mesh else look.point_size if size == state.point_size else size
+    changes["point_size"] = None if is_mesh else state.look.point_size if size == state.point_size else size
     return state.with_look(**changes)
 
 
-def show_clouds(ui: Widgets, shown: Shown, opened: bool) -> list[Effect]:
+def show_clouds(ui: Widgets, scene: Scene, opened: bool) -> list[Effect]:
     """Show what is drawn of each point of a scene's clouds, as the first of them has it."""
-    clouds = clouds_of(shown)
-    if not clouds or not isinstance(shown, Scene) or not ui.section("points of clouds", opened):
+    clouds = clouds_of(scene)
+    if not clouds or not ui.section("points of clouds", opened):
         return []
     first, (number, unit) = clouds[0], size_of(clouds[0])
-    splat: Any = ui.choose("splat", first.splat, CLOUD_SPLATS[0], CLOUD_SPLATS,
-                           "What is drawn of a point: a disc, blended with those "
-                           "beside it into a surface; or a ball.")  # fmt: skip
+    why = "What is drawn of a point: a disc, blended with those beside it into a surface; or a ball."
+    splat: Any = ui.choose("splat", first.splat, CLOUD_SPLATS[0], CLOUD_SPLATS, why)
     usual, rule = first.styled(point_size=None).radius_rule
     low, high = (0.25, 8.0) if unit == "x" else (0.5, 32.0) if unit else (0.1 * number, 10 * number)
-    size = ui.slide(
-        "size", number, usual if rule == unit else number, low, high, f"Radius, {UNITS[unit]} (+ and -).", True
-    )
+    why = f"Radius, {UNITS[unit]} (+ and -)."
+    size = ui.slide("size", number, usual if rule == unit else number, low, high, why, True)
     if splat != first.splat:
-        return [ShowFrame(restyled(shown, lambda _: CloudLook(splat=splat)))]
-    return [] if size == number else [ShowFrame(restyled(shown, lambda _: CloudLook(point_size=with_unit(size, unit))))]
+        return [ShowFrame(restyled(scene, lambda _: CloudLook(splat=splat)))]
+    return [] if size == number else [ShowFrame(restyled(scene, lambda _: CloudLook(point_size=with_unit(size, unit))))]
 
 
-def _choose(ui: Widgets, name: str, value: Any, none: str, known: Iterable[str], why: str) -> Any:
-    """One of several texts, or None, which has a name here. Untouched it stays, even if it is no text."""
-    before = none if value is None else str(value)
-    chosen = ui.choose(name, before, none, (none, *known), why)
-    return value if chosen == before else None if chosen == none else chosen
-
-
-def show_nodes(ui: Widgets, scene: Shown) -> list[Effect]:
+def show_nodes(ui: Widgets, scene: Scene) -> list[Effect]:
     """Show a switch for each node of a scene."""
     effects: list[Effect] = []
-    if not isinstance(scene, Scene) or not ui.section("scene"):
+    if not ui.section("scene"):
         return effects
     for path, node in scene.every_node():
         depth = 0.7 * ui.em * min(len(path), DEEPEST)
@@ -468,48 +479,17 @@ def show_nodes(ui: Widgets, scene: Shown) -> list[Effect]:
     return effects
 
 
-_NONE, _OWN = "none", "own"
-_BRIGHTEST = 10.0
-
-
 def show_environment(ui: Widgets, state: State, opened: bool) -> State:
     """Show which environment there is, how bright it is and how it stands, and whether what is near hides it."""
     if not ui.section("light from all around", opened):
         return state
     imgui, finish = ui.imgui, state.finish
-    changes: dict[str, Any] = {}
     imgui.begin_disabled(not state.is_lit)
-    before = _name_of(finish.environment)
-    name = ui.choose("environment", before, _name_of(SIMPLE.environment), (_NONE, *NAMES),
-                     "Takes the place of the ambient light (E). own: that of "
-                     "the scene or of a file.")  # fmt: skip
-    if name != before:
-        changes["environment"] = None if name == _NONE else name
-    imgui.begin_disabled(name == _NONE)
-    usual = SIMPLE.environment_intensity
-    changes["environment_intensity"] = ui.slide(
-        "brightness", finish.environment_intensity, usual, 0.0, _BRIGHTEST, "", True
-    )
-    if isinstance(finish.environment_rotation, float):
-        why = "Degrees about up (Shift and left or right; or drag with the right button)."
-        changes["environment_rotation"] = ui.slide("turned", finish.environment_rotation, 0.0, 0.0, 360.0, why)
+    chosen = ENVIRONMENT.show(ui, finish)
+    imgui.begin_disabled(chosen is None)
+    is_turned_by_degrees = isinstance(finish.environment_rotation, float)
+    changes = _changes(ui, finish, [BRIGHTNESS, TURNED] if is_turned_by_degrees else [BRIGHTNESS])
     imgui.end_disabled()
-    changes |= _occlusion(ui, finish.ambient_occlusion)
+    changes |= _changes(ui, finish, [HIDDEN])
     imgui.end_disabled()
-    return replace(state, finish=replace(finish, **changes))
-
-
-def _name_of(environment: Any) -> str:
-    if environment is None:
-        return _NONE
-    return environment.name if environment.name in NAMES else _OWN
-
-
-def _occlusion(ui: Widgets, before: Any) -> dict[str, Any]:
-    """A radius stays as long as nothing is chosen."""
-    words = {value: word for word, value in OCCLUSION.items()}
-    word = f"{before:g}" if isinstance(before, float) else words[before]
-    chosen = ui.choose("occlusion", word, words[None], tuple(OCCLUSION),
-                       "Whether what is near hides ambient light and environment "
-                       "(A). auto: where they are more than a tenth of the light.")  # fmt: skip
-    return {} if chosen == word else {"ambient_occlusion": OCCLUSION[chosen]}
+    return replace(state, finish=replace(finish, environment=chosen, **changes))

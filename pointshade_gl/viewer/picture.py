@@ -18,8 +18,7 @@ from ..scene.light import Light
 from ..scene.orbit import UPPER_LEFT
 from ..scene.settings import Metering
 from .document import Dropped
-from .history import Snapshot
-from .views import Shown, Views, camera_of, pose_of
+from .state import Shown, Snapshot, Views, camera_of, pose_of
 
 
 @dataclass(frozen=True, eq=False)

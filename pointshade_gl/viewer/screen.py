@@ -16,7 +16,6 @@ from ..renderer.renderer import Renderer
 from ..scene.orbit import marker_place
 from .controller import BAR
 from .events import Effect
-from .history import Snapshot
 from .keys import KEYS
 from .mouse import MOUSE
 from .overlay import draw_message, draw_readout, draw_strip, draw_table, legend, values_of
@@ -24,6 +23,7 @@ from .panel import Panel
 from .panel_sections import PanelFacts
 from .picture import ShownPicture
 from .playback import TimelineBar
+from .state import Snapshot
 from .window import Window
 
 MARKER = 7.0  # radius, pixels at scale 1

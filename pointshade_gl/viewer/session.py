@@ -24,12 +24,11 @@ from .events import (
     ShowMessage,
     TakeLight,
 )
-from .history import Snapshot, as_switched, switches_of
 from .keys import when_seen
 from .mouse import added, removed, taking, titles
 from .overlay import Messages
 from .playback import TimelineBar
-from .views import Shown, camera_of, pose_of, resized
+from .state import Shown, Snapshot, as_switched, camera_of, pose_of, resized, switches_of
 
 
 class Session:

@@ -30,7 +30,6 @@ from .background import LOOK, RATE, Background, OpenDialog, Recorder, Work, save
 from .controller import ControllerInputs, controller, hides_pointer, is_for_timeline, turned_around
 from .document import Document, check_rates, check_sources
 from .events import Command, Effect, Event, Open, Remember, TurnAround
-from .history import Snapshot
 from .overlay import Messages
 from .panel import MISSING
 from .panel_sections import PanelFacts
@@ -38,7 +37,7 @@ from .picture import CommandLine, SavedPicture, ShownPicture
 from .playback import Playback, Redrawing, TimelineBar
 from .screen import Overlay, Screen
 from .session import Session
-from .views import VIEWS, Shown, check_views, clouds_of
+from .state import VIEWS, Shown, Snapshot, check_views, clouds_of
 from .window import Window
 from .window import window_size as size_for
 
@@ -405,8 +404,8 @@ class Viewer(Session):
         if not self.background.lends:
             self._known, explain = (renderer.choice, renderer.weights), renderer.explain
         choice, weights = self._known
-        rate, titles = self.redrawing.rate.per_second, self.light_titles
-        return PanelFacts(renderer.context.renderer, choice, weights, explain, rate, (samples, most), titles)
+        rate = self.redrawing.rate.per_second
+        return PanelFacts(renderer.context.renderer, choice, weights, explain, rate, (samples, most))
 
     def _prepare(self, picture: ShownPicture) -> None:
         """Finds in the background what the picture needs and takes long."""

@@ -31,8 +31,8 @@ from pointshade_gl.viewer.events import (
     TakeLight,
     TurnAround,
 )
-from pointshade_gl.viewer.history import Snapshot
 from pointshade_gl.viewer.keys import BY_NAME, OWN_LOOKS, STAYS
+from pointshade_gl.viewer.state import Snapshot
 
 CAMERA = ps.Camera(300, 300, 159.5, 119.5, 320, 240)
 STAGE = OrbitStage(np.array([0.0, 0.0, 2.0]), 1.0, np.eye(3))

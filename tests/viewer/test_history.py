@@ -8,11 +8,10 @@ import pointshade_gl as ps
 from pointshade_gl.scene.orbit import OWN_LIGHT, OrbitStage, State
 from pointshade_gl.viewer.document import Document
 from pointshade_gl.viewer.events import Command, Event, Remember, ShowFrame
-from pointshade_gl.viewer.history import STEPS, History, Snapshot, switches_of
 from pointshade_gl.viewer.overlay import Messages
 from pointshade_gl.viewer.playback import Playback
 from pointshade_gl.viewer.session import Session
-from pointshade_gl.viewer.views import Views, restyled
+from pointshade_gl.viewer.state import STEPS, History, Snapshot, Views, restyled, switches_of
 
 from ..support import frames
 from ..support.viewing import drag, move, press, quiet, shown

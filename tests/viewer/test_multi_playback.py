@@ -14,7 +14,7 @@ from pointshade_gl.cli.options import FrameOptions
 from pointshade_gl.viewer import Viewer
 from pointshade_gl.viewer.events import PlayCommand, StepFrames
 from pointshade_gl.viewer.playback import Playback
-from pointshade_gl.viewer.views import Views
+from pointshade_gl.viewer.state import Views
 
 from ..support import frames
 from ..support.view_sets import pose_at, replaced, seen_from, write_views

@@ -14,7 +14,7 @@ from pointshade_gl.scene.orbit import marker_place
 from pointshade_gl.viewer import panel_sections
 from pointshade_gl.viewer.events import Event, StepFrames
 from pointshade_gl.viewer.playback import Merger
-from pointshade_gl.viewer.views import Views, check_views
+from pointshade_gl.viewer.state import Views, check_views
 
 from ..support import frames
 from ..support.view_sets import pose_at, seen_from

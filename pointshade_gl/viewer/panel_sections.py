@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
@@ -41,23 +41,14 @@ class Widgets:
         self._held = "", 0.0  # the number that was pressed last, and what it was before
 
     def slide(
-        self,
-        name: str,
-        value: float,
-        default: float,
-        low: float,
-        high: float,
-        why: str = "",
-        logarithmic: bool = False,
+        self, name: str, value: float, default: float, low: float, high: float, why: str = "", logarithmic: bool = False
     ) -> float:
         """A number between two others. A double click, or Ctrl and a click, lets it be typed."""
-        imgui = self.imgui
         if self._is_reset(name, why):
             return default
-        kind = imgui.SliderFlags_.logarithmic if logarithmic else imgui.SliderFlags_.none
-        return self._number(
-            name, value, low, high, lambda v: imgui.slider_float(f"##{name}", v, low, high, "%.2f", kind)
-        )
+        flags, draw = self.imgui.SliderFlags_, self.imgui.slider_float
+        kind = flags.logarithmic if logarithmic else flags.none
+        return self._number(name, value, low, high, lambda v: draw(f"##{name}", v, low, high, "%.2f", kind))
 
     def drag(self, name: str, value: float, step: float, farthest: float, why: str = "") -> float:
         """A number without a default, that changes by a step for each pixel; typed as that of a slider."""
@@ -79,9 +70,7 @@ class Widgets:
             imgui.end_combo()
         return chosen
 
-    def color(
-        self, name: str, value: tuple[float, float, float], default: tuple[float, float, float]
-    ) -> tuple[float, float, float]:
+    def color(self, name: str, value: Vector, default: Vector) -> Vector:
         """A square in a colour; a click on it opens more of them. Untouched it stays exactly what it was."""
         imgui = self.imgui
         if self._is_reset(name):
@@ -94,6 +83,35 @@ class Widgets:
         new = self.imgui.checkbox(name, value)[1]
         self.explain(why)
         return new
+
+    def option(
+        self,
+        options: Any,
+        field: str,
+        name: str = "",
+        words: Mapping[str, Any] | Iterable[str] = (),
+        low: float = 0.0,
+        high: float = 1.0,
+        other: str = "",
+        logarithmic: bool = False,
+    ) -> Any:
+        """A field of options, which has the default, the values to choose from and the explanation.
+
+        name   that the row shows; "": the field's
+        words  in place of the field's own values: what each stands for, or itself
+        other  word for a value that is none of them; "": the value
+        """
+        (one,) = (found for found in fields(options) if found.name == field)
+        about, value, name = option_of(one), getattr(options, field), name or field
+        words = words or about.known
+        if words:
+            meant = words if isinstance(words, Mapping) else {word: word for word in words}
+            before = _word(value, meant, other)
+            chosen = self.choose(name, before, _word(one.default, meant, other), tuple(meant), about.help)
+            return value if chosen == before else meant[chosen]
+        if isinstance(value, bool):
+            return self.tick(name, value, about.help)
+        return self.slide(name, value, one.default, low, high, about.help, logarithmic)
 
     def row(self, name: str, text: str) -> None:
         """A name, and beside it a text that only tells."""
@@ -122,11 +140,19 @@ class Widgets:
         kept = next((n for n in range(len(text) - 1, 1, -1) if imgui.calc_text_size(f"{text[:n]}…").x <= space), 1)
         return f"{text[:kept]}…"
 
+    def explain(self, why: str) -> None:
+        """An explanation, shown while the mouse is over the last item."""
+        imgui = self.imgui
+        if why and imgui.begin_item_tooltip():
+            imgui.push_text_wrap_pos(imgui.get_font_size() * LINE)
+            imgui.text_unformatted(why)
+            imgui.pop_text_wrap_pos()
+            imgui.end_tooltip()
+
     def _is_reset(self, name: str, why: str = "") -> bool:
         """Shows a name; whether a double click on it asks for the default."""
         imgui = self.imgui
-        is_asked = self._name(name, why)
-        return is_asked and imgui.get_io().key_alt and imgui.is_mouse_clicked(0)
+        return self._name(name, why) and imgui.get_io().key_alt and imgui.is_mouse_clicked(0)
 
     def _name(self, name: str, why: str = "") -> bool:
         """Shows a name, and begins the widget that takes the rest of its row. Returns whether the mouse is over it."""
@@ -140,9 +166,7 @@ class Widgets:
         imgui.set_next_item_width(-1.0)
         return is_over
 
-    def _number(
-        self, name: str, value: float, low: float, high: float, draw: Callable[[float], tuple[bool, float]]
-    ) -> float:
+    def _number(self, name: str, value: float, low: float, high: float, draw: Callable[[float], Any]) -> float:
         """What the user made of a number. Untouched it stays, even beyond the ends."""
         if self.imgui.get_io().key_alt and self._held[0] == name:  # the first click of two moved it: that is taken back
             value = self._held[1]
@@ -151,81 +175,13 @@ class Widgets:
             self._held = name, value
         return min(max(float(f"{new:.6g}"), low), high) if changed else value  # as typed: imgui's numbers are float32
 
-    def explain(self, why: str) -> None:
-        """An explanation, shown while the mouse is over the last item."""
-        imgui = self.imgui
-        if why and imgui.begin_item_tooltip():
-            imgui.push_text_wrap_pos(imgui.get_font_size() * LINE)
-            imgui.text_unformatted(why)
-            imgui.pop_text_wrap_pos()
-            imgui.end_tooltip()
 
+def _word(value: Any, words: Mapping[str, Any], other: str) -> str:
+    """What stands for a value."""
+    known = getattr(value, "name", value)  # of an environment
+    same = (word for word, one in words.items() if one is known or (isinstance(one, str) and one == known))
+    return next(same, other or (f"{known:g}" if isinstance(known, float) else str(known)))
 
-class OptionRow(NamedTuple):
-    """A row for a field of options, which has the default, the values to choose from and the explanation.
-
-    name         that the row shows; "": the field's
-    low, high    of a number
-    words        in place of the field's own values: what each stands for
-    other        word for a value that is none of them; "": the value itself
-    logarithmic  whether a slider is
-    """
-
-    field: str
-    name: str = ""
-    low: float = 0.0
-    high: float = 1.0
-    words: Mapping[str, Any] = {}
-    other: str = ""
-    logarithmic: bool = False
-
-    def show(self, ui: Widgets, options: Any) -> Any:
-        """Show the field's value, and return what the user made of it. Untouched it stays, of whatever kind it is."""
-        (one,) = (field for field in fields(options) if field.name == self.field)
-        about, value, name = option_of(one), getattr(options, self.field), self.name or self.field
-        words = self.words or dict(zip(about.known, about.known, strict=True))
-        if words:
-            word = self._word(value, words)
-            chosen = ui.choose(name, word, self._word(one.default, words), tuple(words), about.help)
-            return value if chosen == word else words[chosen]
-        if isinstance(value, bool):
-            return ui.tick(name, value, about.help)
-        return ui.slide(name, value, one.default, self.low, self.high, about.help, self.logarithmic)
-
-    def _word(self, value: Any, words: Mapping[str, Any]) -> str:
-        known = getattr(value, "name", value)  # of an environment
-        same = (word for word, one in words.items() if one is known or (isinstance(one, str) and one == known))
-        return next(same, self.other or (f"{known:g}" if isinstance(known, float) else str(known)))
-
-
-def _changes(ui: Widgets, options: Any, rows: Sequence[OptionRow]) -> dict[str, Any]:
-    """Show rows for fields of options, and return their values by name."""
-    return {row.field: row.show(ui, options) for row in rows}
-
-
-NONE = "none"
-SHADING = OptionRow("shading")
-MATERIAL = (
-    *map(OptionRow, ("ambient", "diffuse", "specular")),
-    OptionRow("shininess", "", 1.0, 200.0, logarithmic=True),
-)
-POINTS = (
-    OptionRow("normals"),
-    OptionRow(
-        "max_depth_step", "depth step", words={"off": None} | {step: step for step in ("1%", "2%", "3%", "5%", "10%")}
-    ),
-    OptionRow("noise", words={"measured": None} | {sensor: sensor for sensor in SENSORS}),
-    OptionRow("flying"),
-    OptionRow("splat", words={splat: splat for splat in FRAME_SPLATS}),
-    OptionRow("unlight", "no own light (U)"),
-    OptionRow("remove_highlights", "no highlights (X)"),
-    OptionRow("align", "align views"),
-)
-TONE = OptionRow("tone")
-ENVIRONMENT = OptionRow("environment", words={NONE: None} | {name: name for name in NAMES}, other="own")
-BRIGHTNESS = OptionRow("environment_intensity", "brightness", 0.0, 10.0, logarithmic=True)
-TURNED = OptionRow("environment_rotation", "turned", 0.0, 360.0)
-HIDDEN = OptionRow("ambient_occlusion", "occlusion", words=OCCLUSION)
 
 FRAME_STEPS = "surface", "splats", "resolve", "shadows", "surfaces", "light"
 SET_STEPS = "surface", "agreement", "trust", "shadows", "surfaces", "light"
@@ -235,18 +191,29 @@ BRIGHTEST = 10.0
 FARTHEST = 1e4  # metres
 DEEPEST = 6  # levels of a scene that are seen
 USUAL, WIDE = State(), 45.0  # what a double click on a name brings back
+STEPS = {"off": None} | {share: share for share in ("1%", "2%", "3%", "5%", "10%")}
+POINTS: dict[str, dict[str, Any]] = {  # the options of frames' points, and what their rows have beside the fields' own
+    "normals": {},
+    "max_depth_step": {"name": "depth step", "words": STEPS},
+    "noise": {"words": {"measured": None} | {sensor: sensor for sensor in SENSORS}},
+    "flying": {},
+    "splat": {"words": FRAME_SPLATS},
+    "unlight": {"name": "no own light (U)"},
+    "remove_highlights": {"name": "no highlights (X)"},
+    "align": {"name": "align views"},
+}
 
 
 class PanelFacts(NamedTuple):
-    """What the panel tells, and does not change.
+    """What the panel shows, and does not change.
 
     driver    its name for what draws
     choice    what estimated the last normals; None: nothing yet
     weights   how much each frame of the last picture counts
     explain   what the views that have these names agree on, in lines; None: this is not the time to ask
-    laps      of the steps of the last picture
     rate      pictures per second; None at rest
     samples   how many the window shows, and how many it will show if nothing moves
+    laps      of the steps of the last picture
     """
 
     driver: str
@@ -259,15 +226,14 @@ class PanelFacts(NamedTuple):
 
 
 def show_facts(ui: Widgets, shown: Shown, facts: PanelFacts, opened: bool) -> None:
-    """Tell rate and samples in two lines; below, if it is opened, the times of the steps and what draws."""
+    """Show rate and samples in two lines; below, if it is opened, the times of the steps and what draws."""
     imgui = ui.imgui
     imgui.text(f"{facts.rate:.1f} pictures/s" if facts.rate else "at rest")
     in_it, most = facts.samples
     imgui.text(f"{in_it} of {most} sample{'s' if most > 1 else ''}")
     if not ui.section("this picture", opened):
         return
-    names = SET_STEPS if isinstance(shown, Views) else FRAME_STEPS
-    for name in (*names, "present"):
+    for name in (*(SET_STEPS if isinstance(shown, Views) else FRAME_STEPS), "present"):
         lap = facts.laps.get(name)
         ui.row(name, "" if lap is None else f"{lap.gpu_ms or lap.wall_ms:.1f} ms")
     imgui.text_wrapped(f"{shown.points_known} points" + (f", {facts.choice.method}" if facts.choice else ""))
@@ -286,15 +252,11 @@ class ViewsList:
         if ui.section(f"{len(views.shown)} of {len(views.frames)} views as one###views"):
             effects = _show_views(ui, views, facts.weights)
         if ui.section("why", opened=False):
-            ui.imgui.text_wrapped("\n".join(self._explained(look, views, facts)))
+            key = views.shown, look
+            if facts.explain and (self._why is None or self._why[0] != key):  # once: it is read from the GPU
+                self._why = key, facts.explain(views.shown_names)
+            ui.imgui.text_wrapped("\n".join(self._why[1] if self._why else []))
         return effects
-
-    def _explained(self, look: Look, views: Views, facts: PanelFacts) -> list[str]:
-        """Asked for once, not for each picture: it is read from the GPU."""
-        key = views.shown, look
-        if facts.explain and (self._why is None or self._why[0] != key):
-            self._why = key, facts.explain(views.shown_names)
-        return self._why[1] if self._why else []
 
 
 def _show_views(ui: Widgets, views: Views, weights: Mapping[Frame, float]) -> list[Effect]:
@@ -333,7 +295,7 @@ def show_light(ui: Widgets, now: Snapshot, pose: NDArray[np.float64]) -> tuple[S
     if not ui.section("light"):
         return now, []
     imgui, state = ui.imgui, now.state
-    effects = _list(ui, now.number, titles(now))
+    effects = _list(ui, now)
     lit = ui.tick("lit (B)", state.lit)
     imgui.begin_disabled(not lit)
     follows = ui.tick("follows the mouse (L)", state.light_mode)
@@ -341,11 +303,10 @@ def show_light(ui: Widgets, now: Snapshot, pose: NDArray[np.float64]) -> tuple[S
     held = _held(ui, now.held, now.stage.radius, shadows)
     color = ui.color("colour", state.light_color, USUAL.light_color)
     intensity = ui.slide("intensity", state.light_intensity, 1.0, 0.0, BRIGHTEST, logarithmic=True)
-    reach = ui.slide(
-        "distance", state.light_reach, 1.0, 0.1, 20.0, "From the middle of the object. 1: as far as at the start.", True
-    )
+    why = "From the middle of the object. 1: as far as at the start."
+    reach = ui.slide("distance", state.light_reach, 1.0, 0.1, 20.0, why, True)
     place = _place(ui, now, pose)
-    finish = replace(state.finish, tone=TONE.show(ui, state.finish))
+    finish = replace(state.finish, tone=ui.option(state.finish, "tone"))
     imgui.end_disabled()
     state = replace(
         state, lit=lit, light_mode=follows, shadows=shadows, light_color=color, light_intensity=intensity,
@@ -355,13 +316,13 @@ def show_light(ui: Widgets, now: Snapshot, pose: NDArray[np.float64]) -> tuple[S
     return placed(now, place, pose) if place else now, effects
 
 
-def _list(ui: Widgets, number: int, names: Sequence[str]) -> list[Effect]:
+def _list(ui: Widgets, now: Snapshot) -> list[Effect]:
     """Several lights have a row each: a click on it lets the mouse hold the light, its x takes it away."""
     imgui, effects = ui.imgui, []
     side = imgui.get_frame_height()
-    for k, title in enumerate(names if len(names) > 1 else ()):
+    for k, title in enumerate(titles(now) if now.lights else ()):
         label = ui.fitted(title, side + imgui.get_style().item_spacing.x)
-        if imgui.radio_button(f"{label}##{k}", k == number):
+        if imgui.radio_button(f"{label}##{k}", k == now.number):
             effects.append(TakeLight(k))
         imgui.same_line(imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x - side)
         if imgui.button(f"x##{k}", imgui.ImVec2(side, 0)):
@@ -389,9 +350,8 @@ def _place(ui: Widgets, now: Snapshot, pose: NDArray[np.float64]) -> Vector | No
 
 def _held(ui: Widgets, held: Light, reach: float, shadows: bool) -> Light:
     """Kind, shadow and size of the light that the mouse holds."""
-    kind = ui.choose("kind", kind_of(held), KINDS[0], KINDS,
-                     "A point shines to all sides, a spot into a cone, the sun one way, "
-                     "an area as a rectangle does that glows.")  # fmt: skip
+    why = "A point shines to all sides, a spot into a cone, the sun one way, an area as a rectangle does that glows."
+    kind = ui.choose("kind", kind_of(held), KINDS[0], KINDS, why)
     changed = held if kind == kind_of(held) else as_kind(held, kind, 0.5 * reach)
     if changed.is_spot:
         inner, outer = changed.cone
@@ -411,32 +371,53 @@ def _extent(ui: Widgets, light: Light, reach: float) -> dict[str, Any]:
         sides = zip(("width", "height"), light.size, strict=True)
         why = why.format("in metres", "")
         return {"size": tuple(ui.slide(n, side, 0.5 * reach, 0.01 * reach, 2 * reach, why, True) for n, side in sides)}
-    name, most, of = (
-        ("radius", 0.5 * reach, "in metres") if light.position else ("angle", 45.0, "in degrees; the sun has 0.53")
-    )
-    return {name: ui.slide(name, getattr(light, name), 0.0, 0.0, most, why.format(of, " 0 casts sharp ones."))}
+    name, most, unit = "angle", 45.0, "in degrees; the sun has 0.53"
+    if light.position:
+        name, most, unit = "radius", 0.5 * reach, "in metres"
+    return {name: ui.slide(name, getattr(light, name), 0.0, 0.0, most, why.format(unit, " 0 casts sharp ones."))}
+
+
+def show_environment(ui: Widgets, state: State, opened: bool) -> State:
+    """Show which environment there is, how bright it is and how it stands, and whether what is near hides it."""
+    if not ui.section("light from all around", opened):
+        return state
+    imgui, finish = ui.imgui, state.finish
+    imgui.begin_disabled(not state.is_lit)
+    words = {"none": None} | {name: name for name in NAMES}
+    changes = {"environment": ui.option(finish, "environment", words=words, other="own")}
+    imgui.begin_disabled(changes["environment"] is None)
+    field = "environment_intensity"
+    changes[field] = ui.option(finish, field, "brightness", high=BRIGHTEST, logarithmic=True)
+    field = "environment_rotation"
+    if isinstance(finish.environment_rotation, float):
+        changes[field] = ui.option(finish, field, "turned", high=360.0)
+    imgui.end_disabled()
+    changes["ambient_occlusion"] = ui.option(finish, "ambient_occlusion", "occlusion", OCCLUSION)
+    imgui.end_disabled()
+    return state.with_finish(**changes)
 
 
 def show_surface(ui: Widgets, state: State, is_scene: bool) -> State:
     """Show how surfaces answer light. The objects of a scene have materials of their own."""
     if not ui.section("surface"):
         return state
-    look, material = state.look, state.look.material
+    look, changes = state.look, {}
     ui.imgui.begin_disabled(not state.lit)
-    shading = SHADING.show(ui, look)
+    shading = ui.option(look, "shading")
     ui.imgui.begin_disabled(look.shading in NOT_LIT)
     if not is_scene:
-        material = replace(material, **_changes(ui, material, MATERIAL))
+        changes = {name: ui.option(look.material, name) for name in ("ambient", "diffuse", "specular")}
+        changes["shininess"] = ui.option(look.material, "shininess", low=1.0, high=200.0, logarithmic=True)
     ui.imgui.end_disabled()
     ui.imgui.end_disabled()
-    return state.with_look(shading=shading, material=material)
+    return state.with_look(shading=shading, material=replace(look.material, **changes))
 
 
 def show_points(ui: Widgets, state: State, opened: bool) -> State:
     """Show how normals are estimated, and what is drawn of each point of frames."""
     if not ui.section("points", opened):
         return state
-    changes = _changes(ui, state.look, POINTS)
+    changes = {field: ui.option(state.look, field, **own) for field, own in POINTS.items()}
     is_mesh = changes["splat"] == "mesh"
     ui.imgui.begin_disabled(is_mesh)
     why = "Of the points, in pixels of the frame (+ and -)."
@@ -466,9 +447,7 @@ def show_clouds(ui: Widgets, scene: Scene, opened: bool) -> list[Effect]:
 def show_nodes(ui: Widgets, scene: Scene) -> list[Effect]:
     """Show a switch for each node of a scene."""
     effects: list[Effect] = []
-    if not ui.section("scene"):
-        return effects
-    for path, node in scene.every_node():
+    for path, node in scene.every_node() if ui.section("scene") else ():
         depth = 0.7 * ui.em * min(len(path), DEEPEST)
         ui.imgui.indent(depth)
         label = f"{ui.fitted(node.name or 'node')}##{path}"  # what is after ## is hidden and tells equal names apart
@@ -477,19 +456,3 @@ def show_nodes(ui: Widgets, scene: Scene) -> list[Effect]:
         if visible != node.visible:
             effects.append(ShowFrame(scene.with_node(path, visible=visible)))
     return effects
-
-
-def show_environment(ui: Widgets, state: State, opened: bool) -> State:
-    """Show which environment there is, how bright it is and how it stands, and whether what is near hides it."""
-    if not ui.section("light from all around", opened):
-        return state
-    imgui, finish = ui.imgui, state.finish
-    imgui.begin_disabled(not state.is_lit)
-    chosen = ENVIRONMENT.show(ui, finish)
-    imgui.begin_disabled(chosen is None)
-    is_turned_by_degrees = isinstance(finish.environment_rotation, float)
-    changes = _changes(ui, finish, [BRIGHTNESS, TURNED] if is_turned_by_degrees else [BRIGHTNESS])
-    imgui.end_disabled()
-    changes |= _changes(ui, finish, [HIDDEN])
-    imgui.end_disabled()
-    return replace(state, finish=replace(finish, environment=chosen, **changes))

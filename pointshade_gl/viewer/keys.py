@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..scene.appearance import SHADINGS
 from ..scene.environment import NAMES, Environment
+from ..scene.graph import Scene
 from ..scene.noise import METHODS
 from ..scene.orbit import State
-from .events import ChangeRate, Command, Effect, PlayCommand, ResizePoints, Seek, ShowMessage, StepFrames, TakeLight
-from .state import Snapshot
+from ..scene.settings import OCCLUSION
+from .events import ChangeRate, Command, Effect, PlayCommand, Seek, ShowFrame, ShowMessage, StepFrames, TakeLight
+from .state import Shown, Snapshot, clouds_of, resized
 
 ESTIMATORS = ("auto", "star", "adaptive", "star-borrow", "triangles-8", "central", "one-sided", "plane-fit-5")
 TURN = 15.0  # degrees of the environment, and of the view
@@ -55,7 +57,6 @@ class Key(NamedTuple):
     says      what the help says about them
     do        gives the state after one of them was pressed, and what else is to be done
     of_frame  they change the look of frames, which a scene's objects have of their own
-    of_cloud  they do something else for the clouds of a scene
     """
 
     names: tuple[str, ...]
@@ -63,21 +64,21 @@ class Key(NamedTuple):
     says: str
     do: Callable[[Snapshot, str], Answer]
     of_frame: bool = False
-    of_cloud: Callable[[Snapshot, str], Answer] | None = None
 
 
-def press_key(
-    now: Snapshot, is_scene: bool, name: str, ctrl: bool = False, shift: bool = False, has_clouds: bool = False
-) -> Answer:
+def press_key(now: Snapshot, shown: Shown | None, name: str, ctrl: bool = False, shift: bool = False) -> Answer:
     """Return the state after a key, and what else is to be done; with Ctrl and Shift perhaps another key's."""
     chord = "CTRL+" * ctrl + "SHIFT+" * shift + name
     name = chord if chord in BY_NAME else name
     key = BY_NAME.get(name)
     if key is None:
         return now.state, ()
-    if has_clouds and key.of_cloud:
-        return key.of_cloud(now, name)
-    return _say(OWN_LOOKS, now.state) if key.of_frame and is_scene else key.do(now, name)
+    if not (key.of_frame and isinstance(shown, Scene)):
+        return key.do(now, name)
+    if key.do is not _resize_points or not clouds_of(shown):
+        return _say(OWN_LOOKS, now.state)
+    larger, text = resized(shown, _factor(name))
+    return now.state, (ShowFrame(larger), ShowMessage(text))
 
 
 def _say(text: str, state: State) -> Answer:
@@ -98,6 +99,11 @@ def _shows_light(state: State) -> bool:
 
 def _lit(state: State) -> State:
     return replace(state.with_finish(show="light"), lit=True)
+
+
+def _next(known: Sequence[Any], before: Any) -> Any:
+    """The one after another, and after the last the first; the first where that is none of them."""
+    return known[(known.index(before) + 1) % len(known)] if before in known else known[0]
 
 
 def _toggle_light(now: Snapshot, _: str) -> Answer:
@@ -129,8 +135,7 @@ def _toggle_readout(now: Snapshot, _: str) -> Answer:
 
 def _cycle_normals(now: Snapshot, _: str) -> Answer:
     look = now.state.look
-    following = ESTIMATORS.index(look.normals) + 1 if look.normals in ESTIMATORS else 0
-    normals = ESTIMATORS[following % len(ESTIMATORS)]
+    normals = _next(ESTIMATORS, look.normals)
     is_flat_mesh = look.splat == "mesh" and look.shading == "flat"
     when = "; flat triangles have normals of their own" if is_flat_mesh else when_seen(now.state)
     when = when if now.state.finish.is_light else ""
@@ -151,35 +156,24 @@ def _factor(name: str) -> float:
     return 1.25 if name in ("+", "=") else 1 / 1.25
 
 
-def _resize_clouds(now: Snapshot, name: str) -> Answer:
-    return now.state, (ResizePoints(_factor(name)),)
-
-
 def _resize_points(now: Snapshot, name: str) -> Answer:
     if now.state.look.splat == "mesh":
         return _say("a mesh has no point size", now.state)
-    factor = _factor(name)
-    size = round(min(max(now.state.point_size * factor, SMALLEST), LARGEST), 2)
+    size = round(min(max(now.state.point_size * _factor(name), SMALLEST), LARGEST), 2)
     size = 1.0 if abs(size - 1) < 0.1 else size
     end = {SMALLEST: ", the smallest", LARGEST: ", the largest"}.get(size, "")
     return _say(f"point size: {size:g} pixels of the frame{end}", now.state.with_look(point_size=size))
 
 
-def _toggle_unlight(now: Snapshot, _: str) -> Answer:
-    on = not now.state.look.unlight
-    text = "the light in the picture is divided out" if on else "the colours are those of the picture"
-    return _recolour(now, text, unlight=on)
-
-
-def _toggle_highlights(now: Snapshot, _: str) -> Answer:
-    on = not now.state.look.remove_highlights
-    text = "highlights are taken out, where three or more views are merged" if on else "highlights stay"
-    return _recolour(now, text, remove_highlights=on)
-
-
-def _recolour(now: Snapshot, text: str, **changes: bool) -> Answer:
+def _toggle_colors(field: str, on: str, off: str) -> Callable[[Snapshot, str], Answer]:
     """Other colours of a frame's surfaces, which also show without shading."""
-    return _say(text + ("" if _shows_light(now.state) else LATER), now.state.with_look(**changes))
+
+    def do(now: Snapshot, _: str) -> Answer:
+        is_on = not getattr(now.state.look, field)
+        text = (on if is_on else off) + ("" if _shows_light(now.state) else LATER)
+        return _say(text, now.state.with_look(**{field: is_on}))
+
+    return do
 
 
 def _toggle_shadows(now: Snapshot, _: str) -> Answer:
@@ -190,9 +184,7 @@ def _toggle_shadows(now: Snapshot, _: str) -> Answer:
 
 
 def _next_environment(now: Snapshot, _: str) -> Answer:
-    before = now.state.finish.environment
-    order = [None, *map(Environment.of, NAMES)]
-    found = order[(order.index(before) + 1) % len(order)] if before in order else None
+    found = _next([None, *map(Environment.of, NAMES)], now.state.finish.environment)
     text = "no light from all around" if found is None else f"light from all around: {found.name}"
     return _say(text + when_seen(now.state), now.state.with_finish(environment=found))
 
@@ -204,9 +196,8 @@ def _turn_environment(now: Snapshot, name: str) -> Answer:
 
 
 def _next_occlusion(now: Snapshot, _: str) -> Answer:
-    following = {None: True, True: False, False: None}
-    wanted = following.get(now.state.finish.ambient_occlusion)
-    word = {None: "auto", True: "yes", False: "no"}[wanted]
+    wanted = _next([*OCCLUSION.values()], now.state.finish.ambient_occlusion)
+    (word,) = (word for word, one in OCCLUSION.items() if one is wanted)
     text = f"whether what is near hides light from all around: {word}"
     return _say(text + when_seen(now.state), now.state.with_finish(ambient_occlusion=wanted))
 
@@ -247,6 +238,10 @@ def _look_as_taken(now: Snapshot, _: str) -> Answer:
     return _say("where the camera was", replace(state, distance=1.0, pan=(0.0, 0.0), pivot=(0.0, 0.0, 0.0)))
 
 
+_UNLIGHT = _toggle_colors("unlight", "the light in the picture is divided out", "the colours are those of the picture")
+_HIGHLIGHTS = _toggle_colors(
+    "remove_highlights", "highlights are taken out, where three or more views are merged", "highlights stay"
+)
 KEYS = (
     Key(("L",), "L", "the light follows the mouse, or stays", _toggle_light),
     Key(("1", "2", "3", "4", "5"), "1 to 5", "shading: none, flat, gouraud, phong, edl", _choose_shading),
@@ -254,10 +249,10 @@ KEYS = (
     Key(("D",), "D", "x, y, z, depth, normal under the mouse", _toggle_readout),
     Key(("B",), "B", "compare with the unlit picture", _compare),
     Key(("N",), "N", "next normal estimator", _cycle_normals, of_frame=True),
-    Key(("+", "=", "-"), "+ -", "point size", _resize_points, of_frame=True, of_cloud=_resize_clouds),
+    Key(("+", "=", "-"), "+ -", "point size", _resize_points, of_frame=True),
     Key(("S",), "S", "shadows on or off", _toggle_shadows),
-    Key(("U",), "U", "divide the light in the picture out", _toggle_unlight, of_frame=True),
-    Key(("X",), "X", "take the highlights out of merged views", _toggle_highlights, of_frame=True),
+    Key(("U",), "U", "divide the light in the picture out", _UNLIGHT, of_frame=True),
+    Key(("X",), "X", "take the highlights out of merged views", _HIGHLIGHTS, of_frame=True),
     Key(("E",), "E", "light from all around: none, sky, studio", _next_environment),
     Key(("SHIFT+LEFT", "SHIFT+RIGHT"), "Shift+left, right", "turn the environment", _turn_environment),
     Key(("A",), "A", "ambient occlusion: auto, yes, no", _next_occlusion),

@@ -101,17 +101,17 @@ class Widgets:
         words  in place of the field's own values: what each stands for, or itself
         other  word for a value that is none of them; "": the value
         """
-        (one,) = (found for found in fields(options) if found.name == field)
-        about, value, name = option_of(one), getattr(options, field), name or field
+        one: Any = next(found for found in fields(options) if found.name == field)
+        about, value, name, default = option_of(one), getattr(options, field), name or field, one.default
         words = words or about.known
         if words:
             meant = words if isinstance(words, Mapping) else {word: word for word in words}
             before = _word(value, meant, other)
-            chosen = self.choose(name, before, _word(one.default, meant, other), tuple(meant), about.help)
+            chosen = self.choose(name, before, _word(default, meant, other), tuple(meant), about.help)
             return value if chosen == before else meant[chosen]
         if isinstance(value, bool):
             return self.tick(name, value, about.help)
-        return self.slide(name, value, one.default, low, high, about.help, logarithmic)
+        return self.slide(name, value, default, low, high, about.help, logarithmic)
 
     def row(self, name: str, text: str) -> None:
         """A name, and beside it a text that only tells."""

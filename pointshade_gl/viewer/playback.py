@@ -338,7 +338,7 @@ class Playback:
             return
         for k, (source, rate) in enumerate(zip(sources, rates, strict=True)):
             name = source.folder.name if isinstance(source, FrameSequence) else f"source {k}"
-            stream = iter([source]) if isinstance(source, Frame) else source
+            stream: Any = iter([source]) if isinstance(source, Frame) else source
             tell = skipped if is_alone else lambda sentence, name=name: skipped(f"{name}: {sentence}")
             self.players.append(Player(stream, rate, tell))
             self._names.append(name)

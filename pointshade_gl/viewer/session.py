@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.camera import Camera
-from ..scene.graph import Scene
 from .controller import Answer, Control
 from .document import Document
 from .events import (
@@ -17,7 +16,6 @@ from .events import (
     PlayEffect,
     Remember,
     RemoveLight,
-    ResizePoints,
     Scrub,
     Seek,
     ShowFrame,
@@ -28,7 +26,7 @@ from .keys import when_seen
 from .mouse import added, removed, taking, titles
 from .overlay import Messages
 from .playback import TimelineBar
-from .state import Shown, Snapshot, as_switched, camera_of, pose_of, resized, switches_of
+from .state import Shown, Snapshot, as_switched, camera_of, pose_of, switches_of
 
 
 class Session:
@@ -97,9 +95,6 @@ class Session:
                 self._go_to(removed(number, self.moment, self.pose))
             case ShowFrame(frame):
                 self.frame = frame
-            case ResizePoints(factor):
-                assert isinstance(self.frame, Scene), "only clouds of scenes are resized so"
-                self._follow(*resized(self.frame, factor))
             case Scrub(index):
                 self._wanted = index
             case _:

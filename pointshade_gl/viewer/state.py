@@ -189,7 +189,7 @@ def _switch_of(node: Node) -> NodeSwitch:
     return node.visible, tuple((cloud.splat, cloud.point_size) for cloud in clouds)
 
 
-def _changes(node: Node, switch: Any) -> NodeOptions:
+def _changes(node: Node, switch: Any) -> Any:
     visible, looks = switch
     following = iter(looks)
     content = _restyled(node, lambda _: dict(zip(("splat", "point_size"), next(following), strict=True)))

@@ -37,7 +37,7 @@ from .picture import CommandLine, SavedPicture, ShownPicture
 from .playback import Playback, Redrawing, TimelineBar
 from .screen import Overlay, Screen
 from .session import Session
-from .state import VIEWS, Shown, Snapshot, check_views, clouds_of
+from .state import VIEWS, Shown, Snapshot, check_views
 from .window import Window
 from .window import window_size as size_for
 
@@ -299,11 +299,9 @@ class Viewer(Session):
     @property
     def _surroundings(self) -> ControllerInputs:
         width, height = self.window.picture_size
-        total, is_scene = self.document.playback.total(self.frame), isinstance(self.frame, Scene)
-        has_clouds = bool(clouds_of(self.frame))
-        return ControllerInputs(
-            self.camera, width - self.panel_covers, height, self.window.scale, total, is_scene, has_clouds
-        )
+        total = self.document.playback.total(self.frame)
+        width -= self.panel_covers
+        return ControllerInputs(self.camera, width, height, self.window.scale, total, self.frame)
 
     @property
     def renderer(self) -> Renderer:

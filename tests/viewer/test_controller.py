@@ -102,7 +102,7 @@ class TestKeys:
     @pytest.mark.parametrize("name", ["N", "+", "-", "U", "X"])
     def test_the_look_of_a_scene_is_its_own(self, name):
         assert after(key(name))[0] != START
-        control, effects = after(key(name), place=replace(PLACE, is_scene=True))
+        control, effects = after(key(name), place=replace(PLACE, shown=ps.Scene()))
         assert control == START and effects == (ShowMessage(OWN_LOOKS), Remember())
 
     def test_tab_takes_the_next_light_of_several(self):

@@ -24,8 +24,8 @@ from .options import FrameOptions
 from .written import EnvironmentOptions, PictureOptions
 
 if TYPE_CHECKING:  # a picture without a window needs none of it
-    from ..viewer.document import Dropped
-    from ..viewer.picture import SavedPicture, ShownPicture
+    from ..viewer.document import Dropped, SavedPicture
+    from ..viewer.picture import ShownPicture
     from ..viewer.state import Shown, Views
 
 DIGITS = 12  # of a number: far more than pictures show, so that the line makes the same one

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -17,7 +16,6 @@ from ..scene.graph import Scene, shaded, without_environment
 from ..scene.light import Light
 from ..scene.orbit import UPPER_LEFT
 from ..scene.settings import Metering
-from .document import Dropped
 from .state import Shown, Snapshot, Views, camera_of, pose_of
 
 
@@ -104,23 +102,3 @@ class Preparation(NamedTuple):
 
     key: tuple[Any, ...]
     title: str
-
-
-class SavedPicture(NamedTuple):
-    """A picture that the key P saved, with all that a command line needs to make the same.
-
-    name     of its file
-    first    what the window showed at first: nodes of a scene may be hidden since
-    numbers  of each source that plays: that of the frame in it, -1 in a live stream
-    dropped  what was opened by a drop onto the window; None: what the program opened
-    """
-
-    picture: ShownPicture
-    samples: int
-    name: str
-    first: Shown
-    numbers: tuple[int, ...]
-    dropped: Dropped | None
-
-
-CommandLine = Callable[[SavedPicture], tuple[str, str]]  # the words of a command, and what it leaves out, in words

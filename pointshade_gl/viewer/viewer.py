@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from contextvars import copy_context
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -26,17 +27,16 @@ from ..scene.noise import Choice
 from ..scene.option_fields import renamed
 from ..scene.orbit import State
 from ..scene.viewpoint import View
-from .background import LOOK, RATE, Background, OpenDialog, Recorder, Work, save_new
+from .background import CHOICE_CHECK, RATE, Background, OpenDialog, Recorder, Work, save_new
 from .controller import ControllerInputs, controller, hides_pointer, is_for_timeline, turned_around
-from .document import Document, check_rates, check_sources
+from .document import CommandLine, Document, SavedPicture, Session, check_rates, check_sources
 from .events import Command, Effect, Event, Open, Remember, TurnAround
 from .overlay import Messages
 from .panel import MISSING
 from .panel_sections import PanelFacts
-from .picture import CommandLine, SavedPicture, ShownPicture
+from .picture import ShownPicture
 from .playback import Playback, Redrawing, TimelineBar
 from .screen import Overlay, Screen
-from .session import Session
 from .state import VIEWS, Shown, Snapshot, check_views
 from .window import Window
 from .window import window_size as size_for
@@ -150,28 +150,25 @@ class Viewer(Session):
             super().__init__(Document(playback, state, lights, merge=views is not None, place=place), messages)
             undo.callback(lambda: self.document.playback.close())
             size = size or size_for(self.own_camera)
-            self._open_window(title, size, undo)
-            self._animates = type(self).on_frame is not Viewer.on_frame
-            self._film_camera = self.own_camera.fitted(*size)
-            self._began = self._next_frame = time.perf_counter()
-            if panel:
-                self.toggle_panel()
+            self.window = Window(title, size, self.events.append)
+            undo.callback(self.window.release)
+            self.document.playback.wake_by(self.window.wake)
+            self.screen = Screen(self.window)
+            undo.callback(self.screen.release)
+            self.background = Background(self.window.wake, self.screen.take_back)
+            undo.callback(self.background.close)
             self._close = undo.pop_all()
-
-    def _open_window(self, title: str, size: tuple[int, int], undo: ExitStack) -> None:
-        self.window = Window(title, size, self.events.append)
-        undo.callback(self.window.release)
-        self.document.playback.wake_by(self.window.wake)
-        self.screen = Screen(self.window)
-        undo.callback(self.screen.release)
-        self.background = Background(self.window.wake)
-        undo.callback(self._leave_work)
         self._prepared: tuple[Any, ...] | None = None  # the key of the last Preparation
-        self._stands: LastGood | None = None
+        self._last_good: LastGood | None = None
         self._known: tuple[Choice | None, Mapping[Frame, float]] = None, {}
-        slow = SOFTWARE if self.renderer.context.is_software else ""
-        greeting = GREETING if self.state.light_mode else GREETING_STAYS
-        self.messages.say(greeting + slow, GREETING_SECONDS)
+        self._animates = type(self).on_frame is not Viewer.on_frame
+        self._film_camera = self.own_camera.fitted(*size)
+        self._began = self._next_frame = time.perf_counter()
+        greeting = GREETING if state.light_mode else GREETING_STAYS
+        greeting += SOFTWARE if self.screen.renderer.context.is_software else ""
+        messages.say(greeting, GREETING_SECONDS)
+        if panel:
+            self.toggle_panel()
 
     # For applications to override.
     def on_start(self) -> None:
@@ -191,7 +188,9 @@ class Viewer(Session):
             self.document.start_at(self.moment, self.frame)
             while not self.window.is_closing:
                 self.step()
-            if self._is_saving:  # a picture that was asked for is not lost
+            if (
+                self.background.work and self.background.work.title == SAVING
+            ):  # a picture that was asked for is not lost
                 self.finish_work()
         finally:
             self.release()
@@ -209,7 +208,6 @@ class Viewer(Session):
         self.background.poll()
         self._take_chosen()
         now = time.perf_counter()
-        self.seek()
         self.play(now)
         if self._animates:
             self.on_frame(now - self._began)
@@ -236,7 +234,7 @@ class Viewer(Session):
             self.recorder.patience(now) if self.recorder else None,
             self._draws_in(now),
             self.messages.patience(now),
-            LOOK if self._dialog else None,
+            CHOICE_CHECK if self._dialog else None,
         ]
         return min((seconds for seconds in reasons if seconds is not None), default=None)
 
@@ -254,10 +252,10 @@ class Viewer(Session):
         self.document.history.follow(self.moment)
         if event.kind != "move":  # of many moves only the last counts
             self.seek()
-        control, place = self.control, self._surroundings
+        control, place = self.control, self._inputs
         is_taken = is_for_timeline(control, place, event) or (self.state.panel and self.screen.panel.handle(event))
         self.take(controller(control, place, event, is_taken))
-        self.window.hide_pointer(hides_pointer(self.control, self._surroundings, event, is_taken))
+        self.window.hide_pointer(hides_pointer(self.control, self._inputs, event, is_taken))
 
     def _has_read(self, event: Event) -> bool:
         """A key or a click closes the message that waits to be read. Returns whether that was all: Esc does no more."""
@@ -297,7 +295,7 @@ class Viewer(Session):
                 super().perform(effect)
 
     @property
-    def _surroundings(self) -> ControllerInputs:
+    def _inputs(self) -> ControllerInputs:
         width, height = self.window.picture_size
         total = self.document.playback.total(self.frame)
         width -= self.panel_covers
@@ -379,40 +377,38 @@ class Viewer(Session):
         self.document.history.follow(self.moment)
         self.moment, chosen = self.screen.draw(picture, over, self._facts(samples, most))
         if not is_old:
-            self._stand()
+            self._keep_good()
             if picture.now.state.is_lit:
                 self.document.exposure = self.screen.renderer.exposure
         for effect in (*chosen, *self._panel_step()):
             self.perform(effect)
         self.redrawing.end(None if is_old else picture.content, over, time.perf_counter())
 
-    def _stand(self) -> None:
+    def _keep_good(self) -> None:
         """What is shown can be drawn: what was opened takes the place of what was there before."""
-        before, self._stands = self._stands, LastGood(self.document, self.frame, self.moment)
+        before, self._last_good = self._last_good, LastGood(self.document, self.frame, self.moment)
         if before and before.document is not self.document:
             before.document.playback.close()
             self.document.playback.wake_by(self.window.wake)
             self.window.name(f"pointshade: {self.document.title}")
             self.messages.clear()
-        self.tell_news()
+        self.show_news()
 
     def _facts(self, samples: int, most: int) -> PanelFacts:
-        """What the panel tells. While the renderer is lent, that is what the last picture told of it."""
+        """What the panel shows. While the renderer is lent, that is what was known of it at the last picture."""
         renderer, explain = self.screen.renderer, None
         if not self.background.lends:
             self._known, explain = (renderer.choice, renderer.weights), renderer.explain
-        choice, weights = self._known
         rate = self.redrawing.rate.per_second
-        return PanelFacts(renderer.context.renderer, choice, weights, explain, rate, (samples, most))
+        return PanelFacts(renderer.context.renderer, *self._known, explain, rate, (samples, most))
 
     def _prepare(self, picture: ShownPicture) -> None:
         """Finds in the background what the picture needs and takes long."""
         needed = picture.preparation
         if needed is None or needed.key == self._prepared:
             return
-
         found: list[str] = []  # what was noted
-        is_same = self._stands is not None and self._stands.frame is picture.shown  # it only looks otherwise
+        is_same = self._last_good is not None and self._last_good.frame is picture.shown  # it only looks otherwise
         outside = copy_context()
 
         def note(text: str) -> None:
@@ -425,40 +421,34 @@ class Viewer(Session):
                 renderer.draw(picture.request(rests=False), progress=progress)
 
         def done(_: object) -> None:
-            self.screen.take_back()
             self._prepared = needed.key
             if is_same and found:  # what was asked for came out otherwise
                 self.say("\n".join(found))
 
-        def failed(error: BaseException) -> None:
-            self.screen.take_back()
-            self._go_back_after(error)
-
         renderer = self.screen.lend()
         title = "" if picture.plays else needed.title  # each set of frames needs it anew
-        self.background.start(Work(title, do, done, failed))
+        self.background.start(Work(title, do, done, self._go_back_after))
 
     def _go_back_after(self, error: BaseException) -> None:
         """Show what was shown before: the user has ended what takes long, or what was opened cannot be drawn."""
-        is_ended = isinstance(error, Cancelled)
-        if self._stands is None and is_ended:
+        before, is_ended = self._last_good, isinstance(error, Cancelled)
+        if before is None and is_ended:
             self.quit()
             return
-        if self._stands is None or (self._stands.document is self.document and not is_ended):
+        if before is None or (before.document is self.document and not is_ended):
             raise error
-        before, (unused, now) = self._stands, (self.document, self.moment)
+        unused, now, was = self.document, self.moment, before.moment
         self.show(*before)
         if unused is self.document:
-            was = before.moment.state
-            state = replace(now.state, look=was.look, lit=was.lit, finish=was.finish)
-            self.moment = now._replace(state=state, switches=before.moment.switches)
+            state = replace(now.state, look=was.state.look, lit=was.state.lit, finish=was.state.finish)
+            self.moment = now._replace(state=state, switches=was.switches)
             self.document.history.withdraw(self.moment)
             self.say("ended: nothing has changed")
         else:
             unused.playback.close()
-            self._tell_failed("not opened", error)
+            self._show_failed("not opened", error)
 
-    def _tell_failed(self, what: str, error: BaseException) -> None:
+    def _show_failed(self, what: str, error: BaseException) -> None:
         """Why it failed stays until it is read; whoever has ended it knows."""
         if isinstance(error, Cancelled):
             self.say(what)
@@ -474,14 +464,7 @@ class Viewer(Session):
 
     def finish_work(self) -> None:
         """Wait until nothing runs in the background."""
-        while self.background.work:
-            self.background.join()
-            self.background.poll()
-
-    def _leave_work(self) -> None:
-        """At the end nothing runs on."""
-        self.background.close()
-        self.screen.take_back()
+        self.background.finish()
 
     def _panel_step(self) -> tuple[Effect, ...]:
         """All that the panel changes between two presses of a button is one step."""
@@ -516,21 +499,16 @@ class Viewer(Session):
 
     def open(self, paths: Sequence[str]) -> None:
         """Show what files or folders hold, as `pointshade view` would. If that fails, say why and show the same."""
-        state, title = self.state, " and ".join(paths)
-
-        def do(_: Progress) -> Document:
-            return self.document.instead(paths, state)
-
-        def done(opened: Document) -> None:
-            self.show(opened, opened.first, opened.start)
-
-        def failed(error: BaseException) -> None:  # also a bug: the window stays open
-            self._tell_failed("not opened", error)
-
-        def close(opened: Document) -> None:
-            opened.playback.close()
-
-        self.background.start(Work(f"opening {title}", do, done, failed, lends=False, unused=close))
+        document, state = self.document, self.state
+        work = Work(
+            f"opening {' and '.join(paths)}",
+            do=lambda _: document.instead(paths, state),
+            done=lambda opened: self.show(opened, opened.first, opened.start),
+            failed=partial(self._show_failed, "not opened"),  # also after a bug: the window stays open
+            lends=False,
+            unused=lambda opened: opened.playback.close(),
+        )
+        self.background.start(work)
 
     def save_picture(self) -> Path | None:
         """Write the picture, without marker, text and panel, to a new file in the working directory. Print its name
@@ -553,40 +531,30 @@ class Viewer(Session):
             return save_new(renderer.render(picture.request(samples), progress=progress))
 
         def done(path: Path) -> None:
-            self.screen.take_back()
             self._saved = path
             if camera == self.camera:
                 self.redrawing.samples = samples
-            self._tell_saved(picture, samples, path)
+            self._report_saved(picture, samples, path)
 
         def failed(error: BaseException) -> None:
-            self.screen.take_back()
             if not isinstance(error, Cancelled | OSError):
                 raise error
-            self._tell_failed("not saved", error)
+            self._show_failed("not saved", error)
 
         renderer = self.screen.lend()
         self.background.start(Work(SAVING, do, done, failed))
 
-    @property
-    def _is_saving(self) -> bool:
-        return self.background.work is not None and self.background.work.title == SAVING
-
-    def _tell_saved(self, picture: ShownPicture, samples: int, path: Path) -> None:
+    def _report_saved(self, picture: ShownPicture, samples: int, path: Path) -> None:
         document = self.document
         numbers = document.playback.numbers
         saved = SavedPicture(picture, samples, path.name, document.first, numbers, document.dropped)
         line, left_out = self._command_line(saved) if self._command_line else ("", "")
         if sys.stdout is not None:
             sys.stdout.write(f"{path.absolute()}\n" + (f"{line}\n" if line else ""))
-        reported = [left_out]
         if line:
             self.window.copy(line)
-            reported = [
-                "the command that makes it is in the clipboard",
-                f"it leaves out: {left_out}" if left_out else "",
-            ]
-        self.say(f"saved {path.absolute()}\n{'; '.join(filter(None, reported))}".rstrip())
+            left_out = "the command that makes it is in the clipboard" + (left_out and f"; it leaves out: {left_out}")
+        self.say(f"saved {path.absolute()}\n{left_out}".rstrip())
 
     def quit(self) -> None:
         """End `run`."""

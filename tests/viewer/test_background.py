@@ -187,7 +187,7 @@ class TestEstimate:
         viewer.step(wait=False)
         with viewer.window:
             assert viewer.screen.gl.error == "GL_NO_ERROR"
-        viewer._leave_work()
+        viewer.background.close()
         assert slow.runs == 1 and not viewer.background.lends
 
     def test_an_application_that_asks_for_the_renderer_waits(self, slowed):

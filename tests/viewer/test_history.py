@@ -6,11 +6,10 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import OWN_LIGHT, OrbitStage, State
-from pointshade_gl.viewer.document import Document
+from pointshade_gl.viewer.document import Document, Session
 from pointshade_gl.viewer.events import Command, Event, Remember, ShowFrame
 from pointshade_gl.viewer.overlay import Messages
 from pointshade_gl.viewer.playback import Playback
-from pointshade_gl.viewer.session import Session
 from pointshade_gl.viewer.state import STEPS, History, Snapshot, Views, restyled, switches_of
 
 from ..support import frames

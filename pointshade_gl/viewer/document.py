@@ -31,7 +31,7 @@ from .mouse import added, removed, taking, titles
 from .overlay import Messages
 from .picture import ShownPicture
 from .playback import Playback, TimelineBar
-from .state import History, Shown, Snapshot, Views, as_switched, camera_of, home_of, pose_of, switches_of
+from .state import History, Shown, Snapshot, as_switched, camera_of, home_of, pose_of, scene_in, switches_of, views_in
 
 PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
 
@@ -118,7 +118,8 @@ class Document:
     def restart(self, shown: Shown) -> Snapshot:
         """All as at the start, around the middle of what is shown now. Lights of the world stay there."""
         stage, pose = OrbitStage.of(home_of(shown)), pose_of(shown)
-        start = self.start._replace(switches=shown.all_on().on) if isinstance(shown, Views) else self.start
+        views = views_in(shown)
+        start = self.start._replace(switches=views.all_on().on) if views else self.start
         state, before, held, *_ = start
         if stage.is_as(before) and np.array_equal(pose, self._pose):
             return start
@@ -130,17 +131,18 @@ class Document:
 def _start_of(shown: Shown, state: State, lights: Sequence[Light], place: View | None) -> Snapshot:
     """The mouse holds the first of the lights. There are shadows if one of them casts any, and in scenes, whose own
     lights and environment count unless there are others."""
-    home, pose, names = home_of(shown), pose_of(shown), ()
+    home, scene, pose, names = home_of(shown), scene_in(shown), pose_of(shown), ()
     stage = OrbitStage.of(home)
     if place is not None:
         state = state.seen_from(np.linalg.inv(pose) @ place.seen(home)[1], stage)
-    if isinstance(shown, Scene):
-        names, lights = ((), lights) if lights else (tuple(shown.light_names), shown.lights)
-        if state.finish.environment is None:
-            state = state.with_finish(environment=shown.environment)
+    if scene and not lights:
+        names, lights = tuple(scene.light_names), scene.lights
+    if scene and state.finish.environment is None:
+        state = state.with_finish(environment=scene.environment)
     if lights:
         state = state.with_light(lights[0], stage, pose)
-    state = replace(state, shadows=state.shadows or isinstance(shown, Scene) or any(light.shadow for light in lights))
+    if scene or any(light.shadow for light in lights):
+        state = replace(state, shadows=True)
     held, *others = lights or [OWN_LIGHT]
     return Snapshot(state, stage, held, tuple(others), 0, names, switches_of(shown))
 

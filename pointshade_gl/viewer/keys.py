@@ -8,12 +8,11 @@ from typing import Any, NamedTuple
 
 from ..scene.appearance import SHADINGS
 from ..scene.environment import NAMES, Environment
-from ..scene.graph import Scene
 from ..scene.noise import METHODS
 from ..scene.orbit import State
 from ..scene.settings import OCCLUSION
 from .events import ChangeRate, Command, Effect, PlayCommand, Seek, ShowFrame, ShowMessage, StepFrames, TakeLight
-from .state import Shown, Snapshot, clouds_of, resized
+from .state import Shown, Snapshot, clouds_of, resized, scene_in
 
 ESTIMATORS = ("auto", "star", "adaptive", "star-borrow", "triangles-8", "central", "one-sided", "plane-fit-5")
 TURN = 15.0  # degrees of the environment, and of the view
@@ -73,11 +72,12 @@ def press_key(now: Snapshot, shown: Shown | None, name: str, ctrl: bool = False,
     key = BY_NAME.get(name)
     if key is None:
         return now.state, ()
-    if not (key.of_frame and isinstance(shown, Scene)):
+    scene = scene_in(shown)
+    if scene is None or not key.of_frame:
         return key.do(now, name)
-    if key.do is not _resize_points or not clouds_of(shown):
+    if key.do is not _resize_points or not clouds_of(scene):
         return _say(OWN_LOOKS, now.state)
-    larger, text = resized(shown, _factor(name))
+    larger, text = resized(scene, _factor(name))
     return now.state, (ShowFrame(larger), ShowMessage(text))
 
 

@@ -210,13 +210,8 @@ def added(now: Snapshot, pose: NDArray[np.float64]) -> Snapshot:
     lights = _by_number(now, now.state.light(now.stage, pose, now.held))
     at = complex(*now.state.light_at)
     at = at * GOLDEN if abs(at) > 0.2 * NEAR_LIGHT else complex(NEAR_LIGHT)
-    plain = State()
-    state = replace(
-        now.state,
-        light_at=(at.real, at.imag),
-        light_color=plain.light_color,
-        light_intensity=plain.light_intensity,
-    )
+    color, intensity = State.light_color, State.light_intensity
+    state = replace(now.state, light_at=(at.real, at.imag), light_color=color, light_intensity=intensity)
     names = (*now.names, *[""] * (len(lights) + 1 - len(now.names)))
     return now._replace(state=state, held=OWN_LIGHT, lights=tuple(lights), number=len(lights), names=names)
 

@@ -9,7 +9,6 @@ from typing import Any
 
 from PIL import ImageFont
 
-from ..scene.graph import Scene
 from .events import Effect, Event
 from .mouse import DOUBLE, HAND
 from .overlay import POINTS
@@ -26,7 +25,7 @@ from .panel_sections import (
     show_surface,
 )
 from .picture import ShownPicture
-from .state import Snapshot, Views, pose_of
+from .state import Snapshot, pose_of, scene_in, views_in
 from .window import Window
 
 MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
@@ -170,9 +169,9 @@ class Panel:
 
     def _show(self, picture: ShownPicture, facts: PanelFacts, has_room: bool) -> tuple[Snapshot, list[Effect]]:
         ui, now, shown = self._widgets, picture.now, picture.shown
-        scene = shown if isinstance(shown, Scene) else None
+        scene, views = scene_in(shown), views_in(shown)
         show_facts(ui, shown, facts, has_room)
-        effects = self._views.show(ui, now.state.look, shown, facts) if isinstance(shown, Views) else []
+        effects = self._views.show(ui, now.state.look, views, facts) if views else []
         now, taken = show_light(ui, now, pose_of(shown))
         effects += taken
         state = show_surface(ui, show_environment(ui, now.state, has_room), scene is not None)

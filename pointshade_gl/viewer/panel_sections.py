@@ -24,7 +24,7 @@ from ..scene.orbit import State
 from ..scene.settings import OCCLUSION
 from .events import Command, Effect, RemoveLight, ShowFrame, TakeLight
 from .mouse import KINDS, as_kind, kind_of, placed, titles
-from .state import UNITS, Shown, Snapshot, Views, clouds_of, restyled, size_of, with_unit
+from .state import UNITS, Shown, Snapshot, Views, clouds_of, restyled, size_of, views_in, with_unit
 
 LINE = 22.0  # of an explanation, in letters' heights
 NAMES_WIDTH = 6.4  # width of the names' column, in sizes of the messages' font
@@ -233,7 +233,7 @@ def show_facts(ui: Widgets, shown: Shown, facts: PanelFacts, opened: bool) -> No
     imgui.text(f"{in_it} of {most} sample{'s' if most > 1 else ''}")
     if not ui.section("this picture", opened):
         return
-    for name in (*(SET_STEPS if isinstance(shown, Views) else FRAME_STEPS), "present"):
+    for name in (*(SET_STEPS if views_in(shown) else FRAME_STEPS), "present"):
         lap = facts.laps.get(name)
         ui.row(name, "" if lap is None else f"{lap.gpu_ms or lap.wall_ms:.1f} ms")
     imgui.text_wrapped(f"{shown.points_known} points" + (f", {facts.choice.method}" if facts.choice else ""))

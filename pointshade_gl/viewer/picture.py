@@ -12,11 +12,11 @@ from ..renderer.requests import RenderRequest
 from ..scene.appearance import Material
 from ..scene.camera import Camera
 from ..scene.frame import Frame
-from ..scene.graph import Scene, shaded, without_environment
+from ..scene.graph import shaded, without_environment
 from ..scene.light import Light
 from ..scene.orbit import UPPER_LEFT
 from ..scene.settings import Metering
-from .state import Shown, Snapshot, Views, camera_of, pose_of
+from .state import Shown, Snapshot, camera_of, pose_of, scene_in, views_in
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,33 +56,32 @@ class ShownPicture:
 
     def request(self, samples: int = 1, rests: bool = True) -> RenderRequest:
         """Return what a renderer is asked for. rests: it will be refined no more, or is already."""
-        state, shown, lights = self.now.state, self.shown, self.lights
+        state, scene, views = self.now.state, scene_in(self.shown), views_in(self.shown)
         plain: dict[str, Any] = {"background": None, "ground": False, "ground_height": None}
-        if not rests and state.finish.ambient_occlusion is None and (self.plays or isinstance(shown, Scene)):
+        if not rests and state.finish.ambient_occlusion is None and (self.plays or scene):
             plain["ambient_occlusion"] = False  # until it rests: it is found for each frame, in scenes for each view
         finish = replace(state.finish, samples=samples, exposure=self.exposure, **plain)
-        if isinstance(shown, Scene):
-            shown = without_environment(shown) if finish.environment is None and shown.environment else shown
-            shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
-            return RenderRequest(shaded(shown, shading), lights, camera=self.camera, pose=self.pose, finish=finish)
-        look = state.look if state.lit else state.look.as_taken
-        source = shown.shown if isinstance(shown, Views) else shown
-        return RenderRequest(source, lights, look, self.camera, self.pose, finish=finish)
+        if scene is None:
+            look = state.look if state.lit else state.look.as_taken
+            source = views.shown if views else self.shown
+            return RenderRequest(source, self.lights, look, self.camera, self.pose, finish=finish)
+        scene = without_environment(scene) if finish.environment is None and scene.environment else scene
+        shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
+        return RenderRequest(shaded(scene, shading), self.lights, camera=self.camera, pose=self.pose, finish=finish)
 
     @property
     def preparation(self) -> Preparation | None:
         """Return what must be found before this can be drawn, and takes long; None if nothing does."""
-        state, shown = self.now.state, self.shown
+        state, scene, views = self.now.state, scene_in(self.shown), views_in(self.shown)
         look = state.look if state.lit and state.finish.is_light else state.look.as_taken
-        if isinstance(shown, Scene):
-            contents = tuple(placed.content for placed in shown.things)
-            return Preparation((contents,), "preparing the scene")
-        if isinstance(shown, Frame):
-            return Preparation((shown,), "dividing the light out") if look.finds_light else None
+        if scene:
+            return Preparation((tuple(placed.content for placed in scene.things),), "preparing the scene")
+        if views is None:
+            return Preparation((self.shown,), "dividing the light out") if look.finds_light else None
         needs = replace(look.of_points, shading="none", material=Material())
-        what = f"{len(shown.shown)} views"
+        what = f"{len(views.shown)} views"
         titles = (look.remove_highlights, f"taking the highlights out of {what}"), (look.align, f"aligning {what}")
-        return Preparation((shown.shown, needs), next((title for on, title in titles if on), f"merging {what}"))
+        return Preparation((views.shown, needs), next((title for on, title in titles if on), f"merging {what}"))
 
     def most_samples(self, samples: int) -> int:
         """Return as many, or 1 for a photograph seen as it was taken: it has no more, and stays sharp."""

@@ -5,19 +5,19 @@ from __future__ import annotations
 import queue
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from typing import Any, NamedTuple
 
 from ..checks.arguments import check_fps
-from ..files.frame_sources import choose_views
+from ..files.frame_sources import choose_views, prefetched
 from ..files.frames.sequences import FrameSequence
 from ..notes.words import option, shown
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from .events import ChangeRate, PlayCommand, PlayEffect, Seek, StepFrames
-from .state import Shown, Views
+from .state import Shown, Views, views_in
 
 SLOWEST, USUAL, FASTEST = 0.5, 30.0, 240.0  # frames per second that keys choose; beyond, they play as fast as they come
 PATIENCE = 0.1  # seconds after which a waiting thread checks again whether it should stop
@@ -59,12 +59,9 @@ class Player:
 
     def advance(self, now: float) -> Frame | None:
         """The frame that is due, or None. Raises what the source raised."""
-        if (self.is_paused and not self._owed) or now < self._due:
+        if self.patience(now) != 0:
             return None
-        try:
-            item = self._queue.get_nowait()
-        except queue.Empty:
-            return None
+        item = self._queue.get_nowait()
         if item is None and self.total:  # the end of one that does not loop
             self.close()
             self.is_paused = True
@@ -131,15 +128,11 @@ class Player:
     def _read_near(self, index: int, direction: int) -> Frame | None:
         assert isinstance(self._source, Sequence)
         count = len(self._source)
-        for way in range(count):
-            found = (index + way * direction) % count
+        for found in ((index + way * direction) % count for way in range(count)):
             try:
-                frame = _checked(self._source[found])
+                return self._take((found, self._source[found]))
             except (ValueError, OSError) as error:
                 self._skipped(str(error))
-                continue
-            self.index = found
-            return frame
         return None
 
     @property
@@ -166,7 +159,9 @@ class Player:
         if item is None:
             return None
         self.index, frame = item
-        return _checked(frame)
+        if not isinstance(frame, Frame):
+            raise TypeError(f"source must give Frames, got {shown(frame)}")
+        return frame
 
     def _feed(self, frames: queue.Queue[Any], stop: threading.Event, index: int) -> None:
         """In the thread: puts frames into the queue; then None at the end, or the exception that ended the source."""
@@ -181,33 +176,28 @@ class Player:
                 return
 
         try:
-            self._read(hand_over, stop, index)
+            with closing(self._read(index)) as items:
+                for item in items:
+                    hand_over(item)
+                    if stop.is_set():
+                        return
             hand_over(None)
         except BaseException as error:
             hand_over(error)
 
-    def _read(self, hand_over: Callable[[Any], None], stop: threading.Event, index: int) -> None:
-        from ..files.frame_sources import prefetched
-
+    def _read(self, index: int) -> Generator[Any, None, None]:
+        """Frames with their numbers, from one on; those of a Sequence that loops over and over again."""
         while True:
             came = False
             with closing(prefetched(_numbered(self._source, index), self._skipped)) as items:
                 for item in items:
-                    if stop.is_set():
-                        return
                     came = True
-                    hand_over(item)
-            if self.total is None or stop.is_set() or not self.loops:
+                    yield item
+            if self.total is None or not self.loops:
                 return
             if not came and index == 0:
                 raise ValueError(f"none of the {self.total} frames can be read")
             index = 0
-
-
-def _checked(frame: Any) -> Frame:
-    if not isinstance(frame, Frame):
-        raise TypeError(f"source must give Frames, got {shown(frame)}")
-    return frame
 
 
 def _numbered(source: Iterable[Frame], start: int) -> Any:
@@ -475,12 +465,12 @@ class Playback:
 
     def _plays(self, shown: Shown) -> bool:
         """What is shown comes from a stream, which may be paused."""
-        return not (self.is_merging or (self.merger and isinstance(shown, Views)))
+        return not (self.is_merging or (self.merger and views_in(shown)))
 
     def _toggle_merge(self, shown: Shown) -> Answer:
         """Draws several frames of a sequence as one object, or plays them again."""
-        if isinstance(shown, Views):
-            return (shown.home, self._pace) if self.merger else (None, "these sources are always merged")
+        if views := views_in(shown):
+            return (views.home, self._pace) if self.merger else (None, "these sources are always merged")
         if self.merger is None:
             return None, "only frames of a sequence can be merged"
         if self.end_merging():
@@ -505,7 +495,7 @@ def _with(shown: Shown, new: Sequence[Frame | None]) -> Shown | None:
     """What is shown with the frames that came, views switched as they are; None if none came."""
     if not any(new):
         return None
-    return shown.with_frames(new) if isinstance(shown, Views) else new[0]
+    return views.with_frames(new) if (views := views_in(shown)) else new[0]
 
 
 REST = 0.2  # seconds that nothing moves before the picture is refined: moving must not wait for it

@@ -79,6 +79,16 @@ class Views:
 Shown = Frame | Scene | Views
 
 
+def scene_in(shown: Shown | None) -> Scene | None:
+    """Return what is shown if it is a scene."""
+    return shown if isinstance(shown, Scene) else None
+
+
+def views_in(shown: Shown) -> Views | None:
+    """Return what is shown if it is several views of one thing."""
+    return shown if isinstance(shown, Views) else None
+
+
 def home_of(shown: Shown) -> Frame | Scene:
     """Return whose camera looks."""
     return shown.home if isinstance(shown, Views) else shown
@@ -109,10 +119,14 @@ SMALLEST = 0.1
 UNITS = {"x": "times the spacing of the points", "px": "pixels", "": "(world units)"}
 
 
+def _clouds_in(node: Node) -> list[PointCloud]:
+    return [part for part in parts_of(node) if isinstance(part, PointCloud)]
+
+
 def clouds_of(shown: Shown) -> list[PointCloud]:
     """Return the clouds of a scene, also those that are hidden; none of anything else."""
-    nodes = (node for _, node in shown.every_node()) if isinstance(shown, Scene) else ()
-    return [part for node in nodes for part in parts_of(node) if isinstance(part, PointCloud)]
+    scene = scene_in(shown)
+    return [cloud for _, node in scene.every_node() for cloud in _clouds_in(node)] if scene else []
 
 
 def _restyled(node: Node, look: Callable[[PointCloud], Any]) -> NodeOptions:
@@ -160,13 +174,11 @@ _known: WeakKeyDictionary[Scene, Switches] = WeakKeyDictionary()  # asked for at
 
 def switches_of(shown: Shown) -> Switches:
     """Return one for each view, or one for each node of a scene; a frame has none."""
-    if isinstance(shown, Views):
-        return shown.on
-    if not isinstance(shown, Scene):
-        return ()
-    if shown not in _known:
-        _known[shown] = tuple(_switch_of(node) for _, node in shown.every_node())
-    return _known[shown]
+    if scene := scene_in(shown):
+        if scene not in _known:
+            _known[scene] = tuple(_switch_of(node) for _, node in scene.every_node())
+        return _known[scene]
+    return views.on if (views := views_in(shown)) else ()
 
 
 def as_switched(shown: Shown, switches: Switches) -> Shown:
@@ -174,19 +186,17 @@ def as_switched(shown: Shown, switches: Switches) -> Shown:
     now = switches_of(shown)
     if now == switches or len(now) != len(switches):
         return shown
-    if isinstance(shown, Views):
-        return replace(shown, on=switches)
-    assert isinstance(shown, Scene), "a frame has no switches"
-    nodes = list(shown.every_node())
-    for (path, node), before, after in zip(nodes, now, switches, strict=True):
-        if before != after:
-            shown = shown.with_node(path, **_changes(node, after))
-    return shown
+    if views := views_in(shown):
+        return replace(views, on=switches)
+    scene = scene_in(shown)
+    assert scene, "a frame has no switches"
+    for (path, node), before, after in zip(list(scene.every_node()), now, switches, strict=True):
+        scene = scene.with_node(path, **_changes(node, after)) if before != after else scene
+    return scene
 
 
 def _switch_of(node: Node) -> NodeSwitch:
-    clouds = (part for part in parts_of(node) if isinstance(part, PointCloud))
-    return node.visible, tuple((cloud.splat, cloud.point_size) for cloud in clouds)
+    return node.visible, tuple((cloud.splat, cloud.point_size) for cloud in _clouds_in(node))
 
 
 def _changes(node: Node, switch: Any) -> Any:

@@ -188,9 +188,7 @@ class Viewer(Session):
             self.document.start_at(self.moment, self.frame)
             while not self.window.is_closing:
                 self.step()
-            if (
-                self.background.work and self.background.work.title == SAVING
-            ):  # a picture that was asked for is not lost
+            if self.background.title.startswith(SAVING):  # a picture that was asked for is not lost
                 self.finish_work()
         finally:
             self.release()

@@ -62,16 +62,19 @@ def controller(control: Control, place: ControllerInputs, event: Event, is_taken
 
     is_taken  by the timeline (`is_for_timeline`) or the panel: for keys and mouse it does not count
     """
-    control, scrubbed = _scrub(control, place, event)
+    is_scrubbing, scrubbed = _is_scrubbing(control, place, event), []
+    if is_scrubbing and place.total and event.kind in ("press", "move"):  # the frame below the mouse is shown
+        index = int(event.x / max(place.width, 1) * place.total)
+        scrubbed = [Scrub(min(max(index, 0), place.total - 1))]
+    ends = event.kind == "release" and event.key == "left"
+    control = replace(control, is_scrubbing=is_scrubbing and not ends)
     if event.kind == "refresh":
         return control, (Command.REDRAW,)
+    if event.kind == "text" or (event.kind == "key" and is_taken):
+        return control, ()
     if event.kind == "key":
-        if is_taken:
-            return control, ()
         state, effects = press_key(control.now, place.shown, event.key, event.ctrl, event.shift)
         return control.with_state(state), (*effects, Remember())
-    if event.kind == "text":
-        return control, ()
     is_away = is_taken or event.kind == "drop"  # with files in the hand the pointer was on its way, too
     control, effects = _point(control, place, replace(event, kind="leave") if is_away else event)
     return control, (*scrubbed, *effects, *([Open(event.paths)] if event.kind == "drop" else []))
@@ -108,16 +111,6 @@ def _is_over_bar(place: ControllerInputs, event: Event) -> bool:
 def _is_scrubbing(control: Control, place: ControllerInputs, event: Event) -> bool:
     begins = event.kind == "press" and event.key == "left" and _is_over_bar(place, event)
     return control.is_scrubbing or begins
-
-
-def _scrub(control: Control, place: ControllerInputs, event: Event) -> Answer:
-    """The timeline shows the frame below the mouse."""
-    on, effects = _is_scrubbing(control, place, event), ()
-    if on and place.total and event.kind in ("press", "move"):
-        index = int(event.x / max(place.width, 1) * place.total)
-        effects = (Scrub(min(max(index, 0), place.total - 1)),)
-    ends = event.kind == "release" and event.key == "left"
-    return replace(control, is_scrubbing=on and not ends), effects
 
 
 def _point(control: Control, place: ControllerInputs, event: Event) -> Answer:

@@ -208,6 +208,7 @@ class Session:
                 self.say(texts[found is None])
             case Command.RESET:
                 self.moment = self.document.restart(self.frame).beside(now)
+                self.say("all is as at the start")
             case TakeLight(number):  # the one that the mouse held stays where it is
                 if number != now.number:
                     self.moment = taking(number, now, self.pose)

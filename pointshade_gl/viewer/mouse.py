@@ -110,21 +110,18 @@ class Mouse:
         if event.kind == "press" and not self.drag:
             return mouse._press(event, scale), state
         if event.kind == "release" and event.key == self.button:
-            return mouse._release(), state
-        if event.kind == "leave" and not self.drag:
-            return replace(mouse, last=None), mouse._leave(event, state)
+            clicked = self.clicked if self.pressed else None
+            return replace(mouse, drag="", pressed=None, clicks=int(clicked is not None), clicked=clicked), state
+        if event.kind == "leave" and not self.drag:  # the light stays where it was held before the mouse's way out
+            held = self.dwell.left(event.time, state.light_at) if state.light_mode else state.light_at
+            return replace(mouse, last=None), replace(state, light_at=held)
         if event.kind == "move" and not _is_same_place(event, self.pressed, scale):
             return mouse._move(event, state, stage, camera)
         return mouse, state
 
     def _press(self, event: Event, scale: float) -> Mouse:
-        drag = ""
-        if event.key == "middle" or (event.key == "left" and event.ctrl and not event.shift):
-            drag = "pan"
-        elif event.key == "left":
-            drag = "light" if event.ctrl else "orbit"
-        elif event.key == "right":
-            drag = "environment"
+        left = "orbit" if not event.ctrl else "light" if event.shift else "pan"
+        drag = {"left": left, "middle": "pan", "right": "environment"}.get(event.key, "")
         mouse = replace(self, drag=drag, drags=self.drags + 1, button=event.key, last=(event.x, event.y), clicked=None)
         if drag != "orbit":
             return mouse
@@ -132,14 +129,6 @@ class Mouse:
         if before and _is_same_place(event, before, scale) and event.time - before.time < DOUBLE:
             return replace(mouse, pressed=event, clicks=2)
         return replace(mouse, pressed=event, clicked=event)
-
-    def _release(self) -> Mouse:
-        clicked = self.clicked if self.pressed else None
-        return replace(self, drag="", pressed=None, clicks=int(clicked is not None), clicked=clicked)
-
-    def _leave(self, event: Event, state: State) -> State:
-        """The light stays where it was held before the mouse began its way out."""
-        return replace(state, light_at=self.dwell.left(event.time, state.light_at)) if state.light_mode else state
 
     def _move(self, event: Event, state: State, stage: OrbitStage, camera: Camera) -> tuple[Mouse, State]:
         now = event.x, event.y

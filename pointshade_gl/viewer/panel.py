@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -38,8 +39,8 @@ TALL = 1100  # a window that is higher, in pixels at scale 1, has room for all s
 NOTE = (
     "Double click on a name: the usual value. On a number, or Ctrl and a click: type it. Point at a name: what it is."
 )
-SIZES = {  # of the style, pixels at scale 1
-    "frame_rounding": 2, "scrollbar_size": 10, "grab_min_size": 8, "indent_spacing": 12,
+SIZES = {"frame_rounding": 2, "scrollbar_size": 10, "grab_min_size": 8, "indent_spacing": 12}  # pixels at scale 1
+SIZE_PAIRS = {
     "window_padding": (6, 6), "frame_padding": (4, 1), "item_spacing": (4, 2), "item_inner_spacing": (4, 4),
     "cell_padding": (2, 1),
 }  # fmt: skip
@@ -87,17 +88,14 @@ class Panel:
 
     def width(self, width: int, height: int) -> int:
         """Pixels that it takes from a window of that size; 0 while it is collapsed, or if nothing would be left."""
-        taken = round(self._width(width, height))
+        taken = round(self._fit(width, height)[1])
         return taken if self._is_open and taken < width else 0
 
-    def _width(self, width: int, height: int) -> float:
-        size = self._fit(width, height)
-        return min(WIDTH * size, max(SHARE * width, NARROWEST * size), width)
-
-    def _fit(self, width: int, height: int) -> float:
-        """The scale of its own text, in a window of that size."""
+    def _fit(self, width: int, height: int) -> tuple[float, float]:
+        """The scale of its own text, and its width, in a window of that size."""
         share = min(width / ROOM[0], height / ROOM[1]) / self.scale
-        return self.scale * min(max(share, SMALLEST), 1.0)
+        size = self.scale * min(max(share, SMALLEST), 1.0)
+        return size, min(WIDTH * size, max(SHARE * width, NARROWEST * size), width)
 
     @property
     def takes_keys(self) -> bool:
@@ -133,11 +131,11 @@ class Panel:
         imgui.set_current_context(self._context)
         self._io.display_size = imgui.ImVec2(width, height)
         imgui.backends.opengl3_new_frame()
-        self._resize(self._fit(width, height))
+        size, wide = self._fit(width, height)
+        self._resize(size)
         imgui.new_frame()
         imgui.begin_disabled()  # or what a list or a colour opens is invisible: imgui 1.93 takes its opacity from here
         imgui.end_disabled()
-        wide = self._width(width, height)
         self._left = width - wide
         imgui.set_next_window_pos(imgui.ImVec2(width, 0), imgui.Cond_.always, imgui.ImVec2(1, 0))
         imgui.set_next_window_size_constraints(imgui.ImVec2(wide, 0), imgui.ImVec2(wide, height))
@@ -164,8 +162,9 @@ class Panel:
         style = self._imgui.get_style()
         style.font_scale_main = size
         for name, pixels in SIZES.items():
-            given = tuple(one * size for one in pixels) if isinstance(pixels, tuple) else pixels * size
-            setattr(style, name, self._imgui.ImVec2(*given) if isinstance(given, tuple) else given)
+            setattr(style, name, pixels * size)
+        for name, (x, y) in SIZE_PAIRS.items():
+            setattr(style, name, self._imgui.ImVec2(x * size, y * size))
 
     def _show(self, picture: ShownPicture, facts: PanelFacts, has_room: bool) -> tuple[Snapshot, list[Effect]]:
         ui, now, shown = self._widgets, picture.now, picture.shown
@@ -190,21 +189,19 @@ class Panel:
     def _handle_key(self, event: Event) -> bool:
         if not self.takes_keys:
             return False
+        keys, io = self._imgui.Key, self._io
         if event.kind == "text":
-            self._io.add_input_characters_utf8(event.key)
-        elif (key := self._key(event)) is not None:
-            self._press_with((event.ctrl, event.shift, False), lambda: self._press(key))
+            io.add_input_characters_utf8(event.key)
+        elif event.key in NAMED or (event.ctrl and event.key in LETTERS):
+            key = getattr(keys, NAMED.get(event.key, event.key.lower()))
+
+            def press() -> None:
+                io.add_key_event(key, True)
+                io.add_key_event(key, False)
+
+            self._press_with((event.ctrl, event.shift, False), press)
         self._wait_for(2)
         return True
-
-    def _key(self, event: Event) -> Any:
-        if event.key in NAMED:
-            return getattr(self._imgui.Key, NAMED[event.key])
-        return getattr(self._imgui.Key, event.key.lower()) if event.ctrl and event.key in LETTERS else None
-
-    def _press(self, key: Any) -> None:
-        self._io.add_key_event(key, True)
-        self._io.add_key_event(key, False)
 
     def _is_double(self, event: Event) -> bool:
         """Whether a press is the second one of a double click: it counts as Ctrl and Alt and a click."""
@@ -220,13 +217,12 @@ class Panel:
     def _press_with(self, modifiers: tuple[bool, bool, bool], do: Any) -> None:
         """Holds Ctrl, Shift and Alt while something else happens."""
         keys = self._imgui.Key
-        held = list(zip((keys.mod_ctrl, keys.mod_shift, keys.mod_alt), map(bool, modifiers), strict=True))
-        for key, is_held in held:
-            self._io.add_key_event(key, is_held)
+        three = keys.mod_ctrl, keys.mod_shift, keys.mod_alt
+        for key, is_held in zip(three, modifiers, strict=True):
+            self._io.add_key_event(key, bool(is_held))
         do()
-        for key, is_held in held:
-            if is_held:
-                self._io.add_key_event(key, False)
+        for key in itertools.compress(three, modifiers):
+            self._io.add_key_event(key, False)
         self._wait_for(2 if any(modifiers) else 0)
 
     def _wait_for(self, pictures: int) -> None:

@@ -1,10 +1,9 @@
-"""Plays streams of frames, one or several at once, each at its own rate; merges views; and when a window is drawn."""
+"""Plays streams of frames, one or several at once, each at its own rate, and merges views."""
 
 from __future__ import annotations
 
 import queue
 import threading
-from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
@@ -17,6 +16,7 @@ from ..notes.words import option, shown
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from .events import ChangeRate, PlayCommand, PlayEffect, Seek, StepFrames
+from .picture import Rate
 from .state import Shown, Views, views_in
 
 SLOWEST, USUAL, FASTEST = 0.5, 30.0, 240.0  # frames per second that keys choose; beyond, they play as fast as they come
@@ -223,71 +223,6 @@ class _From(Sequence[tuple[int, Frame]]):
         return self._start + index, self._source[self._start + index]
 
 
-class Merger:
-    """Makes Views of a sequence; threads read the frames while the window stays alive.
-
-    count    how many frames are merged, or their numbers; None for all
-    skipped  called with one sentence for each frame that cannot be read, or is left out
-    wake     called from the threads when a frame has been read; may be set
-    """
-
-    def __init__(
-        self,
-        source: Sequence[Frame],
-        count: int | Sequence[int] | None,
-        skipped: Callable[[str], None] = lambda _: None,
-    ):
-        self._source, self._count, self._skipped = source, count, skipped
-        self.wake: Callable[[], None] = lambda: None
-        self._pool: ThreadPoolExecutor | None = None
-        self._jobs: dict[int, Future[Frame]] = {}
-        self._home = -1
-
-    def start(self, index: int) -> None:
-        """Begins to read frames, among them the one with this number. Raises ValueError if there is none to merge."""
-        self.close()
-        chosen = choose_views(self._source, self._count, self._skipped, index)
-        self._home, self._pool = index, ThreadPoolExecutor(READERS, thread_name_prefix="pointshade-decode")
-        self._jobs = {k: self._pool.submit(self._source.__getitem__, k) for k in chosen}
-        for job in self._jobs.values():
-            job.add_done_callback(lambda _: self.wake())
-
-    @property
-    def is_reading(self) -> bool:
-        return self._pool is not None
-
-    @property
-    def is_ready(self) -> bool:
-        return self.is_reading and all(job.done() for job in self._jobs.values())
-
-    @property
-    def bar(self) -> TimelineBar:
-        """How much is read."""
-        read, most = sum(job.done() for job in self._jobs.values()), len(self._jobs)
-        return TimelineBar(f"merging: {read} of {most} views are read     Esc ends it", read / max(most, 1))
-
-    def finish(self) -> Views | None:
-        """What was read; None while it is being read. Raises ValueError for fewer than two frames."""
-        if not self.is_ready:
-            return None
-        jobs, found = self._jobs, {}
-        self.close()
-        for k, job in jobs.items():
-            try:
-                found[k] = job.result()
-            except (ValueError, OSError) as error:
-                self._skipped(str(error))
-        if len(found) < 2:
-            raise ValueError(f"not merged: fewer than two of {len(jobs)} frames can be read")
-        return Views.of(found, self._home)
-
-    def close(self) -> None:
-        """Ends the reading."""
-        if self._pool is not None:
-            self._pool.shutdown(wait=False, cancel_futures=True)
-            self._pool, self._jobs = None, {}
-
-
 class TimelineBar(NamedTuple):
     """What the timeline shows.
 
@@ -308,7 +243,6 @@ class Playback:
     skipped  called with one sentence for each frame that cannot be read, or is left out
 
     players  one for each source that plays
-    merger   of a single sequence
     """
 
     def __init__(
@@ -319,21 +253,22 @@ class Playback:
         skipped: Callable[[str], None],
     ):
         self._first, self._rate, self._count, self._skipped = sources[0], rates[0], count, skipped
+        self._wake: Callable[[], None] = lambda: None
         self._arriving = Rate()
         self._names: list[str] = []  # as the panel calls the sources
         self.players: list[Player] = []
-        self.merger: Merger | None = None
+        self._pool: ThreadPoolExecutor | None = None  # that reads frames to merge
+        self._jobs: dict[int, Future[Frame]] = {}
+        self._home = -1
         is_alone = len(sources) == 1
         if is_alone and isinstance(sources[0], Frame | Scene):
             return
         for k, (source, rate) in enumerate(zip(sources, rates, strict=True)):
             name = source.folder.name if isinstance(source, FrameSequence) else f"source {k}"
             stream: Any = iter([source]) if isinstance(source, Frame) else source
-            tell = skipped if is_alone else lambda sentence, name=name: skipped(f"{name}: {sentence}")
-            self.players.append(Player(stream, rate, tell))
+            report = skipped if is_alone else lambda sentence, name=name: skipped(f"{name}: {sentence}")
+            self.players.append(Player(stream, rate, report))
             self._names.append(name)
-        if is_alone and isinstance(sources[0], Sequence):
-            self.merger = Merger(sources[0], count, skipped)
 
     def first(self, merge: bool) -> Shown:
         """What is shown at first; merge: frames of the sequence are read to be merged."""
@@ -342,10 +277,10 @@ class Playback:
         first, *others = frames = tuple(player.first() for player in self.players)
         if others:
             return Views(frames, tuple(self._names), first, (True,) * len(frames), "")
-        if self.merger and merge:
+        if merge and self._total:
             if isinstance(self._count, Sequence):  # then the first of the merged ones is at home
                 first = self.players[0].seek(self._count[0]) or first
-            self.merger.start(self.players[0].index)
+            self._start_merging()
         return first
 
     def instead(self, sources: Sequence[Frame | Scene | Iterable[Frame]]) -> Playback:
@@ -354,14 +289,14 @@ class Playback:
 
     def wake_by(self, wake: Callable[[], None]) -> None:
         """From now on, this is called when a frame is ready, from the threads that read."""
-        for reader in (*self.players, self.merger):
-            if reader:
-                reader.wake = wake
+        self._wake = wake
+        for player in self.players:
+            player.wake = wake
 
     @property
     def is_merging(self) -> bool:
         """Frames are being read to be merged."""
-        return self.merger is not None and self.merger.is_reading
+        return self._pool is not None
 
     def advance(self, shown: Shown, now: float) -> Shown | None:
         """What is due, or None. Raises what a source raised."""
@@ -374,7 +309,7 @@ class Playback:
 
     def patience(self, shown: Shown, now: float) -> float | None:
         """Seconds until there may be something to show; None: not before the threads wake the window."""
-        if self.merger and self.merger.is_ready:
+        if self.is_merging and self._are_read:
             return 0.0
         waits = [player.patience(now) for player in self.players if self._plays(shown)]
         return min((wait for wait in waits if wait is not None), default=None)
@@ -406,8 +341,9 @@ class Playback:
 
     def strip(self, shown: Shown) -> TimelineBar | None:
         """What the timeline shows, or how many views are read; None where frames do not play."""
-        if self.merger and self.merger.is_reading:
-            return self.merger.bar
+        if self.is_merging:
+            read, most = sum(job.done() for job in self._jobs.values()), len(self._jobs)
+            return TimelineBar(f"merging: {read} of {most} views are read     Esc ends it", read / max(most, 1))
         if not self.players or not self._plays(shown):
             return None
         player, arriving = self.players[0], self._arriving.per_second
@@ -434,18 +370,25 @@ class Playback:
 
     def merged(self) -> Answer:
         """Shows the views once all of them are read."""
-        assert self.merger is not None
-        try:
-            views = self.merger.finish()
-        except ValueError as error:
-            return None, str(error)
-        return views, f"{len(views.frames)} views as one object; M plays the frames" if views else ""
+        if not self._are_read:
+            return None, ""
+        jobs, found = self._jobs, {}
+        self.end_merging()
+        for k, job in jobs.items():
+            try:
+                found[k] = job.result()
+            except (ValueError, OSError) as error:
+                self._skipped(str(error))
+        if len(found) < 2:
+            return None, f"not merged: fewer than two of {len(jobs)} frames can be read"
+        return Views.of(found, self._home), f"{len(found)} views as one object; M plays the frames"
 
     def end_merging(self) -> bool:
         """Read no more views to merge. Return whether some were being read."""
-        was_merging = self.is_merging
-        if self.merger:
-            self.merger.close()
+        was_merging = self._pool is not None
+        if self._pool is not None:
+            self._pool.shutdown(wait=False, cancel_futures=True)
+            self._pool, self._jobs = None, {}
         return was_merging
 
     def close(self) -> None:
@@ -453,6 +396,20 @@ class Playback:
         self.end_merging()
         for player in self.players:
             player.close()
+
+    def _start_merging(self) -> None:
+        """Begins to read frames, among them the one that is shown. Raises ValueError if there is none to merge."""
+        sequence: Any = self._first
+        self._home = self.players[0].index
+        chosen = choose_views(sequence, self._count, self._skipped, self._home)
+        self._pool = ThreadPoolExecutor(READERS, thread_name_prefix="pointshade-decode")
+        self._jobs = {k: self._pool.submit(sequence.__getitem__, k) for k in chosen}
+        for job in self._jobs.values():
+            job.add_done_callback(lambda _: self._wake())
+
+    @property
+    def _are_read(self) -> bool:
+        return all(job.done() for job in self._jobs.values())
 
     @property
     def _total(self) -> int | None:
@@ -465,18 +422,18 @@ class Playback:
 
     def _plays(self, shown: Shown) -> bool:
         """What is shown comes from a stream, which may be paused."""
-        return not (self.is_merging or (self.merger and views_in(shown)))
+        return not (self.is_merging or (len(self.players) == 1 and views_in(shown)))
 
     def _toggle_merge(self, shown: Shown) -> Answer:
         """Draws several frames of a sequence as one object, or plays them again."""
         if views := views_in(shown):
-            return (views.home, self._pace) if self.merger else (None, "these sources are always merged")
-        if self.merger is None:
+            return (views.home, self._pace) if len(self.players) == 1 else (None, "these sources are always merged")
+        if self._total is None:
             return None, "only frames of a sequence can be merged"
         if self.end_merging():
             return None, "not merged"
         try:
-            self.merger.start(self.players[0].index)
+            self._start_merging()
         except ValueError as error:
             return None, str(error)
         return None, ""
@@ -496,79 +453,3 @@ def _with(shown: Shown, new: Sequence[Frame | None]) -> Shown | None:
     if not any(new):
         return None
     return views.with_frames(new) if (views := views_in(shown)) else new[0]
-
-
-REST = 0.2  # seconds that nothing moves before the picture is refined: moving must not wait for it
-MORE = 3  # samples a turn at most: between two turns the window answers
-TURN = 0.1  # seconds that they may take, if that is not less than one
-KEPT = 20  # times between two pictures
-PAUSE = 0.5  # seconds after which the next picture's rate begins anew
-
-
-class Rate:
-    """Measures how many pictures come per second, while they come: `tick` when one does."""
-
-    def __init__(self) -> None:
-        self._gaps: deque[float] = deque(maxlen=KEPT)
-        self._last = float("-inf")
-
-    def tick(self, now: float) -> None:
-        if now - self._last > PAUSE:
-            self._gaps.clear()
-        else:
-            self._gaps.append(now - self._last)
-        self._last = now
-
-    @property
-    def per_second(self) -> float | None:
-        """The mean of the last ones; None before two came in a row."""
-        spent = sum(self._gaps)
-        return len(self._gaps) / spent if spent else None
-
-
-class Redrawing:
-    """Remembers what a window shows: a picture, and what lies over it (marker, text, panel), as values to compare.
-
-    samples  that the picture has: one while things move, more and more while nothing does
-    rate     of the pictures that differ
-    drawn    how often the window was drawn
-    """
-
-    def __init__(self) -> None:
-        self.samples, self.rate, self.drawn = 1, Rate(), 0
-        self._shown: Any = None
-        self._picture: Any = None
-        self._since = self._began = 0.0
-        self._added, self._more = 1, MORE  # samples of this turn, and of the next one
-
-    def forget(self) -> None:
-        """Draw anew in any case: the window lost its content."""
-        self._shown = None
-
-    def patience(self, picture: Any, over: Any, now: float, most: int) -> float | None:
-        """Return the seconds until the window must be drawn; None: not before something changes."""
-        return self._rest(picture, now, most) if (picture, over) == self._shown else 0.0
-
-    def begin(self, picture: Any, now: float, most: int) -> int:
-        """Return how many samples the next picture has. It is drawn anew if it has changed."""
-        before, self._began = self.samples, now
-        if picture != self._picture:
-            self.rate.tick(now)
-            self._picture, self._since, self.samples, before = picture, now, 1, 0
-        elif self._rest(picture, now, most) == 0:
-            self.samples = min(self.samples + self._more, most)
-        self._added = self.samples - before
-        return self.samples
-
-    def end(self, picture: Any, over: Any, now: float) -> None:
-        """Remember that this was drawn, until now; None is the picture before, drawn again."""
-        self._shown = picture, over
-        self.drawn += 1
-        if picture is not None and self._added:
-            self._more = max(1, min(MORE, int(TURN * self._added / max(now - self._began, 1e-6))))
-
-    def _rest(self, picture: Any, now: float, most: int) -> float | None:
-        """Seconds until more samples are due; None: they are not."""
-        if picture != self._picture or self.samples >= most:
-            return None
-        return max(self._since + REST - now, 0.0)

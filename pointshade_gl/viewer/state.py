@@ -176,7 +176,10 @@ def switches_of(shown: Shown) -> Switches:
     """Return one for each view, or one for each node of a scene; a frame has none."""
     if scene := scene_in(shown):
         if scene not in _known:
-            _known[scene] = tuple(_switch_of(node) for _, node in scene.every_node())
+            _known[scene] = tuple(
+                (node.visible, tuple((cloud.splat, cloud.point_size) for cloud in _clouds_in(node)))
+                for _, node in scene.every_node()
+            )
         return _known[scene]
     return views.on if (views := views_in(shown)) else ()
 
@@ -193,10 +196,6 @@ def as_switched(shown: Shown, switches: Switches) -> Shown:
     for (path, node), before, after in zip(list(scene.every_node()), now, switches, strict=True):
         scene = scene.with_node(path, **_changes(node, after)) if before != after else scene
     return scene
-
-
-def _switch_of(node: Node) -> NodeSwitch:
-    return node.visible, tuple((cloud.splat, cloud.point_size) for cloud in _clouds_in(node))
 
 
 def _changes(node: Node, switch: Any) -> Any:

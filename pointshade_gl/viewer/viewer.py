@@ -11,7 +11,7 @@ from contextvars import copy_context
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 from ..checks.arguments import Progress, check_flag, check_path, check_size, check_type, is_a
 from ..notes.errors import Cancelled, check_function, error_text
@@ -34,8 +34,8 @@ from .events import Command, Effect, Event, Open, Remember, TurnAround
 from .overlay import Messages
 from .panel import MISSING
 from .panel_sections import PanelFacts
-from .picture import ShownPicture
-from .playback import Playback, Redrawing, TimelineBar
+from .picture import Redrawing, ShownPicture
+from .playback import Playback, TimelineBar
 from .screen import Overlay, Screen
 from .state import VIEWS, Shown, Snapshot, check_views
 from .window import Window
@@ -48,14 +48,6 @@ GREETING_SECONDS = 12.0
 SAVING = "saving a picture"
 SAMPLES = 64  # of a picture in which nothing moves
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
-
-
-class LastGood(NamedTuple):
-    """What the last picture showed, which could be drawn."""
-
-    document: Document
-    frame: Shown
-    moment: Snapshot
 
 
 class Viewer(Session):
@@ -158,9 +150,9 @@ class Viewer(Session):
             self.background = Background(self.window.wake, self.screen.take_back)
             undo.callback(self.background.close)
             self._close = undo.pop_all()
-        self._prepared: tuple[Any, ...] | None = None  # the key of the last Preparation
-        self._last_good: LastGood | None = None
-        self._known: tuple[Choice | None, Mapping[Frame, float]] = None, {}
+        self._prepared: tuple[Any, ...] | None = None  # what was found last, before a picture was drawn
+        self._last_good: tuple[Document, Shown, Snapshot] | None = None  # what could be drawn
+        self._known: tuple[Choice | None, Mapping[Frame, float]] = None, {}  # of the renderer, for while it is lent
         self._animates = type(self).on_frame is not Viewer.on_frame
         self._film_camera = self.own_camera.fitted(*size)
         self._began = self._next_frame = time.perf_counter()
@@ -189,7 +181,7 @@ class Viewer(Session):
             while not self.window.is_closing:
                 self.step()
             if self.background.title.startswith(SAVING):  # a picture that was asked for is not lost
-                self.finish_work()
+                self.background.finish()
         finally:
             self.release()
 
@@ -245,8 +237,10 @@ class Viewer(Session):
             return
         if (event.kind, event.key) == ("key", "ESCAPE") and self.end_work():
             return
-        if self._has_read(event):
-            return
+        if self.messages.kept and event.kind in ("key", "press"):  # it was read: Esc does no more than to close it
+            self.messages.clear()
+            if event.key == "ESCAPE":
+                return
         self.document.history.follow(self.moment)
         if event.kind != "move":  # of many moves only the last counts
             self.seek()
@@ -254,13 +248,6 @@ class Viewer(Session):
         is_taken = is_for_timeline(control, place, event) or (self.state.panel and self.screen.panel.handle(event))
         self.take(controller(control, place, event, is_taken))
         self.window.hide_pointer(hides_pointer(self.control, self._inputs, event, is_taken))
-
-    def _has_read(self, event: Event) -> bool:
-        """A key or a click closes the message that waits to be read. Returns whether that was all: Esc does no more."""
-        if not self.messages.kept or event.kind not in ("key", "press"):
-            return False
-        self.messages.clear()
-        return event.key == "ESCAPE"
 
     def perform(self, effect: Effect) -> None:
         """Do what a key, the mouse or the panel asks for, such as `Seek(0)` (see events.py)."""
@@ -302,7 +289,7 @@ class Viewer(Session):
     @property
     def renderer(self) -> Renderer:
         """The renderer of the window; its `steps` and `choice` tell what ran. Waits while the background has it."""
-        self.finish_work()
+        self.background.finish()
         return self.screen.renderer
 
     @property
@@ -331,20 +318,14 @@ class Viewer(Session):
 
     @property
     def _overlay(self) -> Overlay:
-        state, turns = self.state, self.control.mouse.turns
-        places = state.help, state.panel, self.panel_covers, self.window.scale, self._pointer
+        state, mouse = self.state, self._control.mouse
+        pointer = None
+        if state.reads and not mouse.drag and mouse.last is not None:
+            pointer = round(mouse.last[0]), round(mouse.last[1])
+        places = state.help, state.panel, self.panel_covers, self.window.scale, pointer
         title, share = self.background.title, self.background.share
         strip = TimelineBar(title, share) if title else self.strip
-        return Overlay(self.messages.text, not turns, strip, *places)
-
-    @property
-    def _pointer(self) -> tuple[int, int] | None:
-        """The pixel whose values are told; None: of none."""
-        mouse = self.control.mouse
-        if not self.state.reads or mouse.drag or mouse.last is None:
-            return None
-        x, y = mouse.last
-        return round(x), round(y)
+        return Overlay(self.messages.text, not mouse.turns, strip, *places)
 
     @property
     def drawn(self) -> int:
@@ -373,40 +354,38 @@ class Viewer(Session):
         is_old, most = self.background.lends, picture.most_samples(self.samples)
         samples = self.redrawing.samples if is_old else self.redrawing.begin(picture.content, time.perf_counter(), most)
         self.document.history.follow(self.moment)
-        self.moment, chosen = self.screen.draw(picture, over, self._facts(samples, most))
+        renderer, explain, rate = self.screen.renderer, None, self.redrawing.rate.per_second
+        if not is_old:
+            self._known, explain = (renderer.choice, renderer.weights), renderer.explain
+        facts = PanelFacts(renderer.context.renderer, *self._known, explain, rate, (samples, most))
+        self.moment, chosen = self.screen.draw(picture, over, facts)
         if not is_old:
             self._keep_good()
             if picture.now.state.is_lit:
                 self.document.exposure = self.screen.renderer.exposure
-        for effect in (*chosen, *self._panel_step()):
+        for effect in chosen:
             self.perform(effect)
+        if self.state.panel:  # all that it changes between two presses of a button is one step
+            self.perform(Remember(("panel", self.screen.panel.presses), pause=math.inf))
         self.redrawing.end(None if is_old else picture.content, over, time.perf_counter())
 
     def _keep_good(self) -> None:
         """What is shown can be drawn: what was opened takes the place of what was there before."""
-        before, self._last_good = self._last_good, LastGood(self.document, self.frame, self.moment)
-        if before and before.document is not self.document:
-            before.document.playback.close()
+        before, self._last_good = self._last_good, (self.document, self.frame, self.moment)
+        if before and before[0] is not self.document:
+            before[0].playback.close()
             self.document.playback.wake_by(self.window.wake)
             self.window.name(f"pointshade: {self.document.title}")
             self.messages.clear()
         self.show_news()
 
-    def _facts(self, samples: int, most: int) -> PanelFacts:
-        """What the panel shows. While the renderer is lent, that is what was known of it at the last picture."""
-        renderer, explain = self.screen.renderer, None
-        if not self.background.lends:
-            self._known, explain = (renderer.choice, renderer.weights), renderer.explain
-        rate = self.redrawing.rate.per_second
-        return PanelFacts(renderer.context.renderer, *self._known, explain, rate, (samples, most))
-
     def _prepare(self, picture: ShownPicture) -> None:
         """Finds in the background what the picture needs and takes long."""
-        needed = picture.preparation
-        if needed is None or needed.key == self._prepared:
+        key, title = picture.preparation or (self._prepared, "")
+        if key == self._prepared:
             return
         found: list[str] = []  # what was noted
-        is_same = self._last_good is not None and self._last_good.frame is picture.shown  # it only looks otherwise
+        is_same = self._last_good is not None and self._last_good[1] is picture.shown  # it only looks otherwise
         outside = copy_context()
 
         def note(text: str) -> None:
@@ -419,24 +398,24 @@ class Viewer(Session):
                 renderer.draw(picture.request(rests=False), progress=progress)
 
         def done(_: object) -> None:
-            self._prepared = needed.key
+            self._prepared = key
             if is_same and found:  # what was asked for came out otherwise
                 self.say("\n".join(found))
 
         renderer = self.screen.lend()
-        title = "" if picture.plays else needed.title  # each set of frames needs it anew
+        title = "" if picture.plays else title  # each set of frames needs it anew
         self.background.start(Work(title, do, done, self._go_back_after))
 
     def _go_back_after(self, error: BaseException) -> None:
         """Show what was shown before: the user has ended what takes long, or what was opened cannot be drawn."""
-        before, is_ended = self._last_good, isinstance(error, Cancelled)
-        if before is None and is_ended:
+        is_ended = isinstance(error, Cancelled)
+        if self._last_good is None and is_ended:
             self.quit()
             return
-        if before is None or (before.document is self.document and not is_ended):
+        if self._last_good is None or (self._last_good[0] is self.document and not is_ended):
             raise error
-        unused, now, was = self.document, self.moment, before.moment
-        self.show(*before)
+        unused, now, was = self.document, self.moment, self._last_good[2]
+        self.show(*self._last_good)
         if unused is self.document:
             state = replace(now.state, look=was.state.look, lit=was.state.lit, finish=was.state.finish)
             self.moment = now._replace(state=state, switches=was.switches)
@@ -459,14 +438,6 @@ class Viewer(Session):
             self.background.end()
             return True
         return self.document.playback.end_merging()
-
-    def finish_work(self) -> None:
-        """Wait until nothing runs in the background."""
-        self.background.finish()
-
-    def _panel_step(self) -> tuple[Effect, ...]:
-        """All that the panel changes between two presses of a button is one step."""
-        return (Remember(("panel", self.screen.panel.presses), pause=math.inf),) if self.state.panel else ()
 
     def toggle_panel(self) -> None:
         """Open or close the panel. Without its extra, say how to install it."""
@@ -511,9 +482,9 @@ class Viewer(Session):
     def save_picture(self) -> Path | None:
         """Write the picture, without marker, text and panel, to a new file in the working directory. Print its name
         and the command that makes the same, which also goes into the clipboard. None: it failed, which is said."""
-        self.finish_work()
+        self.background.finish()
         self._start_saving()
-        self.finish_work()
+        self.background.finish()
         return self._saved
 
     def _start_saving(self) -> None:

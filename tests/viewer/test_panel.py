@@ -11,7 +11,7 @@ from PIL import ImageFont
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import State
 from pointshade_gl.viewer.events import Event, TakeLight
-from pointshade_gl.viewer.mouse import KINDS, kind_of
+from pointshade_gl.viewer.mouse import KINDS, kind_of, titles
 from pointshade_gl.viewer.overlay import POINTS
 
 from ..support import frames
@@ -334,7 +334,7 @@ class TestMoreLights:
         viewer = open_viewer(window_size=(640, 480), panel=True)
         before, picture = viewer.picture.lights, shown(quiet(viewer))
         click_row(viewer, "add a light")
-        assert viewer.light_titles == ["light 1 (point)", "light 2 (point)"] and viewer.light_number == 1
+        assert titles(viewer.moment) == ["light 1 (point)", "light 2 (point)"] and viewer.light_number == 1
         assert [replace(light, shadow=False) for light in viewer.lights] == before
         assert (shown(quiet(viewer)) != picture).any()
         assert np.linalg.norm(np.subtract(viewer.picture.lights[0].position, before[0].position)) > 0.1

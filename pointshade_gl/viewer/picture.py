@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -36,7 +37,7 @@ class ShownPicture:
     exposure: float | Metering = "sensor"
     plays: bool = False
 
-    @property
+    @cached_property
     def content(self) -> tuple[Any, ...]:
         """Everything that it depends on, to be compared."""
         state = replace(self.now.state, help=False, panel=False, readout=None)
@@ -44,12 +45,12 @@ class ShownPicture:
             return replace(state, light_at=UPPER_LEFT), self.shown, self.camera
         return state, self.now.lights, self.now.held, self.shown, self.camera
 
-    @property
+    @cached_property
     def pose(self) -> NDArray[np.float64]:
         """(4, 4) camera-to-world of who looks."""
         return pose_of(self.shown) @ self.now.state.pose(self.now.stage)
 
-    @property
+    @cached_property
     def lights(self) -> list[Light]:
         """The light that the mouse holds, then the others."""
         held = self.now.state.light(self.now.stage, pose_of(self.shown), self.now.held)
@@ -64,7 +65,7 @@ class ShownPicture:
         finish = replace(state.finish, samples=samples, exposure=self.exposure, **plain)
         if scene is None:
             look = state.look if state.lit else state.look.as_taken
-            source = views.shown if views else self.shown
+            source: Any = views.shown if views else self.shown
             return RenderRequest(source, self.lights, look, self.camera, self.pose, finish=finish)
         scene = without_environment(scene) if finish.environment is None and scene.environment else scene
         shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
@@ -87,11 +88,15 @@ class ShownPicture:
 
     def most_samples(self, samples: int) -> int:
         """Return as many, or 1 for a photograph seen as it was taken: it has no more, and stays sharp."""
+        return 1 if self._is_photograph else samples
+
+    @cached_property
+    def _is_photograph(self) -> bool:
         state, stage = self.now.state, self.now.stage
         is_own = isinstance(self.shown, Frame) and self.camera == camera_of(self.shown)
-        is_there = np.allclose(state.pose(stage), np.eye(4), rtol=0, atol=1e-9 * stage.radius)
         is_plain = state.finish.is_light and (not state.lit or state.look.shading == "none")
-        return 1 if is_own and is_there and is_plain else samples
+        is_there = is_own and is_plain and np.allclose(state.pose(stage), np.eye(4), rtol=0, atol=1e-9 * stage.radius)
+        return bool(is_there)
 
 
 REST = 0.2  # seconds that nothing moves before the picture is refined: moving must not wait for it

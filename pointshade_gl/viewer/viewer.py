@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 import sys
 import time
 from collections.abc import Iterable, Mapping, Sequence
@@ -153,6 +154,8 @@ class Viewer(Session):
         self._prepared: tuple[Any, ...] | None = None  # what was found last, before a picture was drawn
         self._last_good: tuple[Document, Shown, Snapshot] | None = None  # what could be drawn
         self._known: tuple[Choice | None, Mapping[Frame, float]] = None, {}  # of the renderer, for while it is lent
+        self._seen: ShownPicture | None = None
+        self._parts: tuple[Any, ...] = ()  # of that
         self._animates = type(self).on_frame is not Viewer.on_frame
         self._film_camera = self.own_camera.fitted(*size)
         self._began = self._next_frame = time.perf_counter()
@@ -303,8 +306,12 @@ class Viewer(Session):
         return self._seen_by(camera) if (camera := self.camera) else None
 
     def _seen_by(self, camera: Camera) -> ShownPicture:
-        plays = self.document.playback.is_moving(self.frame)
-        return ShownPicture(self.moment, self.frame, camera, self.document.exposure, plays)
+        """The same object while nothing that it is made of has changed: what it finds is found once."""
+        document = self.document
+        parts = *self.moment, self.frame, camera, document.exposure, document.playback.is_moving(self.frame)
+        if self._seen is None or not all(map(operator.is_, parts, self._parts)):
+            self._seen, self._parts = ShownPicture(self.moment, *parts[-4:]), parts
+        return self._seen
 
     @property
     def panel_width(self) -> int:

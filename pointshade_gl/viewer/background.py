@@ -27,7 +27,7 @@ GRACE = 0.05  # seconds that a turn waits for work: what ends so soon shows no b
 class Work:
     """What takes long.
 
-    title   tells the user what runs; "": nothing is shown
+    title   of what runs, for the user; "": nothing is shown
     do      is called in a thread, with a `Progress`; what it returns goes to `done`
     done    is called in the window's thread afterwards
     failed  is called there instead, with what was raised: Cancelled if the user has ended it

@@ -274,7 +274,7 @@ class Session:
         return None if self._control.is_scrubbing else self.document.playback.patience(self.frame, now)
 
     def _follow(self, frame: Shown | None, text: str) -> None:
-        """Shows the frame, unless it stays, and says the text, if there is one."""
+        """Shows the frame, unless it stays, and the text, if there is one."""
         if frame is not None:
             self.frame = frame
         if text:

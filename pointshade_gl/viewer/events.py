@@ -133,7 +133,7 @@ class ShowMessage(Effect):
 
 @dataclass(frozen=True)
 class Remember(Effect):
-    """Make what has changed a step that can be undone, as `History.act` says."""
+    """Make what has changed a step that can be undone, see `History.act`."""
 
     kind: Hashable = None
     time: float = 0.0

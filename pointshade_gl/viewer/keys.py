@@ -29,7 +29,7 @@ SMALLEST, LARGEST = 0.25, 8.0  # points, pixels of the frame
 STAYS = "the light stays here: L lets it follow the mouse again"
 LATER = "; seen once lit again (B)"
 NOT_SHADED = "; seen once shaded (2, 3 or 4)"
-SEEN = (  # whether it is lit, what it shows, and what is said of it
+SEEN = (  # whether it is lit, what it shows, and the message then
     (False, "light", "the photograph, without light"),
     (True, "light", "lit"),
     (True, "normals", "normals: red to the right, green up, blue to the viewer"),

@@ -1,4 +1,4 @@
-"""Text over the picture: messages, the help, and what the lower edge says of the surface."""
+"""Text over the picture: messages, the help, and what the lower edge shows of the surface."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Messages:
         return "\n".join(filter(None, (self.kept and f"{self.kept}\n{CLOSES}", self._message)))
 
     def keep(self, text: str) -> None:
-        """Shows why something failed until `clear`, in place of what was said before, and prints it."""
+        """Shows why something failed until `clear`, in place of other messages, and prints it."""
         self.clear()
         self.kept = text
         print_warning(text)
@@ -70,7 +70,7 @@ class Messages:
             self._message, self._until = "", math.inf
 
     def patience(self, now: float) -> float | None:
-        """Seconds until `update` has something to do; None: not before something is said."""
+        """Seconds until `update` has something to do; None: not before there is a message."""
         if self._skipped:
             return 0.0
         return None if self._until == math.inf else max(self._until - now, 0.0)

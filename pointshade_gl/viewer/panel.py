@@ -13,20 +13,9 @@ from PIL import ImageFont
 from .events import Effect, Event
 from .mouse import DOUBLE, HAND
 from .overlay import POINTS
-from .panel_sections import (
-    PanelFacts,
-    ViewsList,
-    Widgets,
-    show_clouds,
-    show_environment,
-    show_facts,
-    show_light,
-    show_nodes,
-    show_points,
-    show_surface,
-)
+from .panel_sections import PanelFacts, Sections, Widgets
 from .picture import ShownPicture
-from .state import Snapshot, pose_of, scene_in, views_in
+from .state import Snapshot
 from .window import Window
 
 MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
@@ -36,9 +25,6 @@ ROOM = 800.0, 600.0  # a smaller window, in pixels at scale 1, has a shrunk pane
 SMALLEST = 0.75  # to this share at most
 ROOMY = 1.6  # a window narrower than so many panels begins with a collapsed one
 TALL = 1100  # a window that is higher, in pixels at scale 1, has room for all sections
-NOTE = (
-    "Double click on a name: the usual value. On a number, or Ctrl and a click: type it. Point at a name: what it is."
-)
 SIZES = {"frame_rounding": 2, "scrollbar_size": 10, "grab_min_size": 8, "indent_spacing": 12}  # pixels at scale 1
 SIZE_PAIRS = {
     "window_padding": (6, 6), "frame_padding": (4, 1), "item_spacing": (4, 2), "item_inner_spacing": (4, 4),
@@ -81,7 +67,8 @@ class Panel:
         clipboard = imgui.get_platform_io()
         clipboard.platform_set_clipboard_text_fn = lambda _, text: window.copy(text)
         clipboard.platform_get_clipboard_text_fn = lambda _: window.pasted()
-        self._widgets, self._views = Widgets(imgui), ViewsList()
+        self._widgets = Widgets(imgui)
+        self._sections = Sections(self._widgets)
         self._left, self._height, self._is_open = 0.0, 0.0, True
         self.presses, self._last_press = 0, Event("leave", time=float("-inf"))
         self.settling, self.is_deciding, self._has_popup = SETTLE, False, False
@@ -146,7 +133,7 @@ class Panel:
         was_open, self._is_open = self._is_open, imgui.begin("pointshade", None, fixed)[0]
         chosen = picture.now, []
         if self._is_open:
-            chosen = self._show(picture, facts, height > TALL * self.scale)
+            chosen = self._sections.show(picture, facts, height > TALL * self.scale)
         before, self._height = self._height, imgui.get_window_size().y
         imgui.end()
         imgui.render()
@@ -165,21 +152,6 @@ class Panel:
             setattr(style, name, pixels * size)
         for name, (x, y) in SIZE_PAIRS.items():
             setattr(style, name, self._imgui.ImVec2(x * size, y * size))
-
-    def _show(self, picture: ShownPicture, facts: PanelFacts, has_room: bool) -> tuple[Snapshot, list[Effect]]:
-        ui, now, shown = self._widgets, picture.now, picture.shown
-        scene, views = scene_in(shown), views_in(shown)
-        show_facts(ui, shown, facts, has_room)
-        effects = self._views.show(ui, now.state.look, views, facts) if views else []
-        now, taken = show_light(ui, now, pose_of(shown))
-        effects += taken
-        state = show_surface(ui, show_environment(ui, now.state, has_room), scene is not None)
-        if scene is None:
-            state = show_points(ui, state, has_room)
-        else:
-            effects += [*show_clouds(ui, scene, has_room), *show_nodes(ui, scene)]
-        ui.note(NOTE)
-        return now._replace(state=state), effects
 
     def release(self) -> None:
         self._imgui.set_current_context(self._context)

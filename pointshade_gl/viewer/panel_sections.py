@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
@@ -24,7 +24,8 @@ from ..scene.orbit import State
 from ..scene.settings import OCCLUSION
 from .events import Command, Effect, RemoveLight, ShowFrame, TakeLight
 from .mouse import KINDS, as_kind, kind_of, placed, titles
-from .state import UNITS, Shown, Snapshot, Views, clouds_of, restyled, size_of, views_in, with_unit
+from .picture import ShownPicture
+from .state import UNITS, Shown, Snapshot, Views, clouds_of, pose_of, restyled, scene_in, size_of, views_in, with_unit
 
 LINE = 22.0  # of an explanation, in letters' heights
 NAMES_WIDTH = 6.4  # width of the names' column, in sizes of the messages' font
@@ -85,36 +86,30 @@ class Widgets:
         return new
 
     def option(
-        self,
-        options: Any,
-        field: str,
-        name: str = "",
-        words: Mapping[str, Any] | Iterable[str] = (),
-        low: float = 0.0,
-        high: float = 1.0,
-        other: str = "",
-        logarithmic: bool = False,
+        self, options: Any, field: str, name: str = "", words: Any = (), other: str = "", key: str = "", **slider: Any
     ) -> Any:
         """A field of options, which has the default, the values to choose from and the explanation.
 
-        name   that the row shows; "": the field's
-        words  in place of the field's own values: what each stands for, or itself
-        other  word for a value that is none of them; "": the value
+        name    that the row shows; "": the field's
+        words   in place of the field's own values: a mapping to what each stands for, or themselves
+        other   word for a value that is none of them; "": the value
+        key     that changes it, too
+        slider  low, high and logarithmic, of one that is not from 0 to 1
         """
         one: Any = next(found for found in fields(options) if found.name == field)
         about, value, name, default = option_of(one), getattr(options, field), name or field, one.default
-        words = words or about.known
+        words, why = words or about.known, about.help + (f" Key: {key}." if key else "")
         if words:
             meant = words if isinstance(words, Mapping) else {word: word for word in words}
             before = _word(value, meant, other)
-            chosen = self.choose(name, before, _word(default, meant, other), tuple(meant), about.help)
+            chosen = self.choose(name, before, _word(default, meant, other), tuple(meant), why)
             return value if chosen == before else meant[chosen]
         if isinstance(value, bool):
-            return self.tick(name, value, about.help)
-        return self.slide(name, value, default, low, high, about.help, logarithmic)
+            return self.tick(name, value, why)
+        return self.slide(name, value, default, **{"low": 0.0, "high": 1.0, **slider}, why=why)
 
     def row(self, name: str, text: str) -> None:
-        """A name, and beside it a text that only tells."""
+        """A name, and beside it a text."""
         self._name(name)
         self.imgui.text_unformatted(text)
 
@@ -183,6 +178,9 @@ def _word(value: Any, words: Mapping[str, Any], other: str) -> str:
     return next(same, other or (f"{known:g}" if isinstance(known, float) else str(known)))
 
 
+NOTE = (
+    "Double click on a name: the usual value. On a number, or Ctrl and a click: type it. Point at a name: what it is."
+)
 FRAME_STEPS = "surface", "splats", "resolve", "shadows", "surfaces", "light"
 SET_STEPS = "surface", "agreement", "trust", "shadows", "surfaces", "light"
 ROWS = 6  # of the list of views that are seen without scrolling
@@ -193,7 +191,7 @@ DEEPEST = 6  # levels of a scene that are seen
 USUAL, WIDE = State(), 45.0  # what a double click on a name brings back
 STEPS = {"off": None} | {share: share for share in ("1%", "2%", "3%", "5%", "10%")}
 POINTS: dict[str, dict[str, Any]] = {  # the options of frames' points, and what their rows have beside the fields' own
-    "normals": {},
+    "normals": {"key": "N"},
     "max_depth_step": {"name": "depth step", "words": STEPS},
     "noise": {"words": {"measured": None} | {sensor: sensor for sensor in SENSORS}},
     "flying": {},
@@ -240,22 +238,38 @@ def show_facts(ui: Widgets, shown: Shown, facts: PanelFacts, opened: bool) -> No
     imgui.text_wrapped(facts.driver + (", a software renderer: slow" if is_software(facts.driver) else ""))
 
 
-class ViewsList:
-    """A switch for each view, and how much it counts; below, if it is opened, what the views agree on."""
+class Sections:
+    """All sections of the panel, one below the other, drawn by widgets."""
 
-    def __init__(self) -> None:
-        self._why: tuple[Any, list[str]] | None = None
+    def __init__(self, ui: Widgets):
+        self.ui = ui
+        self._why: tuple[Any, list[str]] | None = None  # what the views agree on, and of which
 
-    def show(self, ui: Widgets, look: Look, views: Views, facts: PanelFacts) -> list[Effect]:
-        """List the views, and return which ones the user switched."""
+    def show(self, picture: ShownPicture, facts: PanelFacts, has_room: bool) -> tuple[Snapshot, list[Effect]]:
+        """Show what there is of a picture, and return what the user made of it. has_room: all sections are open."""
+        ui, now, scene, views = self.ui, picture.now, scene_in(picture.shown), views_in(picture.shown)
+        show_facts(ui, picture.shown, facts, has_room)
+        effects = self._show_views(now.state.look, views, facts) if views else []
+        now, taken = show_light(ui, now, pose_of(picture.shown))
+        effects += taken
+        state = show_surface(ui, show_environment(ui, now.state, has_room), scene is not None)
+        if scene is None:
+            state = show_points(ui, state, has_room)
+        else:
+            effects += [*show_clouds(ui, scene, has_room), *show_nodes(ui, scene)]
+        ui.note(NOTE)
+        return now._replace(state=state), effects
+
+    def _show_views(self, look: Look, views: Views, facts: PanelFacts) -> list[Effect]:
+        """List the views, what they agree on below, and return which ones the user switched."""
         effects: list[Effect] = []
-        if ui.section(f"{len(views.shown)} of {len(views.frames)} views as one###views"):
-            effects = _show_views(ui, views, facts.weights)
-        if ui.section("why", opened=False):
+        if self.ui.section(f"{len(views.shown)} of {len(views.frames)} views as one###views"):
+            effects = _show_views(self.ui, views, facts.weights)
+        if self.ui.section("why", opened=False):
             key = views.shown, look
             if facts.explain and (self._why is None or self._why[0] != key):  # once: it is read from the GPU
                 self._why = key, facts.explain(views.shown_names)
-            ui.imgui.text_wrapped("\n".join(self._why[1] if self._why else []))
+            self.ui.imgui.text_wrapped("\n".join(self._why[1] if self._why else []))
         return effects
 
 
@@ -384,15 +398,17 @@ def show_environment(ui: Widgets, state: State, opened: bool) -> State:
     imgui, finish = ui.imgui, state.finish
     imgui.begin_disabled(not state.is_lit)
     words = {"none": None} | {name: name for name in NAMES}
-    changes = {"environment": ui.option(finish, "environment", words=words, other="own")}
+    changes = {"environment": ui.option(finish, "environment", words=words, other="own", key="E")}
     imgui.begin_disabled(changes["environment"] is None)
     field = "environment_intensity"
     changes[field] = ui.option(finish, field, "brightness", high=BRIGHTEST, logarithmic=True)
     field = "environment_rotation"
     if isinstance(finish.environment_rotation, float):
-        changes[field] = ui.option(finish, field, "turned", high=360.0)
+        changes[field] = ui.option(
+            finish, field, "turned", high=360.0, key="Shift and left or right; or drag with the right button"
+        )
     imgui.end_disabled()
-    changes["ambient_occlusion"] = ui.option(finish, "ambient_occlusion", "occlusion", OCCLUSION)
+    changes["ambient_occlusion"] = ui.option(finish, "ambient_occlusion", "occlusion", OCCLUSION, key="A")
     imgui.end_disabled()
     return state.with_finish(**changes)
 
@@ -403,7 +419,7 @@ def show_surface(ui: Widgets, state: State, is_scene: bool) -> State:
         return state
     look, changes = state.look, {}
     ui.imgui.begin_disabled(not state.lit)
-    shading = ui.option(look, "shading")
+    shading = ui.option(look, "shading", key="1 to 5")
     ui.imgui.begin_disabled(look.shading in NOT_LIT)
     if not is_scene:
         changes = {name: ui.option(look.material, name) for name in ("ambient", "diffuse", "specular")}
@@ -450,7 +466,7 @@ def show_nodes(ui: Widgets, scene: Scene) -> list[Effect]:
     for path, node in scene.every_node() if ui.section("scene") else ():
         depth = 0.7 * ui.em * min(len(path), DEEPEST)
         ui.imgui.indent(depth)
-        label = f"{ui.fitted(node.name or 'node')}##{path}"  # what is after ## is hidden and tells equal names apart
+        label = f"{ui.fitted(node.name or 'node')}##{path}"  # what is after ## is hidden; equal names differ by it
         visible = ui.imgui.checkbox(label, node.visible)[1]
         ui.imgui.unindent(depth)
         if visible != node.visible:

@@ -42,7 +42,7 @@ class Overlay(NamedTuple):
     strip      of the timeline; None: there is none
     covered    pixels at the right that the panel stands on: nothing else is there
     scale      of everything, also of the panel
-    pointer    pixel whose values are told; None: of none
+    pointer    pixel whose values are shown; None: of none
     """
 
     message: str

@@ -134,7 +134,7 @@ def _restyled(node: Node, look: Callable[[PointCloud], Any]) -> NodeOptions:
 
 
 def restyled(scene: Scene, look: Callable[[PointCloud], CloudLook]) -> Scene:
-    """Return a scene whose clouds are drawn as a function of each says."""
+    """Return a scene whose clouds are drawn as a function of each asks."""
     return scene.with_every_node(lambda node: _restyled(node, look))  # type: ignore[arg-type]
 
 

@@ -291,7 +291,7 @@ class Viewer(Session):
 
     @property
     def renderer(self) -> Renderer:
-        """The renderer of the window; its `steps` and `choice` tell what ran. Waits while the background has it."""
+        """The renderer of the window; its `steps` and `choice` show what ran. Waits while the background has it."""
         self.background.finish()
         return self.screen.renderer
 
@@ -440,7 +440,7 @@ class Viewer(Session):
             self.messages.keep(f"{what}: {error_text(error)}")
 
     def end_work(self) -> bool:
-        """End what runs in the background, if the user is told of it. Return whether something did."""
+        """End what runs in the background, if the user sees it. Return whether something did."""
         if self.background.title:
             self.background.end()
             return True
@@ -488,7 +488,7 @@ class Viewer(Session):
 
     def save_picture(self) -> Path | None:
         """Write the picture, without marker, text and panel, to a new file in the working directory. Print its name
-        and the command that makes the same, which also goes into the clipboard. None: it failed, which is said."""
+        and the command that makes the same, which also goes into the clipboard. None: it failed, see the message."""
         self.background.finish()
         self._start_saving()
         self.background.finish()

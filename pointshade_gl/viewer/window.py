@@ -78,7 +78,7 @@ class Window(GLContext):
         self._on_event = on_event
         self._pointer_hidden = False
         self._before: tuple[int, int, int, int] | None = None  # place and size, while it fills the screen
-        self._pointer = (0.0, 0.0)  # by the last event that told it, screen coordinates
+        self._pointer = (0.0, 0.0)  # of the last event that had it, screen coordinates
         self._unseen = 0.0  # seconds in which events may have come that were seen later
         self._looked = time.perf_counter()  # when `wait` ended
         self._has_come = False  # an event, in this `wait`

@@ -20,10 +20,10 @@ from .events import Event
 from .state import Snapshot
 
 CATCH_UP = 3.0  # how fast the light approaches the mouse, per rim that the mouse moves
-HAND = 4.0  # pixels at scale 1: who moves less while a button is down, clicks
-DOUBLE = 0.4  # seconds between two clicks that are one double click
+CLICK_REACH = 4.0  # pixels at scale 1: who moves less while a button is down, clicks
+DOUBLE_CLICK = 0.4  # seconds between two clicks that are one double click
 MOMENT = 0.25  # seconds that the mouse stays where it holds the light on purpose
-NEAR = 0.1  # rims: who moves less in a moment, stays
+STAYING_REACH = 0.1  # rims: who moves less in a moment, stays
 MOUSE = (
     ("mouse", "move the light (in light mode)"),
     ("click", "place the light: it stays until L"),
@@ -57,7 +57,7 @@ class Dwell:
         """Follow the mouse to a place, to which it took the light along. All places in rims, the time in seconds."""
         if self._is_on_purpose(time, before):
             return Dwell(before, mouse, time, after)
-        if math.dist(mouse, self.around) > NEAR:
+        if math.dist(mouse, self.around) > STAYING_REACH:
             return replace(self, around=mouse, since=time, last=after)
         return replace(self, last=after)
 
@@ -126,7 +126,7 @@ class Mouse:
         if drag != "orbit":
             return mouse
         before = self.clicked
-        if before and _is_same_place(event, before, scale) and event.time - before.time < DOUBLE:
+        if before and _is_same_place(event, before, scale) and event.time - before.time < DOUBLE_CLICK:
             return replace(mouse, pressed=event, clicks=2)
         return replace(mouse, pressed=event, clicked=event)
 
@@ -159,7 +159,7 @@ def _move_light(last: Pair, now: Pair, state: State, stage: OrbitStage, camera: 
 
 
 def _is_same_place(event: Event, other: Event | None, scale: float) -> bool:
-    return other is not None and math.dist((event.x, event.y), (other.x, other.y)) < HAND * scale
+    return other is not None and math.dist((event.x, event.y), (other.x, other.y)) < CLICK_REACH * scale
 
 
 KINDS = ("point", "spot", "directional", "area")

@@ -11,9 +11,9 @@ from typing import Any
 from PIL import ImageFont
 
 from .events import Effect, Event
-from .mouse import DOUBLE, HAND
+from .mouse import CLICK_REACH, DOUBLE_CLICK
 from .overlay import POINTS
-from .panel_sections import PanelFacts, Sections, Widgets
+from .panel_sections import PanelFacts, PanelSections, Widgets
 from .picture import ShownPicture
 from .state import Snapshot
 from .window import Window
@@ -24,14 +24,14 @@ SHARE = 1 / 3  # of the window's width, at most, unless that is too narrow
 ROOM = 800.0, 600.0  # a smaller window, in pixels at scale 1, has a shrunk panel
 SMALLEST = 0.75  # to this share at most
 ROOMY = 1.6  # a window narrower than so many panels begins with a collapsed one
-TALL = 1100  # a window that is higher, in pixels at scale 1, has room for all sections
+ROOM_FOR_ALL = 1100  # a window that is higher, in pixels at scale 1, has room for all sections
 SIZES = {"frame_rounding": 2, "scrollbar_size": 10, "grab_min_size": 8, "indent_spacing": 12}  # pixels at scale 1
 SIZE_PAIRS = {
     "window_padding": (6, 6), "frame_padding": (4, 1), "item_spacing": (4, 2), "item_inner_spacing": (4, 4),
     "cell_padding": (2, 1),
 }  # fmt: skip
 SETTLE = 3  # pictures after an event, or after another height, until the panel stops changing
-MOST = 60  # that it waits for: it takes one key, or one click, a picture
+MOST_SETTLING = 60  # that it waits for: it takes one key, or one click, a picture
 BUTTONS = {"left": 0, "right": 1, "middle": 2}  # as imgui counts them
 NAMED = {
     "LEFT": "left_arrow", "RIGHT": "right_arrow", "UP": "up_arrow", "DOWN": "down_arrow", "HOME": "home", "END": "end",
@@ -68,7 +68,7 @@ class Panel:
         clipboard.platform_set_clipboard_text_fn = lambda _, text: window.copy(text)
         clipboard.platform_get_clipboard_text_fn = lambda _: window.pasted()
         self._widgets = Widgets(imgui)
-        self._sections = Sections(self._widgets)
+        self._sections = PanelSections(self._widgets)
         self._left, self._height, self._is_open = 0.0, 0.0, True
         self.presses, self._last_press = 0, Event("leave", time=float("-inf"))
         self.settling, self.is_deciding, self._has_popup = SETTLE, False, False
@@ -133,7 +133,7 @@ class Panel:
         was_open, self._is_open = self._is_open, imgui.begin("pointshade", None, fixed)[0]
         chosen = picture.now, []
         if self._is_open:
-            chosen = self._sections.show(picture, facts, height > TALL * self.scale)
+            chosen = self._sections.show(picture, facts, height > ROOM_FOR_ALL * self.scale)
         before, self._height = self._height, imgui.get_window_size().y
         imgui.end()
         imgui.render()
@@ -178,8 +178,8 @@ class Panel:
     def _is_double(self, event: Event) -> bool:
         """Whether a press is the second one of a double click: it counts as Ctrl and Alt and a click."""
         before, self._last_press = self._last_press, event
-        near = max(abs(event.x - before.x), abs(event.y - before.y)) < HAND * self.scale
-        is_double = event.key == before.key == "left" and near and 0 <= event.time - before.time < DOUBLE
+        near = max(abs(event.x - before.x), abs(event.y - before.y)) < CLICK_REACH * self.scale
+        is_double = event.key == before.key == "left" and near and 0 <= event.time - before.time < DOUBLE_CLICK
         if is_double:
             self._last_press = replace(event, time=float("-inf"))  # a third one begins anew
         else:
@@ -198,7 +198,7 @@ class Panel:
         self._wait_for(2 if any(modifiers) else 0)
 
     def _wait_for(self, pictures: int) -> None:
-        self.settling = min(max(self.settling, SETTLE) + pictures, MOST)
+        self.settling = min(max(self.settling, SETTLE) + pictures, MOST_SETTLING)
 
     def _settle(self, has_changed: bool) -> None:
         """After each picture. While something is open, keys move through it, and Esc closes it."""

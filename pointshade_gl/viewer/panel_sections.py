@@ -238,7 +238,7 @@ def show_facts(ui: Widgets, shown: Shown, facts: PanelFacts, opened: bool) -> No
     imgui.text_wrapped(facts.driver + (", a software renderer: slow" if is_software(facts.driver) else ""))
 
 
-class Sections:
+class PanelSections:
     """All sections of the panel, one below the other, drawn by widgets."""
 
     def __init__(self, ui: Widgets):

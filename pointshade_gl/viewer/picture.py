@@ -100,21 +100,21 @@ class ShownPicture:
 
 
 REST = 0.2  # seconds that nothing moves before the picture is refined: moving must not wait for it
-MORE = 3  # samples a turn at most: between two turns the window answers
-TURN = 0.1  # seconds that they may take, if that is not less than one
-KEPT = 20  # times between two pictures
-PAUSE = 0.5  # seconds after which the next picture's rate begins anew
+MOST_ADDED = 3  # samples a turn at most: between two turns the window answers
+ADDING_SECONDS = 0.1  # seconds that they may take, if that is not less than one
+RATE_GAPS = 20  # times between two pictures
+RATE_PAUSE = 0.5  # seconds after which the next picture's rate begins anew
 
 
 class Rate:
     """Measures how many pictures come per second, while they come: `tick` when one does."""
 
     def __init__(self) -> None:
-        self._gaps: deque[float] = deque(maxlen=KEPT)
+        self._gaps: deque[float] = deque(maxlen=RATE_GAPS)
         self._last = float("-inf")
 
     def tick(self, now: float) -> None:
-        if now - self._last > PAUSE:
+        if now - self._last > RATE_PAUSE:
             self._gaps.clear()
         else:
             self._gaps.append(now - self._last)
@@ -140,7 +140,7 @@ class Redrawing:
         self._shown: Any = None
         self._picture: Any = None
         self._since = self._began = 0.0
-        self._added, self._more = 1, MORE  # samples of this turn, and of the next one
+        self._added, self._more = 1, MOST_ADDED  # samples of this turn, and of the next one
 
     def forget(self) -> None:
         """Draw anew in any case: the window lost its content."""
@@ -166,7 +166,7 @@ class Redrawing:
         self._shown = picture, over
         self.drawn += 1
         if picture is not None and self._added:
-            self._more = max(1, min(MORE, int(TURN * self._added / max(now - self._began, 1e-6))))
+            self._more = max(1, min(MOST_ADDED, int(ADDING_SECONDS * self._added / max(now - self._began, 1e-6))))
 
     def _rest(self, picture: Any, now: float, most: int) -> float | None:
         """Seconds until more samples are due; None: they are not."""

@@ -24,9 +24,9 @@ from .options import FrameOptions
 from .written import EnvironmentOptions, PictureOptions
 
 if TYPE_CHECKING:  # a picture without a window needs none of it
-    from ..viewer.document import Dropped
-    from ..viewer.picture import SavedPicture, ShownPicture
-    from ..viewer.views import Shown, Views
+    from ..viewer.document import Dropped, SavedPicture
+    from ..viewer.picture import ShownPicture
+    from ..viewer.state import Shown, Views
 
 DIGITS = 12  # of a number: far more than pictures show, so that the line makes the same one
 
@@ -92,7 +92,7 @@ def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
 
     The line is "" if there is none. typed  for what the window was opened with; what was dropped onto it names itself
     """
-    from ..viewer.views import camera_of
+    from ..viewer.state import camera_of
 
     picture, camera = saved.picture, saved.picture.camera
     source, missing = _source_words(saved, typed if saved.dropped is None else _as_typed(saved.dropped))
@@ -143,7 +143,7 @@ def _source_words(saved: SavedPicture, typed: Typed) -> tuple[list[str] | None, 
 
 
 def _are_views(shown: Any) -> TypeGuard[Views]:
-    from ..viewer.views import Views
+    from ..viewer.state import Views
 
     return isinstance(shown, Views)
 
@@ -154,7 +154,7 @@ def _hidden(scene: Any) -> set[str]:
 
 def _clouds(picture: ShownPicture, inputs: Sequence[str]) -> list[PointCloud]:
     """The clouds that are shown, if the INPUTs are such; none of other scenes."""
-    from ..viewer.views import clouds_of
+    from ..viewer.state import clouds_of
 
     return clouds_of(picture.shown) if all(map(is_cloud, inputs)) else []
 
@@ -222,7 +222,7 @@ def _is_same(light: Light, other: Light) -> bool:
 
 def _pose_words(picture: ShownPicture, shown: Shown) -> list[str]:
     """Yaw, pitch and dolly if they make its pose, otherwise the pose itself. shown: as the line has it unmoved."""
-    from ..viewer.views import Views
+    from ..viewer.state import Views
 
     state, pose = picture.now.state, picture.pose
     if isinstance(shown, Views):

@@ -27,7 +27,7 @@ GRACE = 0.05  # seconds that a turn waits for work: what ends so soon shows no b
 class Work:
     """What takes long.
 
-    title   tells the user what runs; "": nothing is told
+    title   of what runs, for the user; "": nothing is shown
     do      is called in a thread, with a `Progress`; what it returns goes to `done`
     done    is called in the window's thread afterwards
     failed  is called there instead, with what was raised: Cancelled if the user has ended it
@@ -46,16 +46,17 @@ class Work:
 class Background:
     """Does one work at a time.
 
-    wake   called from the thread when the work has gone on, or has ended
-    grace  seconds that `start` waits for the end
+    wake       called from the thread when the work has gone on, or has ended
+    take_back  called when a work has ended that had the renderer
+    grace      seconds that `start` waits for the end
     """
 
-    def __init__(self, wake: Callable[[], None], grace: float = GRACE):
-        self._wake, self.grace = wake, grace
+    def __init__(self, wake: Callable[[], None], take_back: Callable[[], None] = lambda: None, grace: float = GRACE):
+        self._wake, self._take_back, self.grace = wake, take_back, grace
         self.work: Work | None = None
         self._steps = 0, 0  # done, and all
         self._is_ended = threading.Event()
-        self._thread: threading.Thread | None = None
+        self._thread: Thread | None = None
         self._outcome: list[tuple[Any, BaseException | None]] = []  # one at most
 
     @property
@@ -71,7 +72,7 @@ class Background:
 
     @property
     def title(self) -> str:
-        """Return what runs, in words; "" if nothing does that the user is told of."""
+        """Return what runs, in words; "" if nothing does that the user sees."""
         if self.work is None or not self.work.title:
             return ""
         return f"{self.work.title}: ending" if self._is_ended.is_set() else f"{self.work.title}     Esc ends it"
@@ -80,9 +81,8 @@ class Background:
         """Begin a work, and see its end if it comes at once. Only while no other runs."""
         assert self.work is None, "one at a time"
         self.work, self._steps, self._outcome, self._is_ended = work, (0, 0), [], threading.Event()
-        reported = work, self._is_ended, self._outcome
         run = copy_context().run  # where notes go is the same in the thread
-        self._thread = threading.Thread(target=run, args=(self._run, *reported), daemon=True)
+        self._thread = Thread(target=run, args=(self._run, work, self._is_ended, self._outcome), daemon=True)
         self._thread.start()
         self.join(self.grace)
         self.poll()
@@ -92,8 +92,7 @@ class Background:
         if self.work is None or not self._outcome:
             return
         work, (result, error) = self.work, self._outcome[0]
-        self.join()
-        self.work = self._thread = None
+        self._leave()
         if error is None:
             work.done(result)
         else:
@@ -101,25 +100,35 @@ class Background:
 
     def end(self) -> None:
         """End the work. One that lends the renderer goes on to where it can be left; others are left alone at once."""
-        if self.work is None:
-            return
         self._is_ended.set()
-        if not self.work.lends:
+        if self.work is not None and not self.work.lends:
             self._outcome, self._thread = [(None, Cancelled("ended by the user"))], None
             self.poll()
+
+    def finish(self) -> None:
+        """Wait until nothing runs."""
+        while self.work:
+            self.join()
+            self.poll()
+
+    def close(self) -> None:
+        """End the work, without a word. One that lends the renderer is waited for."""
+        self._is_ended.set()
+        if self.lends:
+            self._leave()
+        self.work = None
+
+    def _leave(self) -> None:
+        lent = self.lends
+        self.join()
+        self.work = self._thread = None
+        if lent:
+            self._take_back()
 
     def join(self, seconds: float | None = None) -> None:
         """Wait for the end of the work; None: as long as it takes."""
         if self._thread is not None:
             self._thread.join(seconds)
-
-    def close(self) -> None:
-        """End the work, wait for that, and tell nobody."""
-        if self.work is not None:
-            self._is_ended.set()
-            if self.work.lends:
-                self.join()
-            self.work = None
 
     def _run(self, work: Work, is_ended: threading.Event, outcome: list[tuple[Any, BaseException | None]]) -> None:
         """In the thread."""
@@ -145,7 +154,7 @@ PROGRAMS = "zenity", "kdialog", "matedialog", "qarma"  # which of them Linux has
 DROP = "drop files or a folder onto the window"
 MISSING = f"an open dialog needs the extra 'gui': pip install 'pointshade-gl[gui]'; or {DROP}"
 NO_PROGRAM = f"an open dialog needs {PROGRAMS[0]} or {PROGRAMS[1]}, install one of them; or {DROP}"
-LOOK = 0.1  # seconds between two looks at whether the user has chosen
+CHOICE_CHECK = 0.1  # seconds between two looks at whether the user has chosen
 
 
 class OpenDialog:
@@ -187,7 +196,7 @@ class OpenDialog:
             self._dialog.kill()
 
 
-RATE = 30.0
+RATE = 30.0  # pictures per second of a film
 
 
 class Recorder:
@@ -213,9 +222,9 @@ class Recorder:
         self._began = now if self._began is None else self._began
         due = int((now - self._began) * self._fps) + 1 - self._written
         if due > 0:
-            self._last = take()
+            self._last = last = take()
             for _ in range(due):
-                self._film.add(self._last)
+                self._film.add(last)
             self._written += due
 
     def hold(self, now: float) -> None:

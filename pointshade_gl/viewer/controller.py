@@ -8,23 +8,22 @@ from dataclasses import dataclass, field, replace
 from ..scene.camera import Camera
 from ..scene.orbit import State, rims_from
 from .events import Command, Effect, Event, Open, Remember, Scrub, ShowMessage, TurnAround
-from .history import Snapshot
 from .keys import STAYS, press_key
 from .mouse import Mouse
+from .state import Shown, Snapshot
 
 BAR = 26.0  # height of the timeline, pixels at scale 1: a line of text, a bar below it
 
 
 @dataclass(frozen=True)
 class ControllerInputs:
-    """What the controller is told of the window, and does not change.
+    """What the controller knows of the window, and does not change.
 
     camera         fitted to the picture; None while the window is minimised
     width, height  of the window beside the panel, pixels
     scale          pixels are so much smaller than usual
     total          how many frames the timeline is for; None: it has no bar
-    is_scene       a scene is shown, whose objects have looks of their own
-    has_clouds     there are point clouds among them
+    shown          the frame, the views or the scene
     """
 
     camera: Camera | None
@@ -32,8 +31,7 @@ class ControllerInputs:
     height: int
     scale: float = 1.0
     total: int | None = None
-    is_scene: bool = False
-    has_clouds: bool = False
+    shown: Shown | None = None
 
 
 @dataclass(frozen=True)
@@ -64,16 +62,19 @@ def controller(control: Control, place: ControllerInputs, event: Event, is_taken
 
     is_taken  by the timeline (`is_for_timeline`) or the panel: for keys and mouse it does not count
     """
-    control, scrubbed = _scrub(control, place, event)
+    is_scrubbing, scrubbed = _is_scrubbing(control, place, event), []
+    if is_scrubbing and place.total and event.kind in ("press", "move"):  # the frame below the mouse is shown
+        index = int(event.x / max(place.width, 1) * place.total)
+        scrubbed = [Scrub(min(max(index, 0), place.total - 1))]
+    ends = event.kind == "release" and event.key == "left"
+    control = replace(control, is_scrubbing=is_scrubbing and not ends)
     if event.kind == "refresh":
         return control, (Command.REDRAW,)
-    if event.kind == "key":
-        if is_taken:
-            return control, ()
-        state, effects = press_key(control.now, place.is_scene, event.key, event.ctrl, event.shift, place.has_clouds)
-        return control.with_state(state), (*effects, Remember())
-    if event.kind == "text":
+    if event.kind == "text" or (event.kind == "key" and is_taken):
         return control, ()
+    if event.kind == "key":
+        state, effects = press_key(control.now, place.shown, event.key, event.ctrl, event.shift)
+        return control.with_state(state), (*effects, Remember())
     is_away = is_taken or event.kind == "drop"  # with files in the hand the pointer was on its way, too
     control, effects = _point(control, place, replace(event, kind="leave") if is_away else event)
     return control, (*scrubbed, *effects, *([Open(event.paths)] if event.kind == "drop" else []))
@@ -94,12 +95,12 @@ def hides_pointer(control: Control, place: ControllerInputs, event: Event, is_ta
 def turned_around(control: Control, point: tuple[float, float, float] | None) -> Answer:
     """Return what is there once drags turn around a point that is seen, (3,) view axes; None: the object's middle."""
     state, stage = control.now.state, control.now.stage
-    said = "drags turn around the object's middle" if point is None else "drags turn around this point"
+    text = "drags turn around the object's middle" if point is None else "drags turn around this point"
     pivot = state.seen_middle(stage) if point is None else point
     if pivot[2] > 0:
         state = state.with_pivot(pivot, stage)
         control = control.with_state(state if point else replace(state, pivot=State().pivot))
-    return control, (ShowMessage(said), Remember())
+    return control, (ShowMessage(text), Remember())
 
 
 def _is_over_bar(place: ControllerInputs, event: Event) -> bool:
@@ -110,16 +111,6 @@ def _is_over_bar(place: ControllerInputs, event: Event) -> bool:
 def _is_scrubbing(control: Control, place: ControllerInputs, event: Event) -> bool:
     begins = event.kind == "press" and event.key == "left" and _is_over_bar(place, event)
     return control.is_scrubbing or begins
-
-
-def _scrub(control: Control, place: ControllerInputs, event: Event) -> Answer:
-    """The timeline shows the frame below the mouse."""
-    on, effects = _is_scrubbing(control, place, event), ()
-    if on and place.total and event.kind in ("press", "move"):
-        index = int(event.x / max(place.width, 1) * place.total)
-        effects = (Scrub(min(max(index, 0), place.total - 1)),)
-    ends = event.kind == "release" and event.key == "left"
-    return replace(control, is_scrubbing=on and not ends), effects
 
 
 def _point(control: Control, place: ControllerInputs, event: Event) -> Answer:

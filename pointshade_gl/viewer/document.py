@@ -1,14 +1,14 @@
-"""What a window has opened: where frames come from, what they began with, and what was done to them since."""
+"""What a window has opened, how it is seen, and what actions of the user do to that. No GL, no window."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..checks.arguments import check_fps, items_of
 from ..files.access.folders import ListedFile
@@ -17,15 +17,21 @@ from ..files.frame_sources import check_posed, is_cloud, is_scene, load_any, ope
 from ..files.frames.frame_files import load_frame
 from ..files.pictures.picture_files import is_deep_grey
 from ..notes.words import option, shown
+from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.graph import Scene, scene_of
 from ..scene.light import Light
 from ..scene.orbit import OWN_LIGHT, OrbitStage, State
 from ..scene.settings import Metering
 from ..scene.viewpoint import View
-from .history import History, Snapshot, switches_of
-from .playing import Playing
-from .views import Shown, Views, home_of, pose_of
+from .controller import Answer, Control
+from .events import Command, Effect, PlayEffect, Remember, RemoveLight, Scrub, Seek, ShowFrame, ShowMessage, TakeLight
+from .keys import when_seen
+from .mouse import added, removed, taking, titles
+from .overlay import Messages
+from .picture import ShownPicture
+from .playback import Playback, TimelineBar
+from .state import History, Shown, Snapshot, as_switched, camera_of, home_of, pose_of, scene_in, switches_of, views_in
 
 PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
 
@@ -33,24 +39,42 @@ PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
 class Dropped(NamedTuple):
     """What was dropped onto a window.
 
-    source  the frame, the sequence or the scene
-    others  more sources of frames of the same thing
-    inputs  paths of the folders or of the file
-    files   of a single frame, by the names of `load_frame`'s options, where they were dropped one by one
-    paths   as they were dropped
+    sources  the frame, the sequence or the scene; or several sources of frames of the same thing
+    inputs   paths of the folders or of the file
+    files    of a single frame, by the names of `load_frame`'s options, where they were dropped one by one
+    paths    as they were dropped
     """
 
-    source: Any
-    others: Sequence[Any]
+    sources: Sequence[Any]
     inputs: tuple[str, ...]
     files: dict[str, Path]
     paths: tuple[str, ...] = ()
 
 
+class SavedPicture(NamedTuple):
+    """A picture that the key P saved, with all that a command line needs to make the same.
+
+    name     of its file
+    first    what the window showed at first: nodes of a scene may be hidden since
+    numbers  of each source that plays: that of the frame in it, -1 in a live stream
+    dropped  what was opened by a drop onto the window; None: what the program opened
+    """
+
+    picture: ShownPicture
+    samples: int
+    name: str
+    first: Shown
+    numbers: tuple[int, ...]
+    dropped: Dropped | None
+
+
+CommandLine = Callable[[SavedPicture], tuple[str, str]]  # the words of a command, and what it leaves out, in words
+
+
 class Document:
     """A frame, a stream of frames or a scene, under its own lights unless others are given.
 
-    playing  closed here if it has nothing to show; afterwards whoever opened it does that
+    playback  closed here if it has nothing to show; afterwards whoever opened it does that
     dropped  what of it came by a drop onto the window; None: the program opened it
     merge    frames of a sequence are read to be merged
     place    from where it is seen at first, of which only the pose or how it is moved counts; None: as the state says
@@ -64,30 +88,27 @@ class Document:
 
     def __init__(
         self,
-        playing: Playing,
+        playback: Playback,
         state: State,
         lights: Sequence[Light] = (),
         merge: bool = False,
         dropped: Dropped | None = None,
         place: View | None = None,
     ):
-        self.playing, self.dropped = playing, dropped
+        self.playback, self.dropped = playback, dropped
         self.title = " and ".join(dropped.paths) if dropped else ""
         self.exposure: float | Metering = "sensor"
-        with ExitStack() as undo:
-            undo.callback(playing.close)
-            self.first = first = playing.first(merge)
-            names: Sequence[str] = ()
-            if isinstance(first, Scene) and not lights:
-                names, lights = first.light_names, first.lights
-            self.start_at(_moment(first, _placed(state, first, place), lights, names), first)
-            undo.pop_all()
+        try:
+            self.first = playback.first(merge)
+            self.start_at(_start_of(self.first, state, lights, place), self.first)
+        except BaseException:
+            playback.close()
+            raise
 
     def instead(self, paths: Sequence[str], state: State) -> Document:
         """Open what was dropped onto the window, with this look. Raises ValueError, TypeError or OSError."""
         found = read_dropped(paths)._replace(paths=tuple(paths))
-        playing = self.playing.instead(found.source, found.others)
-        return Document(playing, state.reset_view(State()), dropped=found)
+        return Document(self.playback.instead(found.sources), state.reset_view(State()), dropped=found)
 
     def start_at(self, moment: Snapshot, shown: Shown) -> None:
         """R comes back to this, and nothing before it can be undone."""
@@ -97,7 +118,8 @@ class Document:
     def restart(self, shown: Shown) -> Snapshot:
         """All as at the start, around the middle of what is shown now. Lights of the world stay there."""
         stage, pose = OrbitStage.of(home_of(shown)), pose_of(shown)
-        start = self.start._replace(switches=shown.all_on().on) if isinstance(shown, Views) else self.start
+        views = views_in(shown)
+        start = self.start._replace(switches=views.all_on().on) if views else self.start
         state, before, held, *_ = start
         if stage.is_as(before) and np.array_equal(pose, self._pose):
             return start
@@ -106,26 +128,157 @@ class Document:
         return start._replace(state=state, stage=stage)
 
 
-def _placed(state: State, shown: Shown, place: View | None) -> State:
-    """Return the state as it is seen from a place."""
-    if place is None:
-        return state
-    _, pose = place.seen(home_of(shown))
-    return state.seen_from(np.linalg.inv(pose_of(shown)) @ pose, OrbitStage.of(home_of(shown)))
-
-
-def _moment(shown: Shown, state: State, lights: Sequence[Light], names: Sequence[str]) -> Snapshot:
-    """The mouse holds the first of the lights. There are shadows if one of them casts any, and in scenes, whose
-    environment counts unless there is another."""
-    stage = OrbitStage.of(home_of(shown))
+def _start_of(shown: Shown, state: State, lights: Sequence[Light], place: View | None) -> Snapshot:
+    """The mouse holds the first of the lights. There are shadows if one of them casts any, and in scenes, whose own
+    lights and environment count unless there are others."""
+    home, scene, pose, names = home_of(shown), scene_in(shown), pose_of(shown), ()
+    stage = OrbitStage.of(home)
+    if place is not None:
+        state = state.seen_from(np.linalg.inv(pose) @ place.seen(home)[1], stage)
+    if scene and not lights:
+        names, lights = tuple(scene.light_names), scene.lights
+    if scene and state.finish.environment is None:
+        state = state.with_finish(environment=scene.environment)
     if lights:
-        state = state.with_light(lights[0], stage, pose_of(shown))
-    if isinstance(shown, Scene) and state.finish.environment is None:
-        state = state.with_finish(environment=shown.environment)
-    if isinstance(shown, Scene) or any(light.shadow for light in lights):
+        state = state.with_light(lights[0], stage, pose)
+    if scene or any(light.shadow for light in lights):
         state = replace(state, shadows=True)
     held, *others = lights or [OWN_LIGHT]
-    return Snapshot(state, stage, held, tuple(others), 0, tuple(names), switches_of(shown))
+    return Snapshot(state, stage, held, tuple(others), 0, names, switches_of(shown))
+
+
+class Session:
+    """A frame, a stream of frames or a scene that is shown, with its view and its lights.
+
+    document  what is open
+    frame     of it is shown
+    state, stage, held, lights, light_number, light_names  are those of a Snapshot
+    messages  what is shown in words
+    """
+
+    def __init__(self, document: Document, messages: Messages):
+        self.messages = messages
+        self.show(document, document.first, document.start)
+        self._control = Control(self.moment)
+        self._news = ""  # to be shown once what is shown is seen
+        self._wanted: int | None = None  # the frame that was chosen on the timeline
+
+    def show(self, document: Document, frame: Shown, moment: Snapshot) -> None:
+        """Show a frame of a document, as it was at a moment."""
+        self.document, self.frame, self.moment = document, frame, moment
+
+    @property
+    def moment(self) -> Snapshot:
+        """All that is undone, as it is."""
+        lights = self.held, self.lights, self.light_number, self.light_names
+        return Snapshot(self.state, self.stage, *lights, switches_of(self.frame))
+
+    @moment.setter
+    def moment(self, moment: Snapshot) -> None:
+        self.state, self.stage, self.held, self.lights, self.light_number, self.light_names, switches = moment
+        self.frame = as_switched(self.frame, switches)
+
+    @property
+    def control(self) -> Control:
+        """All that events change, as the application may have changed it since the last one."""
+        return replace(self._control, now=self.moment)
+
+    def take(self, answer: Answer) -> None:
+        """Become what the controller made of an event, and do what else it asks for."""
+        self._control, asked = answer
+        self.moment = self._control.now
+        for effect in asked:
+            self.perform(effect)
+
+    def perform(self, effect: Effect) -> None:
+        """Do what a key, the mouse or the panel asks for (see events.py)."""
+        now, history = self.moment, self.document.history
+        match effect:
+            case ShowMessage(text):
+                self.say(text)
+            case Remember(kind, seconds, pause):
+                history.act(now, kind, seconds, pause)
+            case Command.DROP_STEP:
+                history.drop_step(now)
+            case Command.UNDO | Command.REDO:
+                is_undo = effect is Command.UNDO
+                found = history.undo(now) if is_undo else history.redo(now)
+                self.moment = (found or now).beside(now)
+                texts = ("undone", "nothing to undo") if is_undo else ("done again", "nothing to do again")
+                self.say(texts[found is None])
+            case Command.RESET:
+                self.moment = self.document.restart(self.frame).beside(now)
+                self.say("all is as at the start")
+            case TakeLight(number):  # the one that the mouse held stays where it is
+                if number != now.number:
+                    self.moment = taking(number, now, self.pose)
+                    names, when = titles(now), when_seen(now.state)
+                    self.say(f"the mouse holds {names[number]}, light {number + 1} of {len(names)}{when}")
+            case Command.ADD_LIGHT:
+                self.moment = added(now, self.pose)
+            case RemoveLight(number):
+                self.moment = removed(number, now, self.pose)
+            case ShowFrame(frame):
+                self.frame = frame
+            case Scrub(index):
+                self._wanted = index
+            case _:
+                assert isinstance(effect, PlayEffect)  # all others need the window
+                self._follow(*self.document.playback.obey(effect, self.frame))
+                history.follow(self.moment)  # what is shown now has other switches
+
+    def say(self, text: str) -> None:
+        """Show a line of text for a few seconds."""
+        self.messages.say(text)
+
+    @property
+    def own_camera(self) -> Camera:
+        """The frame's or the scene's own camera."""
+        return camera_of(self.frame)
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """(4, 4) camera-to-world of the frame's or the scene's own camera."""
+        return pose_of(self.frame)
+
+    @property
+    def strip(self) -> TimelineBar | None:
+        """What the timeline shows; None where frames do not play."""
+        return self.document.playback.strip(self.frame)
+
+    def play(self, now: float) -> None:
+        """Show the frame that was chosen on the timeline or is due, or the views once they are merged."""
+        self.seek()
+        playback = self.document.playback
+        if playback.is_merging:
+            views, self._news = playback.merged()
+            self._follow(views, "")
+            if views is None:
+                self.show_news()
+        elif not self._control.is_scrubbing and (frame := playback.advance(self.frame, now)):
+            self.frame = frame
+
+    def show_news(self) -> None:
+        """Say what is seen now."""
+        self._follow(None, self._news)
+        self._news = ""
+
+    def seek(self) -> None:
+        """Show the frame that was chosen on the timeline, if one was."""
+        wanted, self._wanted = self._wanted, None
+        if wanted is not None:
+            self._follow(self.document.playback.obey(Seek(wanted), self.frame)[0], "")
+
+    def plays_in(self, now: float) -> float | None:
+        """Return the seconds until something plays; None: no limit."""
+        return None if self._control.is_scrubbing else self.document.playback.patience(self.frame, now)
+
+    def _follow(self, frame: Shown | None, text: str) -> None:
+        """Shows the frame, unless it stays, and the text, if there is one."""
+        if frame is not None:
+            self.frame = frame
+        if text:
+            self.say(text)
 
 
 def read_dropped(paths: Sequence[str]) -> Dropped:
@@ -140,16 +293,16 @@ def read_dropped(paths: Sequence[str]) -> Dropped:
         raise ValueError("the name of what was dropped cannot be read")
     if all(map(is_cloud, paths)):
         clouds: list[Any] = [load_any(path) for path in paths]
-        return Dropped(scene_of(*clouds, names=[Path(path).stem for path in paths]), (), tuple(paths), {})
+        return Dropped([scene_of(*clouds, names=[Path(path).stem for path in paths])], tuple(paths), {})
     if len(paths) == 1:
-        return Dropped((load_any if is_scene(paths[0]) else open_source)(paths[0]), (), tuple(paths), {})
+        return Dropped([(load_any if is_scene(paths[0]) else open_source)(paths[0])], tuple(paths), {})
     if all(Path(path).is_dir() for path in paths):
-        first, *others = map(open_source, paths)
-        check_posed((first, *others))
-        return Dropped(first, others, tuple(paths), {})
+        sources = [open_source(path) for path in paths]
+        check_posed(sources)
+        return Dropped(sources, tuple(paths), {})
     files = _files_of([Path(path) for path in paths])
     folder = files["depth"].parent
-    return Dropped(load_frame(folder, **files), (), (str(folder),), files)
+    return Dropped([load_frame(folder, **files)], (str(folder),), files)
 
 
 def _files_of(paths: list[Path]) -> dict[str, Any]:

@@ -11,8 +11,7 @@ from enum import Enum
 from time import perf_counter
 from typing import Literal
 
-from .history import PAUSE
-from .views import Shown
+from .state import PAUSE, Shown
 
 EventKind = Literal["key", "text", "move", "press", "release", "wheel", "leave", "drop", "refresh"]
 
@@ -53,7 +52,17 @@ class Event:
     time: float = field(default_factory=perf_counter, compare=False)
 
 
-class Command(Enum):
+class Effect:
+    """What an action of the user asks for, beyond another state of view, lights and look."""
+
+
+class PlayEffect(Effect):
+    """Of these, what frames that play do. verb: what that is called where nothing plays."""
+
+    verb = ""
+
+
+class Command(Effect, Enum):
     """What needs no number, and what it does."""
 
     DROP_STEP = "make the last step a part of the one that follows"
@@ -72,8 +81,8 @@ class Command(Enum):
     CLOSE = "close the window"
 
 
-class PlayCommand(Enum):
-    """What needs no number either, and what it is to frames that play: a verb."""
+class PlayCommand(PlayEffect, Enum):
+    """What needs no number either; its value is the verb."""
 
     TOGGLE_PAUSE = "play"
     TOGGLE_LOOP = "repeat"
@@ -85,7 +94,7 @@ class PlayCommand(Enum):
 
 
 @dataclass(frozen=True)
-class Seek:
+class Seek(PlayEffect):
     """Show the frame of a sequence with this number, counted from the end if it is below 0."""
 
     index: int
@@ -93,7 +102,7 @@ class Seek:
 
 
 @dataclass(frozen=True)
-class StepFrames:
+class StepFrames(PlayEffect):
     """Pause, and step one frame forwards (1) or back (-1)."""
 
     direction: int
@@ -101,7 +110,7 @@ class StepFrames:
 
 
 @dataclass(frozen=True)
-class ChangeRate:
+class ChangeRate(PlayEffect):
     """Play frames faster (a factor above 1) or slower."""
 
     factor: float
@@ -109,22 +118,22 @@ class ChangeRate:
 
 
 @dataclass(frozen=True)
-class Scrub:
+class Scrub(Effect):
     """Show the frame of a sequence with this number before the next picture."""
 
     index: int
 
 
 @dataclass(frozen=True)
-class ShowMessage:
+class ShowMessage(Effect):
     """Show a line of text for a few seconds."""
 
     text: str
 
 
 @dataclass(frozen=True)
-class Remember:
-    """Make what has changed a step that can be undone, as `History.act` says."""
+class Remember(Effect):
+    """Make what has changed a step that can be undone, see `History.act`."""
 
     kind: Hashable = None
     time: float = 0.0
@@ -132,21 +141,21 @@ class Remember:
 
 
 @dataclass(frozen=True)
-class TakeLight:
+class TakeLight(Effect):
     """Let the mouse take the light with this number."""
 
     number: int
 
 
 @dataclass(frozen=True)
-class RemoveLight:
+class RemoveLight(Effect):
     """Take the light with this number away."""
 
     number: int
 
 
 @dataclass(frozen=True)
-class TurnAround:
+class TurnAround(Effect):
     """Let drags turn around the point that is seen at a pixel."""
 
     x: float
@@ -154,37 +163,14 @@ class TurnAround:
 
 
 @dataclass(frozen=True)
-class ShowFrame:
+class ShowFrame(Effect):
     """Show something else of what is open."""
 
     frame: Shown
 
 
 @dataclass(frozen=True)
-class ResizePoints:
-    """Make the points of a scene's clouds so many times as large."""
-
-    factor: float
-
-
-@dataclass(frozen=True)
-class Open:
+class Open(Effect):
     """Show what files or folders hold."""
 
     paths: tuple[str, ...]
-
-
-PlayEffect = Seek | StepFrames | ChangeRate | PlayCommand
-Effect = (
-    Command
-    | PlayEffect
-    | Scrub
-    | ShowMessage
-    | Remember
-    | TakeLight
-    | RemoveLight
-    | TurnAround
-    | ShowFrame
-    | ResizePoints
-    | Open
-)

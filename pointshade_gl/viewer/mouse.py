@@ -17,13 +17,13 @@ from ..scene.camera import Camera
 from ..scene.light import Light, Vector
 from ..scene.orbit import DEGREES, OWN_LIGHT, OrbitStage, Pair, State, rims_from
 from .events import Event
-from .history import Snapshot
+from .state import Snapshot
 
 CATCH_UP = 3.0  # how fast the light approaches the mouse, per rim that the mouse moves
-HAND = 4.0  # pixels at scale 1: who moves less while a button is down, clicks
-DOUBLE = 0.4  # seconds between two clicks that are one double click
+CLICK_REACH = 4.0  # pixels at scale 1: who moves less while a button is down, clicks
+DOUBLE_CLICK = 0.4  # seconds between two clicks that are one double click
 MOMENT = 0.25  # seconds that the mouse stays where it holds the light on purpose
-NEAR = 0.1  # rims: who moves less in a moment, stays
+STAYING_REACH = 0.1  # rims: who moves less in a moment, stays
 MOUSE = (
     ("mouse", "move the light (in light mode)"),
     ("click", "place the light: it stays until L"),
@@ -57,7 +57,7 @@ class Dwell:
         """Follow the mouse to a place, to which it took the light along. All places in rims, the time in seconds."""
         if self._is_on_purpose(time, before):
             return Dwell(before, mouse, time, after)
-        if math.dist(mouse, self.around) > NEAR:
+        if math.dist(mouse, self.around) > STAYING_REACH:
             return replace(self, around=mouse, since=time, last=after)
         return replace(self, last=after)
 
@@ -110,36 +110,25 @@ class Mouse:
         if event.kind == "press" and not self.drag:
             return mouse._press(event, scale), state
         if event.kind == "release" and event.key == self.button:
-            return mouse._release(), state
-        if event.kind == "leave" and not self.drag:
-            return replace(mouse, last=None), mouse._leave(event, state)
+            clicked = self.clicked if self.pressed else None
+            return replace(mouse, drag="", pressed=None, clicks=int(clicked is not None), clicked=clicked), state
+        if event.kind == "leave" and not self.drag:  # the light stays where it was held before the mouse's way out
+            held = self.dwell.left(event.time, state.light_at) if state.light_mode else state.light_at
+            return replace(mouse, last=None), replace(state, light_at=held)
         if event.kind == "move" and not _is_same_place(event, self.pressed, scale):
             return mouse._move(event, state, stage, camera)
         return mouse, state
 
     def _press(self, event: Event, scale: float) -> Mouse:
-        drag = ""
-        if event.key == "middle" or (event.key == "left" and event.ctrl and not event.shift):
-            drag = "pan"
-        elif event.key == "left":
-            drag = "light" if event.ctrl else "orbit"
-        elif event.key == "right":
-            drag = "environment"
+        left = "orbit" if not event.ctrl else "light" if event.shift else "pan"
+        drag = {"left": left, "middle": "pan", "right": "environment"}.get(event.key, "")
         mouse = replace(self, drag=drag, drags=self.drags + 1, button=event.key, last=(event.x, event.y), clicked=None)
         if drag != "orbit":
             return mouse
         before = self.clicked
-        if before and _is_same_place(event, before, scale) and event.time - before.time < DOUBLE:
+        if before and _is_same_place(event, before, scale) and event.time - before.time < DOUBLE_CLICK:
             return replace(mouse, pressed=event, clicks=2)
         return replace(mouse, pressed=event, clicked=event)
-
-    def _release(self) -> Mouse:
-        clicked = self.clicked if self.pressed else None
-        return replace(self, drag="", pressed=None, clicks=int(clicked is not None), clicked=clicked)
-
-    def _leave(self, event: Event, state: State) -> State:
-        """The light stays where it was held before the mouse began its way out."""
-        return replace(state, light_at=self.dwell.left(event.time, state.light_at)) if state.light_mode else state
 
     def _move(self, event: Event, state: State, stage: OrbitStage, camera: Camera) -> tuple[Mouse, State]:
         now = event.x, event.y
@@ -170,7 +159,7 @@ def _move_light(last: Pair, now: Pair, state: State, stage: OrbitStage, camera: 
 
 
 def _is_same_place(event: Event, other: Event | None, scale: float) -> bool:
-    return other is not None and math.dist((event.x, event.y), (other.x, other.y)) < HAND * scale
+    return other is not None and math.dist((event.x, event.y), (other.x, other.y)) < CLICK_REACH * scale
 
 
 KINDS = ("point", "spot", "directional", "area")
@@ -210,13 +199,8 @@ def added(now: Snapshot, pose: NDArray[np.float64]) -> Snapshot:
     lights = _by_number(now, now.state.light(now.stage, pose, now.held))
     at = complex(*now.state.light_at)
     at = at * GOLDEN if abs(at) > 0.2 * NEAR_LIGHT else complex(NEAR_LIGHT)
-    plain = State()
-    state = replace(
-        now.state,
-        light_at=(at.real, at.imag),
-        light_color=plain.light_color,
-        light_intensity=plain.light_intensity,
-    )
+    color, intensity = State.light_color, State.light_intensity
+    state = replace(now.state, light_at=(at.real, at.imag), light_color=color, light_intensity=intensity)
     names = (*now.names, *[""] * (len(lights) + 1 - len(now.names)))
     return now._replace(state=state, held=OWN_LIGHT, lights=tuple(lights), number=len(lights), names=names)
 

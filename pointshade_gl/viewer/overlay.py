@@ -1,10 +1,11 @@
-"""Text over the picture: messages, the help, and what the lower edge says of the surface."""
+"""Text over the picture: messages, the help, and what the lower edge shows of the surface."""
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -27,16 +28,18 @@ POINTS = 14  # height of a letter's box, pixels at scale 1
 
 
 class Messages:
-    """Keeps the text that is shown. What threads skip waits until the window's own thread tells it.
+    """Keeps the text that is shown. What threads skip waits until the window's own thread shows it.
 
     kept  what stays until the user has read it; "" if nothing does
     """
 
     def __init__(self) -> None:
-        self.kept = ""
-        self._message, self._until = "", float("inf")
         self._skipped: deque[str] = deque()  # from the threads that read streams
         self._shown_lines: set[str] = set()
+        self.clear()
+
+    def clear(self) -> None:
+        self.kept, self._message, self._until = "", "", math.inf
 
     @property
     def text(self) -> str:
@@ -44,8 +47,9 @@ class Messages:
         return "\n".join(filter(None, (self.kept and f"{self.kept}\n{CLOSES}", self._message)))
 
     def keep(self, text: str) -> None:
-        """Shows why something failed until `clear`, in place of what was said before, and prints it."""
-        self.kept, self._message, self._until = text, "", float("inf")
+        """Shows why something failed until `clear`, in place of other messages, and prints it."""
+        self.clear()
+        self.kept = text
         print_warning(text)
 
     def say(self, text: str, seconds: float | None = None) -> None:
@@ -56,48 +60,50 @@ class Messages:
         self._skipped.append(text)
 
     def update(self, now: float) -> None:
-        """Tells what was skipped, and takes the text away when its time is over."""
+        """Shows what was skipped, and takes the text away when its time is over."""
         while self._skipped:
             if (text := self._skipped.popleft()) not in self._shown_lines:  # a sequence that repeats meets it again
                 self._shown_lines.add(text)
                 self.say(f"skipped: {text}")
                 print_warning(f"skipped: {text}")
         if self._until < now:
-            self._message, self._until = "", float("inf")
-
-    def clear(self) -> None:
-        self.kept, self._message, self._until = "", "", float("inf")
+            self._message, self._until = "", math.inf
 
     def patience(self, now: float) -> float | None:
-        """Seconds until `update` has something to do; None: not before something is said."""
+        """Seconds until `update` has something to do; None: not before there is a message."""
         if self._skipped:
             return 0.0
-        return max(self._until - now, 0.0) if self._until < float("inf") else None
+        return None if self._until == math.inf else max(self._until - now, 0.0)
 
 
 def draw_message(text: str, scale: float, width: int) -> NDArray[np.uint8]:
     """A line on a dark strip, or several lines that are as wide as the window at most: (h, w, 4) uint8."""
-    font = ImageFont.load_default(POINTS * scale)
-    pad = round(7 * scale)
-    parts = [line for part in text.split("\n") for line in _broken(part, font, width - 2 * pad)]
-    lines = [_shortened(line, font, width - 2 * pad) for line in parts]
+    font, pad = ImageFont.load_default(POINTS * scale), round(7 * scale)
+    most = width - 2 * pad
+    broken = (line for part in text.split("\n") for line in _in_lines(part.split(" "), " ", font, most))
+    lines = [_shortened(line, font, most) for line in broken]
     wide = min(round(max(map(font.getlength, lines))) + 2 * pad, width)
-    line = round(1.3 * POINTS * scale)
-    image = Image.new("RGBA", (max(wide, 1), len(lines) * line + pad), BACKDROP)
-    for k, part in enumerate(lines):
-        ImageDraw.Draw(image).text((pad, (pad + line) / 2 + k * line), part, BRIGHT, font, anchor="lm")
-    return np.asarray(image)
+    return np.asarray(_boxed(lines, font, scale, pad, wide)[0])
 
 
-def _broken(text: str, font: Any, width: float) -> list[str]:
-    """The text in lines; only a word that is longer alone is wider."""
-    lines = [""]
-    for word in text.split(" "):
-        longer = f"{lines[-1]} {word}" if lines[-1] else word
-        if lines[-1] and font.getlength(longer) > width:
-            lines.append(word)
-        else:
+def _boxed(lines: Sequence[str], font: Any, scale: float, pad: int, wide: int, above: int = 0) -> tuple[Any, int]:
+    """A picture of lines, below room for others, and how high a line is."""
+    high = round(1.3 * POINTS * scale)
+    image = Image.new("RGBA", (max(wide, 1), (above + len(lines)) * high + pad), BACKDROP)
+    for k, line in enumerate(lines, above):
+        ImageDraw.Draw(image).text((pad, (pad + high) / 2 + k * high), line, BRIGHT, font, anchor="lm")
+    return image, high
+
+
+def _in_lines(parts: Iterable[str], between: str, font: Any, width: float) -> list[str]:
+    """The parts side by side, as many in a line as it has room for; only a part that is longer alone is wider."""
+    lines: list[str] = []
+    for part in parts:
+        longer = f"{lines[-1]}{between}{part}" if lines and lines[-1] else part
+        if lines and font.getlength(longer) <= width:
             lines[-1] = longer
+        else:
+            lines.append(part)
     return lines
 
 
@@ -105,12 +111,8 @@ def _shortened(line: str, font: Any, width: float) -> str:
     """The line, or as much of its beginning and its end as is no wider."""
     if font.getlength(line) <= width:
         return line
-    kept = next((n for n in range(len(line) - 1, 0, -1) if font.getlength(_cut(line, n)) <= width), 1)
-    return _cut(line, kept)
-
-
-def _cut(line: str, kept: int) -> str:
-    return f"{line[: kept // 3]}…{line[len(line) - (kept - kept // 3) :]}"
+    cuts = (f"{line[: n // 3]}…{line[len(line) - (n - n // 3) :]}" for n in range(len(line) - 1, 0, -1))
+    return next((cut for cut in cuts if font.getlength(cut) <= width), f"…{line[-1:]}")
 
 
 def draw_strip(text: str, share: float | None, scale: float, width: int, high: int) -> NDArray[np.uint8]:
@@ -205,37 +207,20 @@ def draw_readout(
     ends: tuple[str, str, str] | None, values: tuple[str, ...], scale: float, width: int
 ) -> NDArray[np.uint8]:
     """Draw the colours of a scale between its ends, and values below, in lines of this width: (h, w, 4) uint8."""
-    font, pad, line = ImageFont.load_default(0.95 * POINTS * scale), round(7 * scale), round(1.3 * POINTS * scale)
-    lines = _in_lines(values, font, width - 2 * pad)
-    wide = max([font.getlength(one) for one in lines], default=0.0)
+    font, pad = ImageFont.load_default(0.95 * POINTS * scale), round(7 * scale)
+    lines = _in_lines(values, BETWEEN, font, width - 2 * pad)
+    wide = max(map(font.getlength, lines), default=0.0)
     first = font.getlength(ends[0]) + pad if ends else 0.0
     if ends:
         wide = max(wide, first + RAMP * scale + pad + font.getlength(ends[2]))
-    rows = len(lines) + (ends is not None)
-    image = Image.new("RGBA", (max(min(round(wide) + 2 * pad, width), 1), rows * line + pad), BACKDROP)
-    draw = ImageDraw.Draw(image)
+    image, line = _boxed(lines, font, scale, pad, min(round(wide) + 2 * pad, width), above=int(ends is not None))
     if ends:
-        left, middle = round(pad + first), (pad + line) / 2
+        draw, left, middle = ImageDraw.Draw(image), round(pad + first), (pad + line) / 2
         box = round(RAMP * scale), round(0.7 * POINTS * scale)
-        image.paste(
-            Image.fromarray(ramp("turbo")[None, round(255 * BLUE) :]).resize(box), (left, round(middle - box[1] / 2))
-        )
-        draw.text((pad, middle), ends[0], BRIGHT, font, anchor="lm")
+        colors = Image.fromarray(ramp("turbo")[None, round(255 * BLUE) :]).resize(box)
+        image.paste(colors, (left, round(middle - box[1] / 2)))
         small = ImageFont.load_default(0.75 * POINTS * scale)
+        draw.text((pad, middle), ends[0], BRIGHT, font, anchor="lm")
         draw.text((left + box[0] / 2, middle), ends[1], BACKDROP[:3], small, anchor="mm")
         draw.text((left + box[0] + pad, middle), ends[2], BRIGHT, font, anchor="lm")
-    for k, one in enumerate(lines, start=rows - len(lines)):
-        draw.text((pad, (pad + line) / 2 + k * line), one, BRIGHT, font, anchor="lm")
     return np.asarray(image)
-
-
-def _in_lines(values: tuple[str, ...], font: Any, width: float) -> list[str]:
-    """The values side by side, as many in a line as it has room for."""
-    lines: list[str] = []
-    for value in values:
-        longer = f"{lines[-1]}{BETWEEN}{value}" if lines else value
-        if lines and font.getlength(longer) <= width:
-            lines[-1] = longer
-        else:
-            lines.append(value)
-    return lines

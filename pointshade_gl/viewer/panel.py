@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -10,23 +11,11 @@ from typing import Any
 from PIL import ImageFont
 
 from .events import Effect, Event
-from .history import Snapshot
-from .mouse import DOUBLE, HAND
+from .mouse import CLICK_REACH, DOUBLE_CLICK
 from .overlay import POINTS
-from .panel_sections import (
-    PanelFacts,
-    ViewsList,
-    Widgets,
-    show_clouds,
-    show_environment,
-    show_facts,
-    show_light,
-    show_nodes,
-    show_points,
-    show_surface,
-)
+from .panel_sections import PanelFacts, PanelSections, Widgets
 from .picture import ShownPicture
-from .views import pose_of
+from .state import Snapshot
 from .window import Window
 
 MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
@@ -35,17 +24,14 @@ SHARE = 1 / 3  # of the window's width, at most, unless that is too narrow
 ROOM = 800.0, 600.0  # a smaller window, in pixels at scale 1, has a shrunk panel
 SMALLEST = 0.75  # to this share at most
 ROOMY = 1.6  # a window narrower than so many panels begins with a collapsed one
-TALL = 1100  # a window that is higher, in pixels at scale 1, has room for all sections
-NOTE = (
-    "Double click on a name: the usual value. On a number, or Ctrl and a click: type it. Point at a name: what it is."
-)
-SIZES = {  # of the style, pixels at scale 1
-    "frame_rounding": 2, "scrollbar_size": 10, "grab_min_size": 8, "indent_spacing": 12,
+ROOM_FOR_ALL = 1100  # a window that is higher, in pixels at scale 1, has room for all sections
+SIZES = {"frame_rounding": 2, "scrollbar_size": 10, "grab_min_size": 8, "indent_spacing": 12}  # pixels at scale 1
+SIZE_PAIRS = {
     "window_padding": (6, 6), "frame_padding": (4, 1), "item_spacing": (4, 2), "item_inner_spacing": (4, 4),
     "cell_padding": (2, 1),
 }  # fmt: skip
 SETTLE = 3  # pictures after an event, or after another height, until the panel stops changing
-MOST = 60  # that it waits for: it takes one key, or one click, a picture
+MOST_SETTLING = 60  # that it waits for: it takes one key, or one click, a picture
 BUTTONS = {"left": 0, "right": 1, "middle": 2}  # as imgui counts them
 NAMED = {
     "LEFT": "left_arrow", "RIGHT": "right_arrow", "UP": "up_arrow", "DOWN": "down_arrow", "HOME": "home", "END": "end",
@@ -81,24 +67,22 @@ class Panel:
         clipboard = imgui.get_platform_io()
         clipboard.platform_set_clipboard_text_fn = lambda _, text: window.copy(text)
         clipboard.platform_get_clipboard_text_fn = lambda _: window.pasted()
-        self._widgets, self._views = Widgets(imgui), ViewsList()
+        self._widgets = Widgets(imgui)
+        self._sections = PanelSections(self._widgets)
         self._left, self._height, self._is_open = 0.0, 0.0, True
         self.presses, self._last_press = 0, Event("leave", time=float("-inf"))
         self.settling, self.is_deciding, self._has_popup = SETTLE, False, False
 
     def width(self, width: int, height: int) -> int:
         """Pixels that it takes from a window of that size; 0 while it is collapsed, or if nothing would be left."""
-        taken = round(self._width(width, height))
+        taken = round(self._fit(width, height)[1])
         return taken if self._is_open and taken < width else 0
 
-    def _width(self, width: int, height: int) -> float:
-        size = self._fit(width, height)
-        return min(WIDTH * size, max(SHARE * width, NARROWEST * size), width)
-
-    def _fit(self, width: int, height: int) -> float:
-        """The scale of its own text, in a window of that size."""
+    def _fit(self, width: int, height: int) -> tuple[float, float]:
+        """The scale of its own text, and its width, in a window of that size."""
         share = min(width / ROOM[0], height / ROOM[1]) / self.scale
-        return self.scale * min(max(share, SMALLEST), 1.0)
+        size = self.scale * min(max(share, SMALLEST), 1.0)
+        return size, min(WIDTH * size, max(SHARE * width, NARROWEST * size), width)
 
     @property
     def takes_keys(self) -> bool:
@@ -134,11 +118,11 @@ class Panel:
         imgui.set_current_context(self._context)
         self._io.display_size = imgui.ImVec2(width, height)
         imgui.backends.opengl3_new_frame()
-        self._resize(self._fit(width, height))
+        size, wide = self._fit(width, height)
+        self._resize(size)
         imgui.new_frame()
         imgui.begin_disabled()  # or what a list or a colour opens is invisible: imgui 1.93 takes its opacity from here
         imgui.end_disabled()
-        wide = self._width(width, height)
         self._left = width - wide
         imgui.set_next_window_pos(imgui.ImVec2(width, 0), imgui.Cond_.always, imgui.ImVec2(1, 0))
         imgui.set_next_window_size_constraints(imgui.ImVec2(wide, 0), imgui.ImVec2(wide, height))
@@ -149,7 +133,7 @@ class Panel:
         was_open, self._is_open = self._is_open, imgui.begin("pointshade", None, fixed)[0]
         chosen = picture.now, []
         if self._is_open:
-            chosen = self._show(picture, facts, height > TALL * self.scale)
+            chosen = self._sections.show(picture, facts, height > ROOM_FOR_ALL * self.scale)
         before, self._height = self._height, imgui.get_window_size().y
         imgui.end()
         imgui.render()
@@ -165,20 +149,9 @@ class Panel:
         style = self._imgui.get_style()
         style.font_scale_main = size
         for name, pixels in SIZES.items():
-            given = tuple(one * size for one in pixels) if isinstance(pixels, tuple) else pixels * size
-            setattr(style, name, self._imgui.ImVec2(*given) if isinstance(given, tuple) else given)
-
-    def _show(self, picture: ShownPicture, facts: PanelFacts, has_room: bool) -> tuple[Snapshot, list[Effect]]:
-        ui, now, shown = self._widgets, picture.now, picture.shown
-        show_facts(ui, shown, facts, has_room)
-        effects = self._views.show(ui, now, shown, facts)
-        now, taken = show_light(ui, now, pose_of(shown), facts)
-        state = show_environment(ui, now.state, has_room)
-        state = show_surface(ui, state, shown)
-        state = show_points(ui, state, shown, has_room)
-        effects += [*taken, *show_clouds(ui, shown, has_room), *show_nodes(ui, shown)]
-        ui.note(NOTE)
-        return now._replace(state=state), effects
+            setattr(style, name, pixels * size)
+        for name, (x, y) in SIZE_PAIRS.items():
+            setattr(style, name, self._imgui.ImVec2(x * size, y * size))
 
     def release(self) -> None:
         self._imgui.set_current_context(self._context)
@@ -188,27 +161,25 @@ class Panel:
     def _handle_key(self, event: Event) -> bool:
         if not self.takes_keys:
             return False
+        keys, io = self._imgui.Key, self._io
         if event.kind == "text":
-            self._io.add_input_characters_utf8(event.key)
-        elif (key := self._key(event)) is not None:
-            self._press_with((event.ctrl, event.shift, False), lambda: self._press(key))
+            io.add_input_characters_utf8(event.key)
+        elif event.key in NAMED or (event.ctrl and event.key in LETTERS):
+            key = getattr(keys, NAMED.get(event.key, event.key.lower()))
+
+            def press() -> None:
+                io.add_key_event(key, True)
+                io.add_key_event(key, False)
+
+            self._press_with((event.ctrl, event.shift, False), press)
         self._wait_for(2)
         return True
-
-    def _key(self, event: Event) -> Any:
-        if event.key in NAMED:
-            return getattr(self._imgui.Key, NAMED[event.key])
-        return getattr(self._imgui.Key, event.key.lower()) if event.ctrl and event.key in LETTERS else None
-
-    def _press(self, key: Any) -> None:
-        self._io.add_key_event(key, True)
-        self._io.add_key_event(key, False)
 
     def _is_double(self, event: Event) -> bool:
         """Whether a press is the second one of a double click: it counts as Ctrl and Alt and a click."""
         before, self._last_press = self._last_press, event
-        near = max(abs(event.x - before.x), abs(event.y - before.y)) < HAND * self.scale
-        is_double = event.key == before.key == "left" and near and 0 <= event.time - before.time < DOUBLE
+        near = max(abs(event.x - before.x), abs(event.y - before.y)) < CLICK_REACH * self.scale
+        is_double = event.key == before.key == "left" and near and 0 <= event.time - before.time < DOUBLE_CLICK
         if is_double:
             self._last_press = replace(event, time=float("-inf"))  # a third one begins anew
         else:
@@ -218,17 +189,16 @@ class Panel:
     def _press_with(self, modifiers: tuple[bool, bool, bool], do: Any) -> None:
         """Holds Ctrl, Shift and Alt while something else happens."""
         keys = self._imgui.Key
-        held = list(zip((keys.mod_ctrl, keys.mod_shift, keys.mod_alt), map(bool, modifiers), strict=True))
-        for key, is_held in held:
-            self._io.add_key_event(key, is_held)
+        three = keys.mod_ctrl, keys.mod_shift, keys.mod_alt
+        for key, is_held in zip(three, modifiers, strict=True):
+            self._io.add_key_event(key, bool(is_held))
         do()
-        for key, is_held in held:
-            if is_held:
-                self._io.add_key_event(key, False)
+        for key in itertools.compress(three, modifiers):
+            self._io.add_key_event(key, False)
         self._wait_for(2 if any(modifiers) else 0)
 
     def _wait_for(self, pictures: int) -> None:
-        self.settling = min(max(self.settling, SETTLE) + pictures, MOST)
+        self.settling = min(max(self.settling, SETTLE) + pictures, MOST_SETTLING)
 
     def _settle(self, has_changed: bool) -> None:
         """After each picture. While something is open, keys move through it, and Esc closes it."""

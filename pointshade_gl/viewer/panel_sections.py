@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,19 +12,20 @@ from numpy.typing import NDArray
 from ..estimation.multi_view import is_primary
 from ..gpu.context.software_driver import is_software
 from ..gpu.core.steps import Timing
-from ..scene.appearance import CLOUD_SPLATS, FLYING, FRAME_SPLATS, NOT_LIT, SHADINGS, Look, Material
+from ..scene.appearance import CLOUD_SPLATS, FRAME_SPLATS, NOT_LIT, Look
 from ..scene.cloud import CloudLook
 from ..scene.environment import NAMES
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, Vector
-from ..scene.noise import METHODS, SENSORS, Choice
+from ..scene.noise import SENSORS, Choice
+from ..scene.option_fields import option_of
 from ..scene.orbit import State
-from ..scene.settings import OCCLUSION, SIMPLE, TONES
+from ..scene.settings import OCCLUSION
 from .events import Command, Effect, RemoveLight, ShowFrame, TakeLight
-from .history import Snapshot
-from .mouse import KINDS, as_kind, kind_of, placed
-from .views import UNITS, Shown, Views, clouds_of, restyled, size_of, with_unit
+from .mouse import KINDS, as_kind, kind_of, placed, titles
+from .picture import ShownPicture
+from .state import UNITS, Shown, Snapshot, Views, clouds_of, pose_of, restyled, scene_in, size_of, views_in, with_unit
 
 LINE = 22.0  # of an explanation, in letters' heights
 NAMES_WIDTH = 6.4  # width of the names' column, in sizes of the messages' font
@@ -41,31 +42,20 @@ class Widgets:
         self._held = "", 0.0  # the number that was pressed last, and what it was before
 
     def slide(
-        self,
-        name: str,
-        value: float,
-        default: float,
-        low: float,
-        high: float,
-        why: str = "",
-        logarithmic: bool = False,
+        self, name: str, value: float, default: float, low: float, high: float, why: str = "", logarithmic: bool = False
     ) -> float:
         """A number between two others. A double click, or Ctrl and a click, lets it be typed."""
-        imgui = self.imgui
         if self._is_reset(name, why):
             return default
-        value = self._before_first_click(name, value)
-        kind = imgui.SliderFlags_.logarithmic if logarithmic else imgui.SliderFlags_.none
-        changed, new = imgui.slider_float(f"##{name}", value, low, high, "%.2f", kind)
-        return self._taken(name, value, changed, min(max(_plain(new), low), high))
+        flags, draw = self.imgui.SliderFlags_, self.imgui.slider_float
+        kind = flags.logarithmic if logarithmic else flags.none
+        return self._number(name, value, low, high, lambda v: draw(f"##{name}", v, low, high, "%.2f", kind))
 
     def drag(self, name: str, value: float, step: float, farthest: float, why: str = "") -> float:
         """A number without a default, that changes by a step for each pixel; typed as that of a slider."""
-        imgui = self.imgui
         self._name(name, why)
-        value = self._before_first_click(name, value)
-        changed, new = imgui.drag_float(f"##{name}", value, step, -farthest, farthest, "%.3f")
-        return self._taken(name, value, changed, min(max(_plain(new), -farthest), farthest))
+        low, high, draw = -farthest, farthest, self.imgui.drag_float
+        return self._number(name, value, low, high, lambda v: draw(f"##{name}", v, step, low, high, "%.3f"))
 
     def choose(self, name: str, value: str, default: str, known: Sequence[str], why: str = "") -> str:
         """One of several texts."""
@@ -81,9 +71,7 @@ class Widgets:
             imgui.end_combo()
         return chosen
 
-    def color(
-        self, name: str, value: tuple[float, float, float], default: tuple[float, float, float]
-    ) -> tuple[float, float, float]:
+    def color(self, name: str, value: Vector, default: Vector) -> Vector:
         """A square in a colour; a click on it opens more of them. Untouched it stays exactly what it was."""
         imgui = self.imgui
         if self._is_reset(name):
@@ -97,8 +85,31 @@ class Widgets:
         self.explain(why)
         return new
 
+    def option(
+        self, options: Any, field: str, name: str = "", words: Any = (), other: str = "", key: str = "", **slider: Any
+    ) -> Any:
+        """A field of options, which has the default, the values to choose from and the explanation.
+
+        name    that the row shows; "": the field's
+        words   in place of the field's own values: a mapping to what each stands for, or themselves
+        other   word for a value that is none of them; "": the value
+        key     that changes it, too
+        slider  low, high and logarithmic, of one that is not from 0 to 1
+        """
+        one: Any = next(found for found in fields(options) if found.name == field)
+        about, value, name, default = option_of(one), getattr(options, field), name or field, one.default
+        words, why = words or about.known, about.help + (f" Key: {key}." if key else "")
+        if words:
+            meant = words if isinstance(words, Mapping) else {word: word for word in words}
+            before = _word(value, meant, other)
+            chosen = self.choose(name, before, _word(default, meant, other), tuple(meant), why)
+            return value if chosen == before else meant[chosen]
+        if isinstance(value, bool):
+            return self.tick(name, value, why)
+        return self.slide(name, value, default, **{"low": 0.0, "high": 1.0, **slider}, why=why)
+
     def row(self, name: str, text: str) -> None:
-        """A name, and beside it a text that only tells."""
+        """A name, and beside it a text."""
         self._name(name)
         self.imgui.text_unformatted(text)
 
@@ -124,11 +135,19 @@ class Widgets:
         kept = next((n for n in range(len(text) - 1, 1, -1) if imgui.calc_text_size(f"{text[:n]}…").x <= space), 1)
         return f"{text[:kept]}…"
 
+    def explain(self, why: str) -> None:
+        """An explanation, shown while the mouse is over the last item."""
+        imgui = self.imgui
+        if why and imgui.begin_item_tooltip():
+            imgui.push_text_wrap_pos(imgui.get_font_size() * LINE)
+            imgui.text_unformatted(why)
+            imgui.pop_text_wrap_pos()
+            imgui.end_tooltip()
+
     def _is_reset(self, name: str, why: str = "") -> bool:
         """Shows a name; whether a double click on it asks for the default."""
         imgui = self.imgui
-        is_asked = self._name(name, why)
-        return is_asked and imgui.get_io().key_alt and imgui.is_mouse_clicked(0)
+        return self._name(name, why) and imgui.get_io().key_alt and imgui.is_mouse_clicked(0)
 
     def _name(self, name: str, why: str = "") -> bool:
         """Shows a name, and begins the widget that takes the rest of its row. Returns whether the mouse is over it."""
@@ -142,54 +161,57 @@ class Widgets:
         imgui.set_next_item_width(-1.0)
         return is_over
 
-    def _before_first_click(self, name: str, value: float) -> float:
-        """The first click of two has moved a slider: the second takes that back."""
-        is_second = self.imgui.get_io().key_alt and self._held[0] == name
-        return self._held[1] if is_second else value
-
-    def _taken(self, name: str, value: float, changed: bool, new: float) -> float:
-        """Untouched it stays, even beyond the ends."""
+    def _number(self, name: str, value: float, low: float, high: float, draw: Callable[[float], Any]) -> float:
+        """What the user made of a number. Untouched it stays, even beyond the ends."""
+        if self.imgui.get_io().key_alt and self._held[0] == name:  # the first click of two moved it: that is taken back
+            value = self._held[1]
+        changed, new = draw(value)
         if self.imgui.is_item_activated():
             self._held = name, value
-        return new if changed else value
-
-    def explain(self, why: str) -> None:
-        """An explanation, shown while the mouse is over the last item."""
-        imgui = self.imgui
-        if why and imgui.begin_item_tooltip():
-            imgui.push_text_wrap_pos(imgui.get_font_size() * LINE)
-            imgui.text_unformatted(why)
-            imgui.pop_text_wrap_pos()
-            imgui.end_tooltip()
+        return min(max(float(f"{new:.6g}"), low), high) if changed else value  # as typed: imgui's numbers are float32
 
 
-def _plain(number: float) -> float:
-    """As it was typed: imgui's numbers are float32."""
-    return float(f"{number:.6g}")
+def _word(value: Any, words: Mapping[str, Any], other: str) -> str:
+    """What stands for a value."""
+    known = getattr(value, "name", value)  # of an environment
+    same = (word for word, one in words.items() if one is known or (isinstance(one, str) and one == known))
+    return next(same, other or (f"{known:g}" if isinstance(known, float) else str(known)))
 
 
+NOTE = (
+    "Double click on a name: the usual value. On a number, or Ctrl and a click: type it. Point at a name: what it is."
+)
 FRAME_STEPS = "surface", "splats", "resolve", "shadows", "surfaces", "light"
 SET_STEPS = "surface", "agreement", "trust", "shadows", "surfaces", "light"
 ROWS = 6  # of the list of views that are seen without scrolling
 GOLD = 1.0, 0.85, 0.4, 1.0  # colour of the primary ones
-STEPS = ("1%", "2%", "3%", "5%", "10%")
 BRIGHTEST = 10.0
 FARTHEST = 1e4  # metres
 DEEPEST = 6  # levels of a scene that are seen
-USUAL, MATT, WIDE = State(), Material(), 45.0  # what a double click on a name brings back
+USUAL, WIDE = State(), 45.0  # what a double click on a name brings back
+STEPS = {"off": None} | {share: share for share in ("1%", "2%", "3%", "5%", "10%")}
+POINTS: dict[str, dict[str, Any]] = {  # the options of frames' points, and what their rows have beside the fields' own
+    "normals": {"key": "N"},
+    "max_depth_step": {"name": "depth step", "words": STEPS},
+    "noise": {"words": {"measured": None} | {sensor: sensor for sensor in SENSORS}},
+    "flying": {},
+    "splat": {"words": FRAME_SPLATS},
+    "unlight": {"name": "no own light (U)"},
+    "remove_highlights": {"name": "no highlights (X)"},
+    "align": {"name": "align views"},
+}
 
 
 class PanelFacts(NamedTuple):
-    """What the panel tells, and does not change.
+    """What the panel shows, and does not change.
 
     driver    its name for what draws
     choice    what estimated the last normals; None: nothing yet
     weights   how much each frame of the last picture counts
     explain   what the views that have these names agree on, in lines; None: this is not the time to ask
-    laps      of the steps of the last picture
     rate      pictures per second; None at rest
     samples   how many the window shows, and how many it will show if nothing moves
-    titles    of the lights
+    laps      of the steps of the last picture
     """
 
     driver: str
@@ -198,49 +220,57 @@ class PanelFacts(NamedTuple):
     explain: Callable[[Sequence[str]], list[str]] | None
     rate: float | None
     samples: tuple[int, int]
-    titles: Sequence[str]
     laps: Mapping[str, Timing] = {}
 
 
 def show_facts(ui: Widgets, shown: Shown, facts: PanelFacts, opened: bool) -> None:
-    """Tell rate and samples in two lines; below, if it is opened, the times of the steps and what draws."""
+    """Show rate and samples in two lines; below, if it is opened, the times of the steps and what draws."""
     imgui = ui.imgui
     imgui.text(f"{facts.rate:.1f} pictures/s" if facts.rate else "at rest")
     in_it, most = facts.samples
     imgui.text(f"{in_it} of {most} sample{'s' if most > 1 else ''}")
     if not ui.section("this picture", opened):
         return
-    names = SET_STEPS if isinstance(shown, Views) else FRAME_STEPS
-    for name in (*names, "present"):
+    for name in (*(SET_STEPS if views_in(shown) else FRAME_STEPS), "present"):
         lap = facts.laps.get(name)
         ui.row(name, "" if lap is None else f"{lap.gpu_ms or lap.wall_ms:.1f} ms")
     imgui.text_wrapped(f"{shown.points_known} points" + (f", {facts.choice.method}" if facts.choice else ""))
     imgui.text_wrapped(facts.driver + (", a software renderer: slow" if is_software(facts.driver) else ""))
 
 
-class ViewsList:
-    """A switch for each view, and how much it counts; below, if it is opened, what the views agree on."""
+class PanelSections:
+    """All sections of the panel, one below the other, drawn by widgets."""
 
-    def __init__(self) -> None:
-        self._why: tuple[Any, list[str]] | None = None
+    def __init__(self, ui: Widgets):
+        self.ui = ui
+        self._why: tuple[Any, list[str]] | None = None  # what the views agree on, and of which
 
-    def show(self, ui: Widgets, now: Snapshot, views: Shown, facts: PanelFacts) -> list[Effect]:
-        """List the views, if there are any, and return which ones the user switched."""
-        if not isinstance(views, Views):
-            return []
+    def show(self, picture: ShownPicture, facts: PanelFacts, has_room: bool) -> tuple[Snapshot, list[Effect]]:
+        """Show what there is of a picture, and return what the user made of it. has_room: all sections are open."""
+        ui, now, scene, views = self.ui, picture.now, scene_in(picture.shown), views_in(picture.shown)
+        show_facts(ui, picture.shown, facts, has_room)
+        effects = self._show_views(now.state.look, views, facts) if views else []
+        now, taken = show_light(ui, now, pose_of(picture.shown))
+        effects += taken
+        state = show_surface(ui, show_environment(ui, now.state, has_room), scene is not None)
+        if scene is None:
+            state = show_points(ui, state, has_room)
+        else:
+            effects += [*show_clouds(ui, scene, has_room), *show_nodes(ui, scene)]
+        ui.note(NOTE)
+        return now._replace(state=state), effects
+
+    def _show_views(self, look: Look, views: Views, facts: PanelFacts) -> list[Effect]:
+        """List the views, what they agree on below, and return which ones the user switched."""
         effects: list[Effect] = []
-        if ui.section(f"{len(views.shown)} of {len(views.frames)} views as one###views"):
-            effects = _show_views(ui, views, facts.weights)
-        if ui.section("why", opened=False):
-            ui.imgui.text_wrapped("\n".join(self._explained(now.state.look, views, facts)))
+        if self.ui.section(f"{len(views.shown)} of {len(views.frames)} views as one###views"):
+            effects = _show_views(self.ui, views, facts.weights)
+        if self.ui.section("why", opened=False):
+            key = views.shown, look
+            if facts.explain and (self._why is None or self._why[0] != key):  # once: it is read from the GPU
+                self._why = key, facts.explain(views.shown_names)
+            self.ui.imgui.text_wrapped("\n".join(self._why[1] if self._why else []))
         return effects
-
-    def _explained(self, look: Look, views: Views, facts: PanelFacts) -> list[str]:
-        """Asked for once, not for each picture: it is read from the GPU."""
-        key = views.shown, look
-        if facts.explain and (self._why is None or self._why[0] != key):
-            self._why = key, facts.explain(views.shown_names)
-        return self._why[1] if self._why else []
 
 
 def _show_views(ui: Widgets, views: Views, weights: Mapping[Frame, float]) -> list[Effect]:
@@ -274,14 +304,12 @@ def _show_weight(imgui: Any, weight: float | None) -> None:
         imgui.text_disabled("off" if weight is None else f"{100 * weight:.0f} %")
 
 
-def show_light(
-    ui: Widgets, now: Snapshot, pose: NDArray[np.float64], facts: PanelFacts
-) -> tuple[Snapshot, list[Effect]]:
+def show_light(ui: Widgets, now: Snapshot, pose: NDArray[np.float64]) -> tuple[Snapshot, list[Effect]]:
     """Show the lights, and the one that the mouse holds. pose: of the own camera."""
     if not ui.section("light"):
         return now, []
     imgui, state = ui.imgui, now.state
-    effects = _list(ui, now.number, facts.titles)
+    effects = _list(ui, now)
     lit = ui.tick("lit (B)", state.lit)
     imgui.begin_disabled(not lit)
     follows = ui.tick("follows the mouse (L)", state.light_mode)
@@ -289,30 +317,26 @@ def show_light(
     held = _held(ui, now.held, now.stage.radius, shadows)
     color = ui.color("colour", state.light_color, USUAL.light_color)
     intensity = ui.slide("intensity", state.light_intensity, 1.0, 0.0, BRIGHTEST, logarithmic=True)
-    reach = ui.slide(
-        "distance", state.light_reach, 1.0, 0.1, 20.0, "From the middle of the object. 1: as far as at the start.", True
-    )
+    why = "From the middle of the object. 1: as far as at the start."
+    reach = ui.slide("distance", state.light_reach, 1.0, 0.1, 20.0, why, True)
     place = _place(ui, now, pose)
-    tone = ui.choose("tone", state.finish.tone, USUAL.finish.tone, TONES,
-                     "How light stronger than white is shown. none: cut off. "
-                     "neutral: rolled off, with its hue.")  # fmt: skip
+    finish = replace(state.finish, tone=ui.option(state.finish, "tone"))
     imgui.end_disabled()
-    state = state if tone == state.finish.tone else state.with_finish(tone=tone)
     state = replace(
         state, lit=lit, light_mode=follows, shadows=shadows, light_color=color, light_intensity=intensity,
-        light_reach=reach,
+        light_reach=reach, finish=finish,
     )  # fmt: skip
     now = now._replace(state=state, held=held)
     return placed(now, place, pose) if place else now, effects
 
 
-def _list(ui: Widgets, number: int, titles: Sequence[str]) -> list[Effect]:
+def _list(ui: Widgets, now: Snapshot) -> list[Effect]:
     """Several lights have a row each: a click on it lets the mouse hold the light, its x takes it away."""
     imgui, effects = ui.imgui, []
     side = imgui.get_frame_height()
-    for k, title in enumerate(titles if len(titles) > 1 else ()):
+    for k, title in enumerate(titles(now) if now.lights else ()):
         label = ui.fitted(title, side + imgui.get_style().item_spacing.x)
-        if imgui.radio_button(f"{label}##{k}", k == number):
+        if imgui.radio_button(f"{label}##{k}", k == now.number):
             effects.append(TakeLight(k))
         imgui.same_line(imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x - side)
         if imgui.button(f"x##{k}", imgui.ImVec2(side, 0)):
@@ -340,9 +364,8 @@ def _place(ui: Widgets, now: Snapshot, pose: NDArray[np.float64]) -> Vector | No
 
 def _held(ui: Widgets, held: Light, reach: float, shadows: bool) -> Light:
     """Kind, shadow and size of the light that the mouse holds."""
-    kind = ui.choose("kind", kind_of(held), KINDS[0], KINDS,
-                     "A point shines to all sides, a spot into a cone, the sun one way, "
-                     "an area as a rectangle does that glows.")  # fmt: skip
+    why = "A point shines to all sides, a spot into a cone, the sun one way, an area as a rectangle does that glows."
+    kind = ui.choose("kind", kind_of(held), KINDS[0], KINDS, why)
     changed = held if kind == kind_of(held) else as_kind(held, kind, 0.5 * reach)
     if changed.is_spot:
         inner, outer = changed.cone
@@ -362,114 +385,10 @@ def _extent(ui: Widgets, light: Light, reach: float) -> dict[str, Any]:
         sides = zip(("width", "height"), light.size, strict=True)
         why = why.format("in metres", "")
         return {"size": tuple(ui.slide(n, side, 0.5 * reach, 0.01 * reach, 2 * reach, why, True) for n, side in sides)}
-    name, most, of = (
-        ("radius", 0.5 * reach, "in metres") if light.position else ("angle", 45.0, "in degrees; the sun has 0.53")
-    )
-    return {name: ui.slide(name, getattr(light, name), 0.0, 0.0, most, why.format(of, " 0 casts sharp ones."))}
-
-
-def show_surface(ui: Widgets, state: State, shown: Shown) -> State:
-    """Show how surfaces answer light. The objects of a scene have materials of their own."""
-    if not ui.section("surface"):
-        return state
-    ui.imgui.begin_disabled(not state.lit)
-    look, material = state.look, state.look.material
-    shading = ui.choose("shading", look.shading, USUAL.look.shading, SHADINGS,
-                        "none: the picture's own colours. flat: one colour a point. "
-                        "gouraud: light mixed between points. phong: light at each pixel. "
-                        "edl: no light, dark beside what is nearer. Keys 1 to 5.")  # fmt: skip
-    ui.imgui.begin_disabled(look.shading in NOT_LIT)
-    if not isinstance(shown, Scene):
-        names = "ambient", "diffuse", "specular"
-        shares = {name: ui.slide(name, getattr(material, name), getattr(MATT, name), 0.0, 1.0) for name in names}
-        shininess = ui.slide("shininess", material.shininess, MATT.shininess, 1.0, 200.0, logarithmic=True)
-        material = Material(**shares, shininess=shininess)
-    ui.imgui.end_disabled()
-    ui.imgui.end_disabled()
-    return state.with_look(shading=shading, material=material)
-
-
-def show_points(ui: Widgets, state: State, shown: Shown, opened: bool) -> State:
-    """Show how normals are estimated, and what is drawn of each point."""
-    if isinstance(shown, Scene) or not ui.section("points", opened):
-        return state
-    look = state.look
-    changes = {
-        "normals": ui.choose("normals", str(look.normals), str(USUAL.look.normals), METHODS,
-                             "Which estimator finds where surfaces point (N). "
-                             "auto measures the noise and picks one."),
-        "max_depth_step": _choose(ui, "depth step", look.max_depth_step, "off", STEPS, "Where the depth of neighbouring"
-                                  " pixels differs by more, a surface ends. off: the estimator decides by itself."),
-        "noise": _choose(ui, "noise", look.noise, "measured", SENSORS, "How noisy the depth is. measured: the picture "
-                         "tells. Or as a sensor's data sheet says it."),
-        "flying": ui.choose("flying", look.flying, USUAL.look.flying, FLYING,
-                            "Pixels that hang between two surfaces, because the sensor "
-                            "mixed them. snap puts them onto the nearer one; clean depth does not change."),
-        "splat": ui.choose("splat", look.splat, USUAL.look.splat, FRAME_SPLATS,
-                           "What is drawn of a point: footprint, its pixel's square "
-                           "on the surface; round, a disc; mesh, triangles between neighbours."),
-        "unlight": ui.tick("no own light (U)", look.unlight, "Estimates the light in the photograph, and divides "
-                           "it out of the colours."),
-        "remove_highlights": ui.tick("no highlights (X)", look.remove_highlights,
-                                     "Takes the highlights out of the colours, where three or more views "
-                                     "are merged: a highlight moves from view to view."),
-        "align": ui.tick("align views", look.align, "Corrects the poses of merged views, so that depths and colours "
-                         "agree. It takes some seconds."),
-    }  # fmt: skip
-    is_mesh = changes["splat"] == "mesh"
-    ui.imgui.begin_disabled(is_mesh)
-    size = ui.slide(
-        "size", state.point_size, USUAL.point_size, 0.25, 8.0, "Of the points, in pixels of the frame (+ and -).", True
-    )
-    ui.imgui.end_disabled()
-    changes["point_size"] = None if is_mesh else look.point_size if size == state.point_size else size
-    return state.with_look(**changes)
-
-
-def show_clouds(ui: Widgets, shown: Shown, opened: bool) -> list[Effect]:
-    """Show what is drawn of each point of a scene's clouds, as the first of them has it."""
-    clouds = clouds_of(shown)
-    if not clouds or not isinstance(shown, Scene) or not ui.section("points of clouds", opened):
-        return []
-    first, (number, unit) = clouds[0], size_of(clouds[0])
-    splat: Any = ui.choose("splat", first.splat, CLOUD_SPLATS[0], CLOUD_SPLATS,
-                           "What is drawn of a point: a disc, blended with those "
-                           "beside it into a surface; or a ball.")  # fmt: skip
-    usual, rule = first.styled(point_size=None).radius_rule
-    low, high = (0.25, 8.0) if unit == "x" else (0.5, 32.0) if unit else (0.1 * number, 10 * number)
-    size = ui.slide(
-        "size", number, usual if rule == unit else number, low, high, f"Radius, {UNITS[unit]} (+ and -).", True
-    )
-    if splat != first.splat:
-        return [ShowFrame(restyled(shown, lambda _: CloudLook(splat=splat)))]
-    return [] if size == number else [ShowFrame(restyled(shown, lambda _: CloudLook(point_size=with_unit(size, unit))))]
-
-
-def _choose(ui: Widgets, name: str, value: Any, none: str, known: Iterable[str], why: str) -> Any:
-    """One of several texts, or None, which has a name here. Untouched it stays, even if it is no text."""
-    before = none if value is None else str(value)
-    chosen = ui.choose(name, before, none, (none, *known), why)
-    return value if chosen == before else None if chosen == none else chosen
-
-
-def show_nodes(ui: Widgets, scene: Shown) -> list[Effect]:
-    """Show a switch for each node of a scene."""
-    effects: list[Effect] = []
-    if not isinstance(scene, Scene) or not ui.section("scene"):
-        return effects
-    for path, node in scene.every_node():
-        depth = 0.7 * ui.em * min(len(path), DEEPEST)
-        ui.imgui.indent(depth)
-        label = f"{ui.fitted(node.name or 'node')}##{path}"  # what is after ## is hidden and tells equal names apart
-        visible = ui.imgui.checkbox(label, node.visible)[1]
-        ui.imgui.unindent(depth)
-        if visible != node.visible:
-            effects.append(ShowFrame(scene.with_node(path, visible=visible)))
-    return effects
-
-
-_NONE, _OWN = "none", "own"
-_BRIGHTEST = 10.0
+    name, most, unit = "angle", 45.0, "in degrees; the sun has 0.53"
+    if light.position:
+        name, most, unit = "radius", 0.5 * reach, "in metres"
+    return {name: ui.slide(name, getattr(light, name), 0.0, 0.0, most, why.format(unit, " 0 casts sharp ones."))}
 
 
 def show_environment(ui: Widgets, state: State, opened: bool) -> State:
@@ -477,39 +396,79 @@ def show_environment(ui: Widgets, state: State, opened: bool) -> State:
     if not ui.section("light from all around", opened):
         return state
     imgui, finish = ui.imgui, state.finish
-    changes: dict[str, Any] = {}
     imgui.begin_disabled(not state.is_lit)
-    before = _name_of(finish.environment)
-    name = ui.choose("environment", before, _name_of(SIMPLE.environment), (_NONE, *NAMES),
-                     "Takes the place of the ambient light (E). own: that of "
-                     "the scene or of a file.")  # fmt: skip
-    if name != before:
-        changes["environment"] = None if name == _NONE else name
-    imgui.begin_disabled(name == _NONE)
-    usual = SIMPLE.environment_intensity
-    changes["environment_intensity"] = ui.slide(
-        "brightness", finish.environment_intensity, usual, 0.0, _BRIGHTEST, "", True
-    )
+    words = {"none": None} | {name: name for name in NAMES}
+    changes = {"environment": ui.option(finish, "environment", words=words, other="own", key="E")}
+    imgui.begin_disabled(changes["environment"] is None)
+    field = "environment_intensity"
+    changes[field] = ui.option(finish, field, "brightness", high=BRIGHTEST, logarithmic=True)
+    field = "environment_rotation"
     if isinstance(finish.environment_rotation, float):
-        why = "Degrees about up (Shift and left or right; or drag with the right button)."
-        changes["environment_rotation"] = ui.slide("turned", finish.environment_rotation, 0.0, 0.0, 360.0, why)
+        changes[field] = ui.option(
+            finish, field, "turned", high=360.0, key="Shift and left or right; or drag with the right button"
+        )
     imgui.end_disabled()
-    changes |= _occlusion(ui, finish.ambient_occlusion)
+    changes["ambient_occlusion"] = ui.option(finish, "ambient_occlusion", "occlusion", OCCLUSION, key="A")
     imgui.end_disabled()
-    return replace(state, finish=replace(finish, **changes))
+    return state.with_finish(**changes)
 
 
-def _name_of(environment: Any) -> str:
-    if environment is None:
-        return _NONE
-    return environment.name if environment.name in NAMES else _OWN
+def show_surface(ui: Widgets, state: State, is_scene: bool) -> State:
+    """Show how surfaces answer light. The objects of a scene have materials of their own."""
+    if not ui.section("surface"):
+        return state
+    look, changes = state.look, {}
+    ui.imgui.begin_disabled(not state.lit)
+    shading = ui.option(look, "shading", key="1 to 5")
+    ui.imgui.begin_disabled(look.shading in NOT_LIT)
+    if not is_scene:
+        changes = {name: ui.option(look.material, name) for name in ("ambient", "diffuse", "specular")}
+        changes["shininess"] = ui.option(look.material, "shininess", low=1.0, high=200.0, logarithmic=True)
+    ui.imgui.end_disabled()
+    ui.imgui.end_disabled()
+    return state.with_look(shading=shading, material=replace(look.material, **changes))
 
 
-def _occlusion(ui: Widgets, before: Any) -> dict[str, Any]:
-    """A radius stays as long as nothing is chosen."""
-    words = {value: word for word, value in OCCLUSION.items()}
-    word = f"{before:g}" if isinstance(before, float) else words[before]
-    chosen = ui.choose("occlusion", word, words[None], tuple(OCCLUSION),
-                       "Whether what is near hides ambient light and environment "
-                       "(A). auto: where they are more than a tenth of the light.")  # fmt: skip
-    return {} if chosen == word else {"ambient_occlusion": OCCLUSION[chosen]}
+def show_points(ui: Widgets, state: State, opened: bool) -> State:
+    """Show how normals are estimated, and what is drawn of each point of frames."""
+    if not ui.section("points", opened):
+        return state
+    changes = {field: ui.option(state.look, field, **own) for field, own in POINTS.items()}
+    is_mesh = changes["splat"] == "mesh"
+    ui.imgui.begin_disabled(is_mesh)
+    why = "Of the points, in pixels of the frame (+ and -)."
+    size = ui.slide("size", state.point_size, USUAL.point_size, 0.25, 8.0, why, True)
+    ui.imgui.end_disabled()
+    changes["point_size"] = None if is_mesh else state.look.point_size if size == state.point_size else size
+    return state.with_look(**changes)
+
+
+def show_clouds(ui: Widgets, scene: Scene, opened: bool) -> list[Effect]:
+    """Show what is drawn of each point of a scene's clouds, as the first of them has it."""
+    clouds = clouds_of(scene)
+    if not clouds or not ui.section("points of clouds", opened):
+        return []
+    first, (number, unit) = clouds[0], size_of(clouds[0])
+    why = "What is drawn of a point: a disc, blended with those beside it into a surface; or a ball."
+    splat: Any = ui.choose("splat", first.splat, CLOUD_SPLATS[0], CLOUD_SPLATS, why)
+    usual, rule = first.styled(point_size=None).radius_rule
+    low, high = (0.25, 8.0) if unit == "x" else (0.5, 32.0) if unit else (0.1 * number, 10 * number)
+    why = f"Radius, {UNITS[unit]} (+ and -)."
+    size = ui.slide("size", number, usual if rule == unit else number, low, high, why, True)
+    if splat != first.splat:
+        return [ShowFrame(restyled(scene, lambda _: CloudLook(splat=splat)))]
+    return [] if size == number else [ShowFrame(restyled(scene, lambda _: CloudLook(point_size=with_unit(size, unit))))]
+
+
+def show_nodes(ui: Widgets, scene: Scene) -> list[Effect]:
+    """Show a switch for each node of a scene."""
+    effects: list[Effect] = []
+    for path, node in scene.every_node() if ui.section("scene") else ():
+        depth = 0.7 * ui.em * min(len(path), DEEPEST)
+        ui.imgui.indent(depth)
+        label = f"{ui.fitted(node.name or 'node')}##{path}"  # what is after ## is hidden; equal names differ by it
+        visible = ui.imgui.checkbox(label, node.visible)[1]
+        ui.imgui.unindent(depth)
+        if visible != node.visible:
+            effects.append(ShowFrame(scene.with_node(path, visible=visible)))
+    return effects

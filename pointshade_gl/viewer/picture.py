@@ -1,10 +1,11 @@
-"""The picture that a window shows below marker, text and panel, as `Renderer.render` is asked for it."""
+"""The picture that a window shows below marker, text and panel, as `Renderer.render` is asked for it, and when."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import deque
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +14,11 @@ from ..renderer.requests import RenderRequest
 from ..scene.appearance import Material
 from ..scene.camera import Camera
 from ..scene.frame import Frame
-from ..scene.graph import Scene, shaded, without_environment
+from ..scene.graph import shaded, without_environment
 from ..scene.light import Light
 from ..scene.orbit import UPPER_LEFT
 from ..scene.settings import Metering
-from .document import Dropped
-from .history import Snapshot
-from .views import Shown, Views, camera_of, pose_of
+from .state import Shown, Snapshot, camera_of, pose_of, scene_in, views_in
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +37,7 @@ class ShownPicture:
     exposure: float | Metering = "sensor"
     plays: bool = False
 
-    @property
+    @cached_property
     def content(self) -> tuple[Any, ...]:
         """Everything that it depends on, to be compared."""
         state = replace(self.now.state, help=False, panel=False, readout=None)
@@ -46,12 +45,12 @@ class ShownPicture:
             return replace(state, light_at=UPPER_LEFT), self.shown, self.camera
         return state, self.now.lights, self.now.held, self.shown, self.camera
 
-    @property
+    @cached_property
     def pose(self) -> NDArray[np.float64]:
         """(4, 4) camera-to-world of who looks."""
         return pose_of(self.shown) @ self.now.state.pose(self.now.stage)
 
-    @property
+    @cached_property
     def lights(self) -> list[Light]:
         """The light that the mouse holds, then the others."""
         held = self.now.state.light(self.now.stage, pose_of(self.shown), self.now.held)
@@ -59,69 +58,118 @@ class ShownPicture:
 
     def request(self, samples: int = 1, rests: bool = True) -> RenderRequest:
         """Return what a renderer is asked for. rests: it will be refined no more, or is already."""
-        state, shown, lights = self.now.state, self.shown, self.lights
+        state, scene, views = self.now.state, scene_in(self.shown), views_in(self.shown)
         plain: dict[str, Any] = {"background": None, "ground": False, "ground_height": None}
-        if not rests and state.finish.ambient_occlusion is None and (self.plays or isinstance(shown, Scene)):
+        if not rests and state.finish.ambient_occlusion is None and (self.plays or scene):
             plain["ambient_occlusion"] = False  # until it rests: it is found for each frame, in scenes for each view
         finish = replace(state.finish, samples=samples, exposure=self.exposure, **plain)
-        if isinstance(shown, Scene):
-            shown = without_environment(shown) if finish.environment is None and shown.environment else shown
-            shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
-            return RenderRequest(shaded(shown, shading), lights, camera=self.camera, pose=self.pose, finish=finish)
-        look = state.look if state.lit else state.look.as_taken
-        source = shown.shown if isinstance(shown, Views) else shown
-        return RenderRequest(source, lights, look, self.camera, self.pose, finish=finish)
+        if scene is None:
+            look = state.look if state.lit else state.look.as_taken
+            source: Any = views.shown if views else self.shown
+            return RenderRequest(source, self.lights, look, self.camera, self.pose, finish=finish)
+        scene = without_environment(scene) if finish.environment is None and scene.environment else scene
+        shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
+        return RenderRequest(shaded(scene, shading), self.lights, camera=self.camera, pose=self.pose, finish=finish)
 
     @property
-    def preparation(self) -> Preparation | None:
-        """Return what must be found before this can be drawn, and takes long; None if nothing does."""
-        state, shown = self.now.state, self.shown
+    def preparation(self) -> tuple[tuple[Any, ...], str] | None:
+        """Return what must be found before this can be drawn, and takes long: something that compares as what that
+        depends on, and what the user reads meanwhile; None if nothing does."""
+        state, scene, views = self.now.state, scene_in(self.shown), views_in(self.shown)
         look = state.look if state.lit and state.finish.is_light else state.look.as_taken
-        if isinstance(shown, Scene):
-            contents = tuple(placed.content for placed in shown.things)
-            return Preparation((contents,), "preparing the scene")
-        if isinstance(shown, Frame):
-            return Preparation((shown,), "dividing the light out") if look.finds_light else None
+        if scene:
+            return tuple(placed.content for placed in scene.things), "preparing the scene"
+        if views is None:
+            return ((self.shown,), "dividing the light out") if look.finds_light else None
         needs = replace(look.of_points, shading="none", material=Material())
-        what = f"{len(shown.shown)} views"
+        what = f"{len(views.shown)} views"
         titles = (look.remove_highlights, f"taking the highlights out of {what}"), (look.align, f"aligning {what}")
-        return Preparation((shown.shown, needs), next((title for on, title in titles if on), f"merging {what}"))
+        return (views.shown, needs), next((title for on, title in titles if on), f"merging {what}")
 
     def most_samples(self, samples: int) -> int:
         """Return as many, or 1 for a photograph seen as it was taken: it has no more, and stays sharp."""
+        return 1 if self._is_photograph else samples
+
+    @cached_property
+    def _is_photograph(self) -> bool:
         state, stage = self.now.state, self.now.stage
         is_own = isinstance(self.shown, Frame) and self.camera == camera_of(self.shown)
-        is_there = np.allclose(state.pose(stage), np.eye(4), rtol=0, atol=1e-9 * stage.radius)
         is_plain = state.finish.is_light and (not state.lit or state.look.shading == "none")
-        return 1 if is_own and is_there and is_plain else samples
+        is_there = is_own and is_plain and np.allclose(state.pose(stage), np.eye(4), rtol=0, atol=1e-9 * stage.radius)
+        return bool(is_there)
 
 
-class Preparation(NamedTuple):
-    """What is found before a picture is drawn.
+REST = 0.2  # seconds that nothing moves before the picture is refined: moving must not wait for it
+MOST_ADDED = 3  # samples a turn at most: between two turns the window answers
+ADDING_SECONDS = 0.1  # seconds that they may take, if that is not less than one
+RATE_GAPS = 20  # times between two pictures
+RATE_PAUSE = 0.5  # seconds after which the next picture's rate begins anew
 
-    key    compares as what it depends on
-    title  what the user is told meanwhile
+
+class Rate:
+    """Measures how many pictures come per second, while they come: `tick` when one does."""
+
+    def __init__(self) -> None:
+        self._gaps: deque[float] = deque(maxlen=RATE_GAPS)
+        self._last = float("-inf")
+
+    def tick(self, now: float) -> None:
+        if now - self._last > RATE_PAUSE:
+            self._gaps.clear()
+        else:
+            self._gaps.append(now - self._last)
+        self._last = now
+
+    @property
+    def per_second(self) -> float | None:
+        """The mean of the last ones; None before two came in a row."""
+        spent = sum(self._gaps)
+        return len(self._gaps) / spent if spent else None
+
+
+class Redrawing:
+    """Remembers what a window shows: a picture, and what lies over it (marker, text, panel), as values to compare.
+
+    samples  that the picture has: one while things move, more and more while nothing does
+    rate     of the pictures that differ
+    drawn    how often the window was drawn
     """
 
-    key: tuple[Any, ...]
-    title: str
+    def __init__(self) -> None:
+        self.samples, self.rate, self.drawn = 1, Rate(), 0
+        self._shown: Any = None
+        self._picture: Any = None
+        self._since = self._began = 0.0
+        self._added, self._more = 1, MOST_ADDED  # samples of this turn, and of the next one
 
+    def forget(self) -> None:
+        """Draw anew in any case: the window lost its content."""
+        self._shown = None
 
-class SavedPicture(NamedTuple):
-    """A picture that the key P saved, with all that a command line needs to make the same.
+    def patience(self, picture: Any, over: Any, now: float, most: int) -> float | None:
+        """Return the seconds until the window must be drawn; None: not before something changes."""
+        return self._rest(picture, now, most) if (picture, over) == self._shown else 0.0
 
-    name     of its file
-    first    what the window showed at first: nodes of a scene may be hidden since
-    numbers  of each source that plays: that of the frame in it, -1 in a live stream
-    dropped  what was opened by a drop onto the window; None: what the program opened
-    """
+    def begin(self, picture: Any, now: float, most: int) -> int:
+        """Return how many samples the next picture has. It is drawn anew if it has changed."""
+        before, self._began = self.samples, now
+        if picture != self._picture:
+            self.rate.tick(now)
+            self._picture, self._since, self.samples, before = picture, now, 1, 0
+        elif self._rest(picture, now, most) == 0:
+            self.samples = min(self.samples + self._more, most)
+        self._added = self.samples - before
+        return self.samples
 
-    picture: ShownPicture
-    samples: int
-    name: str
-    first: Shown
-    numbers: tuple[int, ...]
-    dropped: Dropped | None
+    def end(self, picture: Any, over: Any, now: float) -> None:
+        """Remember that this was drawn, until now; None is the picture before, drawn again."""
+        self._shown = picture, over
+        self.drawn += 1
+        if picture is not None and self._added:
+            self._more = max(1, min(MOST_ADDED, int(ADDING_SECONDS * self._added / max(now - self._began, 1e-6))))
 
-
-CommandLine = Callable[[SavedPicture], tuple[str, str]]  # the words of a command, and what it leaves out, in words
+    def _rest(self, picture: Any, now: float, most: int) -> float | None:
+        """Seconds until more samples are due; None: they are not."""
+        if picture != self._picture or self.samples >= most:
+            return None
+        return max(self._since + REST - now, 0.0)

@@ -1,25 +1,33 @@
-"""Plays streams of frames, one or several at once, each at its own rate; and when a window is drawn."""
+"""Plays streams of frames, one or several at once, each at its own rate, and merges views."""
 
 from __future__ import annotations
 
 import queue
 import threading
-from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..checks.arguments import check_fps
+from ..files.frame_sources import choose_views, prefetched
 from ..files.frames.sequences import FrameSequence
 from ..notes.words import option, shown
 from ..scene.frame import Frame
-from .views import Views
+from ..scene.graph import Scene
+from .events import ChangeRate, PlayCommand, PlayEffect, Seek, StepFrames
+from .picture import Rate
+from .state import Shown, Views, views_in
 
 SLOWEST, USUAL, FASTEST = 0.5, 30.0, 240.0  # frames per second that keys choose; beyond, they play as fast as they come
 PATIENCE = 0.1  # seconds after which a waiting thread checks again whether it should stop
+READERS = 2  # threads that read views to merge
+MERGED = "the views are merged: M plays the frames"
+NO_NUMBERS = "the frames of a live stream have no numbers"
+Answer = tuple[Shown | None, str]  # what to show from now on, None for the same; what to say, "" for nothing
 
 
-class Playback:
+class Player:
     """Plays a source of frames. `advance` gives the frame to show, and never waits.
 
     source  a Sequence, which repeats and can be stepped through, or any other iterable (a camera)
@@ -51,12 +59,9 @@ class Playback:
 
     def advance(self, now: float) -> Frame | None:
         """The frame that is due, or None. Raises what the source raised."""
-        if (self.is_paused and not self._owed) or now < self._due:
+        if self.patience(now) != 0:
             return None
-        try:
-            item = self._queue.get_nowait()
-        except queue.Empty:
-            return None
+        item = self._queue.get_nowait()
         if item is None and self.total:  # the end of one that does not loop
             self.close()
             self.is_paused = True
@@ -77,11 +82,6 @@ class Playback:
     def total(self) -> int | None:
         """How many frames there are; None where nobody knows."""
         return len(self._source) if isinstance(self._source, Sequence) else None
-
-    @property
-    def indices(self) -> list[int]:
-        """Of each source its frame's: there is one."""
-        return [self.index]
 
     @property
     def rate(self) -> float | None:
@@ -128,15 +128,11 @@ class Playback:
     def _read_near(self, index: int, direction: int) -> Frame | None:
         assert isinstance(self._source, Sequence)
         count = len(self._source)
-        for way in range(count):
-            found = (index + way * direction) % count
+        for found in ((index + way * direction) % count for way in range(count)):
             try:
-                frame = _checked(self._source[found])
+                return self._take((found, self._source[found]))
             except (ValueError, OSError) as error:
                 self._skipped(str(error))
-                continue
-            self.index = found
-            return frame
         return None
 
     @property
@@ -163,7 +159,9 @@ class Playback:
         if item is None:
             return None
         self.index, frame = item
-        return _checked(frame)
+        if not isinstance(frame, Frame):
+            raise TypeError(f"source must give Frames, got {shown(frame)}")
+        return frame
 
     def _feed(self, frames: queue.Queue[Any], stop: threading.Event, index: int) -> None:
         """In the thread: puts frames into the queue; then None at the end, or the exception that ended the source."""
@@ -178,33 +176,28 @@ class Playback:
                 return
 
         try:
-            self._read(hand_over, stop, index)
+            with closing(self._read(index)) as items:
+                for item in items:
+                    hand_over(item)
+                    if stop.is_set():
+                        return
             hand_over(None)
         except BaseException as error:
             hand_over(error)
 
-    def _read(self, hand_over: Callable[[Any], None], stop: threading.Event, index: int) -> None:
-        from ..files.frame_sources import prefetched
-
+    def _read(self, index: int) -> Generator[Any, None, None]:
+        """Frames with their numbers, from one on; those of a Sequence that loops over and over again."""
         while True:
             came = False
             with closing(prefetched(_numbered(self._source, index), self._skipped)) as items:
                 for item in items:
-                    if stop.is_set():
-                        return
                     came = True
-                    hand_over(item)
-            if self.total is None or stop.is_set() or not self.loops:
+                    yield item
+            if self.total is None or not self.loops:
                 return
             if not came and index == 0:
                 raise ValueError(f"none of the {self.total} frames can be read")
             index = 0
-
-
-def _checked(frame: Any) -> Frame:
-    if not isinstance(frame, Frame):
-        raise TypeError(f"source must give Frames, got {shown(frame)}")
-    return frame
 
 
 def _numbered(source: Iterable[Frame], start: int) -> Any:
@@ -214,7 +207,7 @@ def _numbered(source: Iterable[Frame], start: int) -> Any:
 
 def _live(frame: Frame | None) -> tuple[int, Frame] | None:
     """None ends the stream."""
-    return None if frame is None else (-1, frame)
+    return frame and (-1, frame)
 
 
 class _From(Sequence[tuple[int, Frame]]):
@@ -230,158 +223,233 @@ class _From(Sequence[tuple[int, Frame]]):
         return self._start + index, self._source[self._start + index]
 
 
-class MultiPlayback:
-    """What Playback is for one source, for several: `advance` gives the Views to show, and never waits.
+class TimelineBar(NamedTuple):
+    """What the timeline shows.
 
-    sources  each a Frame, a Sequence of frames, which repeats, or any other iterable (a camera)
-    fps      frames per second of each; None: as fast as they come
-    skipped, wake  as for Playback
+    text   in one line
+    share  of the sequence that has been played, with the present frame; None where nobody knows how many come
     """
 
-    index, total = -1, None  # there is no common number
+    text: str
+    share: float | None
+
+
+class Playback:
+    """Where frames come from, one source or several at once, and what keys do to them. What is shown now is passed in.
+
+    sources  a frame or a scene, which does not play, or whatever Viewer takes; several play together as Views
+    rates    frames per second of each source; None: as fast as they come
+    count    how many frames of a sequence are merged, or their numbers; None for all
+    skipped  called with one sentence for each frame that cannot be read, or is left out
+
+    players  one for each source that plays
+    """
 
     def __init__(
         self,
-        sources: Sequence[Frame | Iterable[Frame]],
-        fps: Sequence[float | None],
-        skipped: Callable[[str], None] = lambda _: None,
+        sources: Sequence[Frame | Scene | Iterable[Frame]],
+        rates: Sequence[float | None],
+        count: int | Sequence[int] | None,
+        skipped: Callable[[str], None],
     ):
-        self.wake: Callable[[], None] = lambda: None
-        named = enumerate(sources)  # as the panel calls them
-        self._names = tuple(s.folder.name if isinstance(s, FrameSequence) else f"source {k}" for k, s in named)
-        self._players: list[Playback] = []
-        self._views: Views | None = None
-        for source, rate, name in zip(sources, fps, self._names, strict=True):
-            stream = iter([source]) if isinstance(source, Frame) else source
-            self._players.append(Playback(stream, rate, lambda sentence, name=name: skipped(f"{name}: {sentence}")))
-            self._players[-1].wake = lambda: self.wake()
+        self._first, self._rate, self._count, self._skipped = sources[0], rates[0], count, skipped
+        self._wake: Callable[[], None] = lambda: None
+        self._arriving = Rate()
+        self._names: list[str] = []  # as the panel calls the sources
+        self.players: list[Player] = []
+        self._pool: ThreadPoolExecutor | None = None  # that reads frames to merge
+        self._jobs: dict[int, Future[Frame]] = {}
+        self._home = -1
+        is_alone = len(sources) == 1
+        if is_alone and isinstance(sources[0], Frame | Scene):
+            return
+        for k, (source, rate) in enumerate(zip(sources, rates, strict=True)):
+            name = source.folder.name if isinstance(source, FrameSequence) else f"source {k}"
+            stream: Any = iter([source]) if isinstance(source, Frame) else source
+            report = skipped if is_alone else lambda sentence, name=name: skipped(f"{name}: {sentence}")
+            self.players.append(Player(stream, rate, report))
+            self._names.append(name)
+
+    def first(self, merge: bool) -> Shown:
+        """What is shown at first; merge: frames of the sequence are read to be merged."""
+        if not self.players:
+            return self._first.framed() if isinstance(self._first, Scene) else self._first  # type: ignore[return-value]
+        first, *others = frames = tuple(player.first() for player in self.players)
+        if others:
+            return Views(frames, tuple(self._names), first, (True,) * len(frames), "")
+        if merge and self._total:
+            if isinstance(self._count, Sequence):  # then the first of the merged ones is at home
+                first = self.players[0].seek(self._count[0]) or first
+            self._start_merging()
+        return first
+
+    def instead(self, sources: Sequence[Frame | Scene | Iterable[Frame]]) -> Playback:
+        """Plays something else, at the rate of the first source."""
+        return Playback(sources, [self._rate] * len(sources), self._count, self._skipped)
+
+    def wake_by(self, wake: Callable[[], None]) -> None:
+        """From now on, this is called when a frame is ready, from the threads that read."""
+        self._wake = wake
+        for player in self.players:
+            player.wake = wake
 
     @property
-    def indices(self) -> list[int]:
-        """Of each source its frame's, as for Playback."""
-        return [player.index for player in self._players]
+    def is_merging(self) -> bool:
+        """Frames are being read to be merged."""
+        return self._pool is not None
 
-    def first(self) -> Views:
-        """Waits for the first frame of each source. Raises ValueError for a source that has none."""
-        frames = tuple(player.first() for player in self._players)
-        self._views = Views(frames, self._names, frames[0], (True,) * len(frames), "")
-        return self._views
+    def advance(self, shown: Shown, now: float) -> Shown | None:
+        """What is due, or None. Raises what a source raised."""
+        if not self._plays(shown):
+            return None
+        new = _with(shown, [player.advance(now) for player in self.players])
+        if new:
+            self._arriving.tick(now)
+        return new
 
-    def advance(self, now: float) -> Views | None:
-        """The views with every frame that is due, or None if none is. Raises what a source raised."""
-        return self._with([player.advance(now) for player in self._players])
+    def patience(self, shown: Shown, now: float) -> float | None:
+        """Seconds until there may be something to show; None: not before the threads wake the window."""
+        if self.is_merging and self._are_read:
+            return 0.0
+        waits = [player.patience(now) for player in self.players if self._plays(shown)]
+        return min((wait for wait in waits if wait is not None), default=None)
 
-    def patience(self, now: float) -> float | None:
-        """As Playback: of the source that is due first."""
-        waits = [wait for player in self._players if (wait := player.patience(now)) is not None]
-        return min(waits, default=None)
+    def obey(self, key: PlayEffect, shown: Shown) -> Answer:
+        """Do what a key asks for."""
+        if not self.players:
+            return None, f"a single frame: nothing to {key.verb}"
+        if key is PlayCommand.TOGGLE_MERGE:
+            return self._toggle_merge(shown)
+        if not self._plays(shown):
+            return None, MERGED
+        player, total = self.players[0], self._total
+        if isinstance(key, StepFrames):
+            new = _with(shown, [one.step(key.direction) for one in self.players])
+            return new, f"frame {player.index} (0 to {total - 1})" if total else "paused"
+        if isinstance(key, ChangeRate):
+            return None, self._change_rate(key.factor)
+        if key is PlayCommand.TOGGLE_PAUSE:
+            for one in self.players:
+                one.toggle()
+            return None, self._pace
+        if not total:
+            return None, NO_NUMBERS if len(self.players) == 1 else "several sources have no frames in common"
+        if isinstance(key, Seek):
+            return player.seek(key.index % total), f"frame {player.index} (0 to {total - 1})"
+        player.toggle_loop()
+        return None, f"the sequence {'begins again' if player.loops else 'stops'} at its end"
+
+    def strip(self, shown: Shown) -> TimelineBar | None:
+        """What the timeline shows, or how many views are read; None where frames do not play."""
+        if self.is_merging:
+            read, most = sum(job.done() for job in self._jobs.values()), len(self._jobs)
+            return TimelineBar(f"merging: {read} of {most} views are read     Esc ends it", read / max(most, 1))
+        if not self.players or not self._plays(shown):
+            return None
+        player, arriving = self.players[0], self._arriving.per_second
+        rate = "paused" if player.is_paused else f"{arriving:.0f} frames/s" if arriving else "playing"
+        if player.total is None or len(self.players) > 1:
+            return TimelineBar(rate if len(self.players) > 1 else f"live, {rate}", None)
+        asked = "as fast as they come" if player.rate is None else f"{player.rate:g} frames/s"
+        state = "paused" if player.is_paused else "loops" if player.loops else "plays once"
+        text = f"frame {player.index} (0 to {player.total - 1}), {asked}, {state}"
+        return TimelineBar(text, (player.index + 1) / player.total)
+
+    def is_moving(self, shown: Shown) -> bool:
+        """Whether other frames will come by themselves."""
+        return bool(self.players) and not self.players[0].is_paused and self._plays(shown)
+
+    def total(self, shown: Shown) -> int | None:
+        """How many frames the timeline is for; None: it has no bar."""
+        return self._total if self._plays(shown) else None
 
     @property
-    def is_paused(self) -> bool:
-        return self._players[0].is_paused
+    def numbers(self) -> tuple[int, ...]:
+        """Of each source that plays: that of its frame, -1 in a live stream."""
+        return tuple(player.index for player in self.players)
 
-    def toggle(self) -> None:
-        """Pauses all sources, or continues them."""
-        for player in self._players:
-            player.toggle()
+    def merged(self) -> Answer:
+        """Shows the views once all of them are read."""
+        if not self._are_read:
+            return None, ""
+        jobs, found = self._jobs, {}
+        self.end_merging()
+        for k, job in jobs.items():
+            try:
+                found[k] = job.result()
+            except (ValueError, OSError) as error:
+                self._skipped(str(error))
+        if len(found) < 2:
+            return None, f"not merged: fewer than two of {len(jobs)} frames can be read"
+        return Views.of(found, self._home), f"{len(found)} views as one object; M plays the frames"
 
-    def change_rate(self, factor: float) -> None:
-        """Plays all sources faster (a factor above 1) or slower."""
-        for player in self._players:
-            player.change_rate(factor)
-
-    @property
-    def rate(self) -> float | None:
-        """Of the first source; None: as fast as its frames come."""
-        return self._players[0].rate
-
-    def step(self, direction: int) -> Views | None:
-        """Pauses all sources, and steps each one frame forwards or back."""
-        return self._with([player.step(direction) for player in self._players])
+    def end_merging(self) -> bool:
+        """Read no more views to merge. Return whether some were being read."""
+        was_merging = self._pool is not None
+        if self._pool is not None:
+            self._pool.shutdown(wait=False, cancel_futures=True)
+            self._pool, self._jobs = None, {}
+        return was_merging
 
     def close(self) -> None:
-        """Stops the threads."""
-        for player in self._players:
+        """Ends the threads that read."""
+        self.end_merging()
+        for player in self.players:
             player.close()
 
-    def _with(self, new: Sequence[Frame | None]) -> Views | None:
-        if self._views is None or not any(new):
-            return None
-        self._views = self._views.with_frames(new)
-        return self._views
-
-
-REST = 0.2  # seconds that nothing moves before the picture is refined: moving must not wait for it
-MORE = 3  # samples a turn at most: between two turns the window answers
-TURN = 0.1  # seconds that they may take, if that is not less than one
-KEPT = 20  # times between two pictures
-PAUSE = 0.5  # seconds after which the next picture's rate begins anew
-
-
-class Rate:
-    """Measures how many pictures come per second, while they come: `tick` when one does."""
-
-    def __init__(self) -> None:
-        self._gaps: deque[float] = deque(maxlen=KEPT)
-        self._last = float("-inf")
-
-    def tick(self, now: float) -> None:
-        if now - self._last > PAUSE:
-            self._gaps.clear()
-        else:
-            self._gaps.append(now - self._last)
-        self._last = now
+    def _start_merging(self) -> None:
+        """Begins to read frames, among them the one that is shown. Raises ValueError if there is none to merge."""
+        sequence: Any = self._first
+        self._home = self.players[0].index
+        chosen = choose_views(sequence, self._count, self._skipped, self._home)
+        self._pool = ThreadPoolExecutor(READERS, thread_name_prefix="pointshade-decode")
+        self._jobs = {k: self._pool.submit(sequence.__getitem__, k) for k in chosen}
+        for job in self._jobs.values():
+            job.add_done_callback(lambda _: self._wake())
 
     @property
-    def per_second(self) -> float | None:
-        """The mean of the last ones; None before two came in a row."""
-        spent = sum(self._gaps)
-        return len(self._gaps) / spent if spent else None
+    def _are_read(self) -> bool:
+        return all(job.done() for job in self._jobs.values())
+
+    @property
+    def _total(self) -> int | None:
+        """How many frames a single sequence has."""
+        return self.players[0].total if len(self.players) == 1 else None
+
+    @property
+    def _pace(self) -> str:
+        return "paused" if self.players[0].is_paused else "playing"
+
+    def _plays(self, shown: Shown) -> bool:
+        """What is shown comes from a stream, which may be paused."""
+        return not (self.is_merging or (len(self.players) == 1 and views_in(shown)))
+
+    def _toggle_merge(self, shown: Shown) -> Answer:
+        """Draws several frames of a sequence as one object, or plays them again."""
+        if views := views_in(shown):
+            return (views.home, self._pace) if len(self.players) == 1 else (None, "these sources are always merged")
+        if self._total is None:
+            return None, "only frames of a sequence can be merged"
+        if self.end_merging():
+            return None, "not merged"
+        try:
+            self._start_merging()
+        except ValueError as error:
+            return None, str(error)
+        return None, ""
+
+    def _change_rate(self, factor: float) -> str:
+        """Plays faster (a factor above 1) or slower; what to say."""
+        if len(self.players) == 1 and self._total is None:
+            return "a live stream comes at its own rate"
+        for player in self.players:
+            player.change_rate(factor)
+        rate = self.players[0].rate
+        return "as fast as they come" if rate is None else f"{rate:g} frames per second"
 
 
-class Redrawing:
-    """Remembers what a window shows: a picture, and what lies over it (marker, text, panel), as values to compare.
-
-    samples  that the picture has: one while things move, more and more while nothing does
-    rate     of the pictures that differ
-    drawn    how often the window was drawn
-    """
-
-    def __init__(self) -> None:
-        self.samples, self.rate, self.drawn = 1, Rate(), 0
-        self._shown: Any = None
-        self._picture: Any = None
-        self._since = self._began = 0.0
-        self._added, self._more = 1, MORE  # samples of this turn, and of the next one
-
-    def forget(self) -> None:
-        """Draw anew in any case: the window lost its content."""
-        self._shown = None
-
-    def patience(self, picture: Any, over: Any, now: float, most: int) -> float | None:
-        """Return the seconds until the window must be drawn; None: not before something changes."""
-        return self._rest(picture, now, most) if (picture, over) == self._shown else 0.0
-
-    def begin(self, picture: Any, now: float, most: int) -> int:
-        """Return how many samples the next picture has. It is drawn anew if it has changed."""
-        before, self._began = self.samples, now
-        if picture != self._picture:
-            self.rate.tick(now)
-            self._picture, self._since, self.samples, before = picture, now, 1, 0
-        elif self._rest(picture, now, most) == 0:
-            self.samples = min(self.samples + self._more, most)
-        self._added = self.samples - before
-        return self.samples
-
-    def end(self, picture: Any, over: Any, now: float) -> None:
-        """Remember that this was drawn, until now; None is the picture before, drawn again."""
-        self._shown = picture, over
-        self.drawn += 1
-        if picture is not None and self._added:
-            self._more = max(1, min(MORE, int(TURN * self._added / max(now - self._began, 1e-6))))
-
-    def _rest(self, picture: Any, now: float, most: int) -> float | None:
-        """Seconds until more samples are due; None: they are not."""
-        if picture != self._picture or self.samples >= most:
-            return None
-        return max(self._since + REST - now, 0.0)
+def _with(shown: Shown, new: Sequence[Frame | None]) -> Shown | None:
+    """What is shown with the frames that came, views switched as they are; None if none came."""
+    if not any(new):
+        return None
+    return views.with_frames(new) if (views := views_in(shown)) else new[0]

@@ -16,14 +16,14 @@ from ..renderer.renderer import Renderer
 from ..scene.orbit import marker_place
 from .controller import BAR
 from .events import Effect
-from .history import Snapshot
 from .keys import KEYS
 from .mouse import MOUSE
 from .overlay import draw_message, draw_readout, draw_strip, draw_table, legend, values_of
 from .panel import Panel
 from .panel_sections import PanelFacts
 from .picture import ShownPicture
-from .playing import TimelineBar
+from .playback import TimelineBar
+from .state import Snapshot
 from .window import Window
 
 MARKER = 7.0  # radius, pixels at scale 1
@@ -42,7 +42,7 @@ class Overlay(NamedTuple):
     strip      of the timeline; None: there is none
     covered    pixels at the right that the panel stands on: nothing else is there
     scale      of everything, also of the panel
-    pointer    pixel whose values are told; None: of none
+    pointer    pixel whose values are shown; None: of none
     """
 
     message: str
@@ -98,15 +98,21 @@ class Screen:
             with self.renderer.context.in_use():
                 self._drawn = self.renderer.draw(picture.request(samples, samples > 1 or most == 1))
                 self.renderer.steps.finish()  # before the window's context reads it
-            self._last, self._readout = (picture, samples), self._read_values(picture, over)
+            values: tuple[str, ...] = ()
+            if over.pointer is not None:
+                found = self.renderer.read_surface(*over.pointer, picture.camera, picture.pose)
+                values = values_of(picture, *over.pointer, found)
+            self._last, self._readout = (picture, samples), (legend(self.renderer.color_scale), values)
         with self.window:
             self._steps.always("present", self._show, self._kept or self._drawn, picture, over)
             chosen = picture.now, []
             if over.panel:
                 self.gl.screen.viewport = (0, 0, picture.camera.width, picture.camera.height)
                 chosen = self.panel.draw(picture, facts._replace(laps=self.renderer.steps.laps | self._steps.laps))
-            if over.help:
-                self._show_help(picture, over)
+            if over.help:  # beside the panel, and over what is left of it while it is collapsed
+                wide, high = max(picture.camera.width - over.covered, 1), picture.camera.height
+                table = self._drawing("help", draw_table, HELP, over.scale, wide, high)
+                self._present.lay_over(self.gl.screen, table, (wide - table.width) // 2, (high - table.height) // 2)
             self.window.swap()
         return chosen
 
@@ -163,33 +169,18 @@ class Screen:
     def _show(self, drawn: Any, picture: ShownPicture, over: Overlay) -> None:
         """Marker and text over what was drawn."""
         self._present.draw(self.gl.screen, drawn, self._marker(picture) if over.is_marked else None)
-        scale, above, wide = over.scale, 0, max(picture.camera.width - over.covered, 1)
+        scale, wide = over.scale, max(picture.camera.width - over.covered, 1)
+        above, margin, drawings = 0, round(10 * scale), []
         if over.strip:
-            above = round(BAR * scale)
-            drawing = self._drawing("strip", draw_strip, *over.strip, scale, wide, above)
-            self._present.lay_over(self.gl.screen, drawing, 0, 0)
+            drawings.append((0, self._drawing("strip", draw_strip, *over.strip, scale, wide, round(BAR * scale))))
         if any(self._readout):
-            drawing = self._drawing("readout", draw_readout, *self._readout, scale, wide)
-            self._present.lay_over(self.gl.screen, drawing, 0, above)
-            above += drawing.height
+            drawings.append((0, self._drawing("readout", draw_readout, *self._readout, scale, wide)))
         if over.message:
-            margin = round(10 * scale)
             line = self._drawing("message", draw_message, over.message, scale, max(wide - 2 * margin, 1))
-            self._present.lay_over(self.gl.screen, line, margin, margin + above)
-
-    def _show_help(self, picture: ShownPicture, over: Overlay) -> None:
-        """Beside the panel, and over what is left of it while it is collapsed."""
-        wide, high = max(picture.camera.width - over.covered, 1), picture.camera.height
-        table = self._drawing("help", draw_table, HELP, over.scale, wide, high)
-        self._present.lay_over(self.gl.screen, table, (wide - table.width) // 2, (high - table.height) // 2)
-
-    def _read_values(self, picture: ShownPicture, over: Overlay) -> Readout:
-        """What the colours of the picture that was drawn stand for, and the values under the mouse."""
-        ends = legend(self.renderer.color_scale)
-        if over.pointer is None:
-            return ends, ()
-        found = self.renderer.read_surface(*over.pointer, picture.camera, picture.pose)
-        return ends, values_of(picture, *over.pointer, found)
+            drawings.append((margin, line))
+        for aside, drawing in drawings:  # from the lower edge up
+            self._present.lay_over(self.gl.screen, drawing, aside, aside + above)
+            above += drawing.height
 
     def _drawing(self, name: str, draw: Callable[..., NDArray[np.uint8]], *arguments: Any) -> moderngl.Texture:
         """A texture of draw(*arguments), drawn again only when the arguments change."""

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+import operator
 import sys
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from contextvars import copy_context
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 from ..checks.arguments import Progress, check_flag, check_path, check_size, check_type, is_a
 from ..notes.errors import Cancelled, check_function, error_text
@@ -26,20 +28,17 @@ from ..scene.noise import Choice
 from ..scene.option_fields import renamed
 from ..scene.orbit import State
 from ..scene.viewpoint import View
-from .background import LOOK, RATE, Background, OpenDialog, Recorder, Work, save_new
+from .background import CHOICE_CHECK, RATE, Background, OpenDialog, Recorder, Work, save_new
 from .controller import ControllerInputs, controller, hides_pointer, is_for_timeline, turned_around
-from .document import Document, check_rates, check_sources
+from .document import CommandLine, Document, SavedPicture, Session, check_rates, check_sources
 from .events import Command, Effect, Event, Open, Remember, TurnAround
-from .history import Snapshot
 from .overlay import Messages
 from .panel import MISSING
 from .panel_sections import PanelFacts
-from .picture import CommandLine, SavedPicture, ShownPicture
-from .playback import Redrawing
-from .playing import Playing, TimelineBar
+from .picture import Redrawing, ShownPicture
+from .playback import Playback, TimelineBar
 from .screen import Overlay, Screen
-from .session import Session
-from .views import VIEWS, Shown, check_views, clouds_of
+from .state import VIEWS, Shown, Snapshot, check_views
 from .window import Window
 from .window import window_size as size_for
 
@@ -50,14 +49,6 @@ GREETING_SECONDS = 12.0
 SAVING = "saving a picture"
 SAMPLES = 64  # of a picture in which nothing moves
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
-
-
-class LastGood(NamedTuple):
-    """What the last picture showed, which could be drawn."""
-
-    document: Document
-    frame: Shown
-    moment: Snapshot
 
 
 class Viewer(Session):
@@ -148,32 +139,31 @@ class Viewer(Session):
             self.recorder = None if record is None else Recorder(check_path(record), rates[0] or RATE)
             if self.recorder:
                 undo.callback(self.recorder.close)
-            playing = Playing(source, others, rates, count, messages.skip)
-            super().__init__(Document(playing, state, lights, merge=views is not None, place=place), messages)
-            undo.callback(lambda: self.document.playing.close())
+            playback = Playback([source, *others], rates, count, messages.skip)
+            super().__init__(Document(playback, state, lights, merge=views is not None, place=place), messages)
+            undo.callback(lambda: self.document.playback.close())
             size = size or size_for(self.own_camera)
-            self._open_window(title, size, undo)
-            self._animates = type(self).on_frame is not Viewer.on_frame
-            self._film_camera = self.own_camera.fitted(*size)
-            self._began = self._next_frame = time.perf_counter()
-            if panel:
-                self.toggle_panel()
+            self.window = Window(title, size, self.events.append)
+            undo.callback(self.window.release)
+            self.document.playback.wake_by(self.window.wake)
+            self.screen = Screen(self.window)
+            undo.callback(self.screen.release)
+            self.background = Background(self.window.wake, self.screen.take_back)
+            undo.callback(self.background.close)
             self._close = undo.pop_all()
-
-    def _open_window(self, title: str, size: tuple[int, int], undo: ExitStack) -> None:
-        self.window = Window(title, size, self.events.append)
-        undo.callback(self.window.release)
-        self.document.playing.wake_by(self.window.wake)
-        self.screen = Screen(self.window)
-        undo.callback(self.screen.release)
-        self.background = Background(self.window.wake)
-        undo.callback(self._leave_work)
-        self._prepared: tuple[Any, ...] | None = None  # the key of the last Preparation
-        self._stands: LastGood | None = None
-        self._known: tuple[Choice | None, Mapping[Frame, float]] = None, {}
-        slow = SOFTWARE if self.renderer.context.is_software else ""
-        greeting = GREETING if self.state.light_mode else GREETING_STAYS
-        self.messages.say(greeting + slow, GREETING_SECONDS)
+        self._prepared: tuple[Any, ...] | None = None  # what was found last, before a picture was drawn
+        self._last_good: tuple[Document, Shown, Snapshot] | None = None  # what could be drawn
+        self._known: tuple[Choice | None, Mapping[Frame, float]] = None, {}  # of the renderer, for while it is lent
+        self._seen: ShownPicture | None = None
+        self._parts: tuple[Any, ...] = ()  # of that
+        self._animates = type(self).on_frame is not Viewer.on_frame
+        self._film_camera = self.own_camera.fitted(*size)
+        self._began = self._next_frame = time.perf_counter()
+        greeting = GREETING if state.light_mode else GREETING_STAYS
+        greeting += SOFTWARE if self.screen.renderer.context.is_software else ""
+        messages.say(greeting, GREETING_SECONDS)
+        if panel:
+            self.toggle_panel()
 
     # For applications to override.
     def on_start(self) -> None:
@@ -193,8 +183,8 @@ class Viewer(Session):
             self.document.start_at(self.moment, self.frame)
             while not self.window.is_closing:
                 self.step()
-            if self._is_saving:  # a picture that was asked for is not lost
-                self.finish_work()
+            if self.background.title.startswith(SAVING):  # a picture that was asked for is not lost
+                self.background.finish()
         finally:
             self.release()
 
@@ -211,7 +201,6 @@ class Viewer(Session):
         self.background.poll()
         self._take_chosen()
         now = time.perf_counter()
-        self.seek()
         self.play(now)
         if self._animates:
             self.on_frame(now - self._began)
@@ -238,7 +227,7 @@ class Viewer(Session):
             self.recorder.patience(now) if self.recorder else None,
             self._draws_in(now),
             self.messages.patience(now),
-            LOOK if self._dialog else None,
+            CHOICE_CHECK if self._dialog else None,
         ]
         return min((seconds for seconds in reasons if seconds is not None), default=None)
 
@@ -251,22 +240,17 @@ class Viewer(Session):
             return
         if (event.kind, event.key) == ("key", "ESCAPE") and self.end_work():
             return
-        if self._has_read(event):
-            return
+        if self.messages.kept and event.kind in ("key", "press"):  # it was read: Esc does no more than to close it
+            self.messages.clear()
+            if event.key == "ESCAPE":
+                return
         self.document.history.follow(self.moment)
         if event.kind != "move":  # of many moves only the last counts
             self.seek()
-        control, place = self.control, self._surroundings
+        control, place = self.control, self._inputs
         is_taken = is_for_timeline(control, place, event) or (self.state.panel and self.screen.panel.handle(event))
         self.take(controller(control, place, event, is_taken))
-        self.window.hide_pointer(hides_pointer(self.control, self._surroundings, event, is_taken))
-
-    def _has_read(self, event: Event) -> bool:
-        """A key or a click closes the message that waits to be read. Returns whether that was all: Esc does no more."""
-        if not self.messages.kept or event.kind not in ("key", "press"):
-            return False
-        self.messages.clear()
-        return event.key == "ESCAPE"
+        self.window.hide_pointer(hides_pointer(self.control, self._inputs, event, is_taken))
 
     def perform(self, effect: Effect) -> None:
         """Do what a key, the mouse or the panel asks for, such as `Seek(0)` (see events.py)."""
@@ -299,18 +283,16 @@ class Viewer(Session):
                 super().perform(effect)
 
     @property
-    def _surroundings(self) -> ControllerInputs:
+    def _inputs(self) -> ControllerInputs:
         width, height = self.window.picture_size
-        total, is_scene = self.document.playing.total(self.frame), isinstance(self.frame, Scene)
-        has_clouds = bool(clouds_of(self.frame))
-        return ControllerInputs(
-            self.camera, width - self.panel_covers, height, self.window.scale, total, is_scene, has_clouds
-        )
+        total = self.document.playback.total(self.frame)
+        width -= self.panel_covers
+        return ControllerInputs(self.camera, width, height, self.window.scale, total, self.frame)
 
     @property
     def renderer(self) -> Renderer:
-        """The renderer of the window; its `steps` and `choice` tell what ran. Waits while the background has it."""
-        self.finish_work()
+        """The renderer of the window; its `steps` and `choice` show what ran. Waits while the background has it."""
+        self.background.finish()
         return self.screen.renderer
 
     @property
@@ -324,8 +306,12 @@ class Viewer(Session):
         return self._seen_by(camera) if (camera := self.camera) else None
 
     def _seen_by(self, camera: Camera) -> ShownPicture:
-        plays = self.document.playing.is_moving(self.frame)
-        return ShownPicture(self.moment, self.frame, camera, self.document.exposure, plays)
+        """The same object while nothing that it is made of has changed: what it finds is found once."""
+        document = self.document
+        parts = *self.moment, self.frame, camera, document.exposure, document.playback.is_moving(self.frame)
+        if self._seen is None or not all(map(operator.is_, parts, self._parts)):
+            self._seen, self._parts = ShownPicture(self.moment, *parts[-4:]), parts
+        return self._seen
 
     @property
     def panel_width(self) -> int:
@@ -339,20 +325,14 @@ class Viewer(Session):
 
     @property
     def _overlay(self) -> Overlay:
-        state, turns = self.state, self.control.mouse.turns
-        places = state.help, state.panel, self.panel_covers, self.window.scale, self._pointer
+        state, mouse = self.state, self._control.mouse
+        pointer = None
+        if state.reads and not mouse.drag and mouse.last is not None:
+            pointer = round(mouse.last[0]), round(mouse.last[1])
+        places = state.help, state.panel, self.panel_covers, self.window.scale, pointer
         title, share = self.background.title, self.background.share
         strip = TimelineBar(title, share) if title else self.strip
-        return Overlay(self.messages.text, not turns, strip, *places)
-
-    @property
-    def _pointer(self) -> tuple[int, int] | None:
-        """The pixel whose values are told; None: of none."""
-        mouse = self.control.mouse
-        if not self.state.reads or mouse.drag or mouse.last is None:
-            return None
-        x, y = mouse.last
-        return round(x), round(y)
+        return Overlay(self.messages.text, not mouse.turns, strip, *places)
 
     @property
     def drawn(self) -> int:
@@ -381,42 +361,38 @@ class Viewer(Session):
         is_old, most = self.background.lends, picture.most_samples(self.samples)
         samples = self.redrawing.samples if is_old else self.redrawing.begin(picture.content, time.perf_counter(), most)
         self.document.history.follow(self.moment)
-        self.moment, chosen = self.screen.draw(picture, over, self._facts(samples, most))
+        renderer, explain, rate = self.screen.renderer, None, self.redrawing.rate.per_second
         if not is_old:
-            self._stand()
+            self._known, explain = (renderer.choice, renderer.weights), renderer.explain
+        facts = PanelFacts(renderer.context.renderer, *self._known, explain, rate, (samples, most))
+        self.moment, chosen = self.screen.draw(picture, over, facts)
+        if not is_old:
+            self._keep_good()
             if picture.now.state.is_lit:
                 self.document.exposure = self.screen.renderer.exposure
-        for effect in (*chosen, *self._panel_step()):
+        for effect in chosen:
             self.perform(effect)
+        if self.state.panel:  # all that it changes between two presses of a button is one step
+            self.perform(Remember(("panel", self.screen.panel.presses), pause=math.inf))
         self.redrawing.end(None if is_old else picture.content, over, time.perf_counter())
 
-    def _stand(self) -> None:
+    def _keep_good(self) -> None:
         """What is shown can be drawn: what was opened takes the place of what was there before."""
-        before, self._stands = self._stands, LastGood(self.document, self.frame, self.moment)
-        if before and before.document is not self.document:
-            before.document.playing.close()
-            self.document.playing.wake_by(self.window.wake)
+        before, self._last_good = self._last_good, (self.document, self.frame, self.moment)
+        if before and before[0] is not self.document:
+            before[0].playback.close()
+            self.document.playback.wake_by(self.window.wake)
             self.window.name(f"pointshade: {self.document.title}")
             self.messages.clear()
-        self.tell_news()
-
-    def _facts(self, samples: int, most: int) -> PanelFacts:
-        """What the panel tells. While the renderer is lent, that is what the last picture told of it."""
-        renderer, explain = self.screen.renderer, None
-        if not self.background.lends:
-            self._known, explain = (renderer.choice, renderer.weights), renderer.explain
-        choice, weights = self._known
-        rate, titles = self.redrawing.rate.per_second, self.light_titles
-        return PanelFacts(renderer.context.renderer, choice, weights, explain, rate, (samples, most), titles)
+        self.show_news()
 
     def _prepare(self, picture: ShownPicture) -> None:
         """Finds in the background what the picture needs and takes long."""
-        needed = picture.preparation
-        if needed is None or needed.key == self._prepared:
+        key, title = picture.preparation or (self._prepared, "")
+        if key == self._prepared:
             return
-
         found: list[str] = []  # what was noted
-        is_same = self._stands is not None and self._stands.frame is picture.shown  # it only looks otherwise
+        is_same = self._last_good is not None and self._last_good[1] is picture.shown  # it only looks otherwise
         outside = copy_context()
 
         def note(text: str) -> None:
@@ -429,40 +405,34 @@ class Viewer(Session):
                 renderer.draw(picture.request(rests=False), progress=progress)
 
         def done(_: object) -> None:
-            self.screen.take_back()
-            self._prepared = needed.key
+            self._prepared = key
             if is_same and found:  # what was asked for came out otherwise
                 self.say("\n".join(found))
 
-        def failed(error: BaseException) -> None:
-            self.screen.take_back()
-            self._go_back_after(error)
-
         renderer = self.screen.lend()
-        title = "" if picture.plays else needed.title  # each set of frames needs it anew
-        self.background.start(Work(title, do, done, failed))
+        title = "" if picture.plays else title  # each set of frames needs it anew
+        self.background.start(Work(title, do, done, self._go_back_after))
 
     def _go_back_after(self, error: BaseException) -> None:
         """Show what was shown before: the user has ended what takes long, or what was opened cannot be drawn."""
         is_ended = isinstance(error, Cancelled)
-        if self._stands is None and is_ended:
+        if self._last_good is None and is_ended:
             self.quit()
             return
-        if self._stands is None or (self._stands.document is self.document and not is_ended):
+        if self._last_good is None or (self._last_good[0] is self.document and not is_ended):
             raise error
-        before, (unused, now) = self._stands, (self.document, self.moment)
-        self.show(*before)
+        unused, now, was = self.document, self.moment, self._last_good[2]
+        self.show(*self._last_good)
         if unused is self.document:
-            was = before.moment.state
-            state = replace(now.state, look=was.look, lit=was.lit, finish=was.finish)
-            self.moment = now._replace(state=state, switches=before.moment.switches)
+            state = replace(now.state, look=was.state.look, lit=was.state.lit, finish=was.state.finish)
+            self.moment = now._replace(state=state, switches=was.switches)
             self.document.history.withdraw(self.moment)
             self.say("ended: nothing has changed")
         else:
-            unused.playing.close()
-            self._tell_failed("not opened", error)
+            unused.playback.close()
+            self._show_failed("not opened", error)
 
-    def _tell_failed(self, what: str, error: BaseException) -> None:
+    def _show_failed(self, what: str, error: BaseException) -> None:
         """Why it failed stays until it is read; whoever has ended it knows."""
         if isinstance(error, Cancelled):
             self.say(what)
@@ -470,26 +440,11 @@ class Viewer(Session):
             self.messages.keep(f"{what}: {error_text(error)}")
 
     def end_work(self) -> bool:
-        """End what runs in the background, if the user is told of it. Return whether something did."""
+        """End what runs in the background, if the user sees it. Return whether something did."""
         if self.background.title:
             self.background.end()
             return True
-        return self.document.playing.end_merging()
-
-    def finish_work(self) -> None:
-        """Wait until nothing runs in the background."""
-        while self.background.work:
-            self.background.join()
-            self.background.poll()
-
-    def _leave_work(self) -> None:
-        """At the end nothing runs on."""
-        self.background.close()
-        self.screen.take_back()
-
-    def _panel_step(self) -> tuple[Effect, ...]:
-        """All that the panel changes between two presses of a button is one step."""
-        return (Remember(("panel", self.screen.panel.presses), pause=math.inf),) if self.state.panel else ()
+        return self.document.playback.end_merging()
 
     def toggle_panel(self) -> None:
         """Open or close the panel. Without its extra, say how to install it."""
@@ -520,28 +475,23 @@ class Viewer(Session):
 
     def open(self, paths: Sequence[str]) -> None:
         """Show what files or folders hold, as `pointshade view` would. If that fails, say why and show the same."""
-        state, title = self.state, " and ".join(paths)
-
-        def do(_: Progress) -> Document:
-            return self.document.instead(paths, state)
-
-        def done(opened: Document) -> None:
-            self.show(opened, opened.first, opened.start)
-
-        def failed(error: BaseException) -> None:  # also a bug: the window stays open
-            self._tell_failed("not opened", error)
-
-        def close(opened: Document) -> None:
-            opened.playing.close()
-
-        self.background.start(Work(f"opening {title}", do, done, failed, lends=False, unused=close))
+        document, state = self.document, self.state
+        work = Work(
+            f"opening {' and '.join(paths)}",
+            do=lambda _: document.instead(paths, state),
+            done=lambda opened: self.show(opened, opened.first, opened.start),
+            failed=partial(self._show_failed, "not opened"),  # also after a bug: the window stays open
+            lends=False,
+            unused=lambda opened: opened.playback.close(),
+        )
+        self.background.start(work)
 
     def save_picture(self) -> Path | None:
         """Write the picture, without marker, text and panel, to a new file in the working directory. Print its name
-        and the command that makes the same, which also goes into the clipboard. None: it failed, which is said."""
-        self.finish_work()
+        and the command that makes the same, which also goes into the clipboard. None: it failed, see the message."""
+        self.background.finish()
         self._start_saving()
-        self.finish_work()
+        self.background.finish()
         return self._saved
 
     def _start_saving(self) -> None:
@@ -557,39 +507,30 @@ class Viewer(Session):
             return save_new(renderer.render(picture.request(samples), progress=progress))
 
         def done(path: Path) -> None:
-            self.screen.take_back()
             self._saved = path
             if camera == self.camera:
                 self.redrawing.samples = samples
-            self._tell_saved(picture, samples, path)
+            self._report_saved(picture, samples, path)
 
         def failed(error: BaseException) -> None:
-            self.screen.take_back()
             if not isinstance(error, Cancelled | OSError):
                 raise error
-            self._tell_failed("not saved", error)
+            self._show_failed("not saved", error)
 
         renderer = self.screen.lend()
         self.background.start(Work(SAVING, do, done, failed))
 
-    @property
-    def _is_saving(self) -> bool:
-        return self.background.work is not None and self.background.work.title == SAVING
-
-    def _tell_saved(self, picture: ShownPicture, samples: int, path: Path) -> None:
-        document, playing = self.document, self.document.playing
-        saved = SavedPicture(picture, samples, path.name, document.first, playing.numbers, document.dropped)
+    def _report_saved(self, picture: ShownPicture, samples: int, path: Path) -> None:
+        document = self.document
+        numbers = document.playback.numbers
+        saved = SavedPicture(picture, samples, path.name, document.first, numbers, document.dropped)
         line, left_out = self._command_line(saved) if self._command_line else ("", "")
         if sys.stdout is not None:
             sys.stdout.write(f"{path.absolute()}\n" + (f"{line}\n" if line else ""))
-        reported = [left_out]
         if line:
             self.window.copy(line)
-            reported = [
-                "the command that makes it is in the clipboard",
-                f"it leaves out: {left_out}" if left_out else "",
-            ]
-        self.say(f"saved {path.absolute()}\n{'; '.join(filter(None, reported))}".rstrip())
+            left_out = "the command that makes it is in the clipboard" + (left_out and f"; it leaves out: {left_out}")
+        self.say(f"saved {path.absolute()}\n{left_out}".rstrip())
 
     def quit(self) -> None:
         """End `run`."""

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 from ..gpu.context.context import kept
@@ -17,6 +18,9 @@ from .events import Event, EventKind
 
 LONGEST_SLEEP = 0.5  # seconds
 BUTTONS = ("left", "right", "middle")  # as GLFW counts them
+NAMED = (  # keys, as GLFW calls them
+    "SPACE", "ESCAPE", "LEFT", "RIGHT", "UP", "DOWN", "HOME", "END", "TAB", "BACKSPACE", "DELETE", "ENTER", "F11",
+)  # fmt: skip
 
 
 def import_glfw() -> Any:
@@ -74,7 +78,7 @@ class Window(GLContext):
         self._on_event = on_event
         self._pointer_hidden = False
         self._before: tuple[int, int, int, int] | None = None  # place and size, while it fills the screen
-        self._pointer = (0.0, 0.0)  # by the last event that told it, screen coordinates
+        self._pointer = (0.0, 0.0)  # of the last event that had it, screen coordinates
         self._unseen = 0.0  # seconds in which events may have come that were seen later
         self._looked = time.perf_counter()  # when `wait` ended
         self._has_come = False  # an event, in this `wait`
@@ -148,7 +152,7 @@ class Window(GLContext):
         taken  pixels at the right side which something else is shown in
         """
         width, height = self.picture_size
-        return replace(camera.fitted(width - taken, height), width=width) if width > taken and height else None
+        return _fitted(camera, width, height, taken) if width > taken and height else None
 
     @property
     def scale(self) -> float:
@@ -229,10 +233,8 @@ class Window(GLContext):
         """Ends `wait`. May be called from any thread."""
         self.glfw.post_empty_event()
 
-    def _emit(
-        self, kind: EventKind, key: str = "", steps: float = 0.0, mods: int | None = None, paths: tuple[str, ...] = ()
-    ) -> None:
-        """Where the pointer was, the events before have told: asked now, it may have gone on."""
+    def _emit(self, kind: EventKind, key: str = "", mods: int | None = None, **more: Any) -> None:
+        """The pointer was where the events before had it: asked now, it may have gone on."""
         glfw = self.glfw
         wide, high = glfw.get_window_size(self.handle)
         width, height = glfw.get_framebuffer_size(self.handle)
@@ -240,8 +242,8 @@ class Window(GLContext):
         if mods is None:
             mods = self._held_modifiers()
         ctrl, shift = bool(mods & (glfw.MOD_CONTROL | glfw.MOD_SUPER)), bool(mods & glfw.MOD_SHIFT)
-        self._has_come = True
-        self._on_event(Event(kind, key, x, y, steps, ctrl, shift, paths, time.perf_counter() - self._unseen))
+        now, self._has_come = time.perf_counter() - self._unseen, True
+        self._on_event(Event(kind, key, x, y, ctrl=ctrl, shift=shift, time=now, **more))
 
     def _held_modifiers(self) -> int:
         glfw = self.glfw
@@ -264,6 +266,11 @@ class Window(GLContext):
             self._emit("press" if action == self.glfw.PRESS else "release", BUTTONS[button], mods=mods)
 
 
+@lru_cache(maxsize=8)  # asked for several times a turn
+def _fitted(camera: Camera, width: int, height: int, taken: int) -> Camera:
+    return replace(camera.fitted(width - taken, height), width=width)
+
+
 def window_size(camera: Camera) -> tuple[int, int]:
     """A size with the aspect ratio of the camera's pictures: theirs, unless that is very small or very large."""
     scale = min(max(1.0, 640 / camera.width), 1280 / camera.width, 960 / camera.height)
@@ -275,12 +282,8 @@ def key_name(glfw: Any, key: int, scancode: int) -> str:
 
     "" for all others.
     """
-    named = {
-        glfw.KEY_SPACE: "SPACE", glfw.KEY_ESCAPE: "ESCAPE", glfw.KEY_LEFT: "LEFT", glfw.KEY_RIGHT: "RIGHT",
-        glfw.KEY_UP: "UP", glfw.KEY_DOWN: "DOWN", glfw.KEY_HOME: "HOME", glfw.KEY_END: "END", glfw.KEY_TAB: "TAB",
-        glfw.KEY_BACKSPACE: "BACKSPACE", glfw.KEY_DELETE: "DELETE", glfw.KEY_ENTER: "ENTER",
+    named = {getattr(glfw, f"KEY_{name}"): name for name in NAMED} | {
         glfw.KEY_KP_ENTER: "ENTER", glfw.KEY_KP_ADD: "+", glfw.KEY_KP_SUBTRACT: "-", glfw.KEY_KP_DECIMAL: "KP.",
-        glfw.KEY_F11: "F11",
     }  # fmt: skip
     if glfw.KEY_KP_0 <= key <= glfw.KEY_KP_9:
         return f"KP{key - glfw.KEY_KP_0}"

@@ -54,7 +54,7 @@ class Session:
 
     @property
     def is_busy(self):
-        return bool(self.viewer.background.work) or self.viewer.document.playing.is_merging
+        return bool(self.viewer.background.work) or self.viewer.document.playback.is_merging
 
     def settle(self):
         end = time.perf_counter() + LONGEST

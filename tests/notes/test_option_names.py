@@ -16,7 +16,7 @@ from pointshade_gl.files.writing.film import Film
 from pointshade_gl.notes.words import as_command_line, as_python, option, shown
 from pointshade_gl.renderer.series import jobs_of
 from pointshade_gl.scene.viewpoint import View
-from pointshade_gl.viewer.playback import Playback
+from pointshade_gl.viewer.playback import Player
 
 from ..support.gltf_files import write_gltf
 
@@ -98,7 +98,7 @@ class TestOption:
         (lambda: jobs_of(FRAME, View(), None, None, print), "pass turntable='light' or 'camera', or write a single"),
         (lambda: jobs_of(FRAME, View(), "table", None, print), "unknown turntable 'table'"),
         (lambda: Film("out.gif", fps=0), "fps must be pictures per second"),
-        (lambda: Playback([], fps=0), "fps must be frames per second"),
+        (lambda: Player([], fps=0), "fps must be frames per second"),
         (lambda: select(["magic"]), "unknown name 'magic' for only"),
     ],
 )

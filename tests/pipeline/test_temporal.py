@@ -272,7 +272,9 @@ class TestStreams:
 
 def test_a_stream_in_a_window_is_filtered_once_a_frame(open_viewer):
     viewer = open_viewer(iter([noisy(k) for k in range(3)]), state=State(look=ps.Look(temporal=True)))
-    while viewer.document.playing.playback._thread.is_alive() or not viewer.document.playing.playback._queue.empty():
+    while (
+        viewer.document.playback.players[0]._thread.is_alive() or not viewer.document.playback.players[0]._queue.empty()
+    ):
         viewer.step(wait=False)
     counts = viewer.screen.renderer.steps.counts
     assert 2 <= counts["temporal"] == counts["surface"] <= 3

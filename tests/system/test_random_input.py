@@ -138,7 +138,7 @@ def memory():
 def settle(one, start, folder):
     """The same thing in the same state, whatever was done before."""
     viewer, glfw = one.viewer, one.viewer.window.glfw
-    viewer.finish_work()
+    viewer.background.finish()
     for name in ("left", "middle", "right"):
         one.button(name, "release")
     one.look()
@@ -146,9 +146,9 @@ def settle(one, start, folder):
         viewer.window.toggle_full_screen()
     glfw.set_window_size(viewer.window.handle, 320, 240)
     one.until(lambda: viewer.window.picture_size == (320, 240))
-    viewer.finish_work()
+    viewer.background.finish()
     one.drop(folder)
-    viewer.finish_work()
+    viewer.background.finish()
     viewer.state = start
     one.point(-50, -50)
     one.look(8)
@@ -157,7 +157,7 @@ def settle(one, start, folder):
 def state_of_things(one):
     """MB in memory, and how many GL objects the renderer has, with those that it shares with the window."""
     viewer = one.viewer
-    viewer.finish_work()
+    viewer.background.finish()
     with viewer.window:
         assert viewer.screen.gl.error == "GL_NO_ERROR"
     context = viewer.screen.renderer.context

@@ -187,7 +187,7 @@ class TestEstimate:
         viewer.step(wait=False)
         with viewer.window:
             assert viewer.screen.gl.error == "GL_NO_ERROR"
-        viewer._leave_work()
+        viewer.background.close()
         assert slow.runs == 1 and not viewer.background.lends
 
     def test_an_application_that_asks_for_the_renderer_waits(self, slowed):
@@ -235,13 +235,13 @@ class TestSaving:
 class TestOpening:
     def test_escape_leaves_what_was_open_and_closes_what_comes_too_late(self, open_viewer, monkeypatch):
         viewer, gate, read = open_viewer(PLANE), threading.Event(), documents.read_dropped
-        closed, close = [], documents.Playing.close
+        closed, close = [], documents.Playback.close
 
         def slowly(paths):
             gate.wait(60)
             return read(paths)
 
-        monkeypatch.setattr(documents.Playing, "close", lambda playing: (closed.append(playing), close(playing)))
+        monkeypatch.setattr(documents.Playback, "close", lambda playing: (closed.append(playing), close(playing)))
 
         monkeypatch.setattr(documents, "read_dropped", slowly)
         viewer.background.grace = 0
@@ -253,7 +253,7 @@ class TestOpening:
         assert viewer.messages.text == "not opened" and viewer.frame is PLANE
         gate.set()
         until(lambda: closed, lambda: time.sleep(0.01))
-        assert closed != [viewer.document.playing]
+        assert closed != [viewer.document.playback]
 
     def test_meanwhile_the_window_draws_what_is_asked_for(self, open_viewer, monkeypatch):
         viewer, gate, read = open_viewer(PLANE), threading.Event(), documents.read_dropped

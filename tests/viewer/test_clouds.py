@@ -11,7 +11,7 @@ import pointshade_gl as ps
 from pointshade_gl.cli.command_lines import Typed, render_line
 from pointshade_gl.scene.orbit import State
 from pointshade_gl.viewer.events import Open, TurnAround
-from pointshade_gl.viewer.views import clouds_of
+from pointshade_gl.viewer.state import clouds_of
 
 from ..support.cloud_ball import ball, write_ball
 from ..support.viewing import drag, press, quiet, shown

@@ -33,7 +33,7 @@ def reopened(typed, monkeypatch):
 
     def look(viewer):
         viewer.background.grace = 60.0
-        while viewer.document.playing.is_merging:
+        while viewer.document.playback.is_merging:
             viewer.step()
         viewer.step(wait=False)
         picture = viewer.picture
@@ -269,12 +269,12 @@ class TestFrames:
         press(viewer, "RIGHT", "RIGHT", "RIGHT")
         drag(viewer, (160, 120), (180, 110))
         words = again(viewer)
-        assert words[:5] == [str(walk), *self.OPTIONS, "--frame", str(viewer.playback.index)]
+        assert words[:5] == [str(walk), *self.OPTIONS, "--frame", str(viewer.document.playback.players[0].index)]
 
     @pytest.mark.system
     def test_merged_and_some_of_them_off(self, open_viewer, again, walk):
         viewer = self.open(open_viewer, walk, views=4)
-        while viewer.document.playing.is_merging:
+        while viewer.document.playback.is_merging:
             viewer.step()
         drag(viewer, (160, 120), (180, 110))
         assert again(viewer)[3:5] == ["--views", ",".join(viewer.frame.names)]
@@ -286,7 +286,7 @@ class TestFrames:
         walk = write_views(tmp_path / "walk", disturbed(views(corner(), 3), 0.02, 0.5))
         state = State(look=ps.Look(align=True))
         viewer = self.open(open_viewer, walk, views=2, state=state)
-        while viewer.document.playing.is_merging:
+        while viewer.document.playback.is_merging:
             viewer.step()
         assert "--align" in again(viewer, but=0.001) and len(viewer.renderer.aligned) == 2
         viewer.frame = viewer.frame.switched(1, False)
@@ -307,14 +307,14 @@ class TestFrames:
         viewer = open_viewer(sources[0], others=sources[1:], command_line=line, fps=0.01)
         press(viewer, "RIGHT", "RIGHT", "RIGHT")
         words = again(viewer, but=0.005)
-        numbers = ",".join(map(str, viewer.playback.indices))
+        numbers = ",".join(map(str, viewer.document.playback.numbers))
         assert words[:2] == [str(walk), str(other)] and words[words.index("--frame") + 1] == numbers
 
     @pytest.mark.system
     def test_that_were_dropped_since_are_named_by_their_paths(self, open_viewer, again, walk):
         viewer = open_vase(open_viewer)
         viewer.open([str(walk)])
-        assert again(viewer)[:3] == [str(walk), "--frame", str(viewer.playback.index)]
+        assert again(viewer)[:3] == [str(walk), "--frame", str(viewer.document.playback.players[0].index)]
         depth, camera = walk / "depth" / "1.png", walk / "intrinsics.txt"
         viewer.open([str(camera), str(depth)])
         words = again(viewer)

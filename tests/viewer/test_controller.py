@@ -31,8 +31,8 @@ from pointshade_gl.viewer.events import (
     TakeLight,
     TurnAround,
 )
-from pointshade_gl.viewer.history import Snapshot
 from pointshade_gl.viewer.keys import BY_NAME, OWN_LOOKS, STAYS
+from pointshade_gl.viewer.state import Snapshot
 
 CAMERA = ps.Camera(300, 300, 159.5, 119.5, 320, 240)
 STAGE = OrbitStage(np.array([0.0, 0.0, 2.0]), 1.0, np.eye(3))
@@ -102,7 +102,7 @@ class TestKeys:
     @pytest.mark.parametrize("name", ["N", "+", "-", "U", "X"])
     def test_the_look_of_a_scene_is_its_own(self, name):
         assert after(key(name))[0] != START
-        control, effects = after(key(name), place=replace(PLACE, is_scene=True))
+        control, effects = after(key(name), place=replace(PLACE, shown=ps.Scene()))
         assert control == START and effects == (ShowMessage(OWN_LOOKS), Remember())
 
     def test_tab_takes_the_next_light_of_several(self):

@@ -8,9 +8,9 @@ from pointshade_gl.cli import main as cli
 from pointshade_gl.scene.orbit import OWN_LIGHT, OrbitStage, State
 from pointshade_gl.viewer.controller import Control, ControllerInputs, controller
 from pointshade_gl.viewer.events import Event, Remember, ShowMessage
-from pointshade_gl.viewer.history import Snapshot
-from pointshade_gl.viewer.panel_sections import show_environment
+from pointshade_gl.viewer.panel_sections import Widgets, show_environment
 from pointshade_gl.viewer.picture import ShownPicture
+from pointshade_gl.viewer.state import Snapshot
 
 from ..support import frames
 from ..support.viewing import drag, press, quiet, shown
@@ -95,6 +95,8 @@ class Ui:
 
     def __init__(self, **made):
         self.made, self.seen, self.imgui = made, {}, self
+
+    option = Widgets.option
 
     def section(self, name, opened):
         return True

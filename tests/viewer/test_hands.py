@@ -242,7 +242,7 @@ class TestPivot:
     def test_a_double_click_makes_drags_turn_around_the_point_without_a_jump(self, hands, source):
         source, options = source()
         one = hands(source, **options)
-        one.until(lambda: not one.viewer.document.playing.is_merging)
+        one.until(lambda: not one.viewer.document.playback.is_merging)
         one.look()
         press = (190, 150)
         one.point(*press)

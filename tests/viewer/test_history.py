@@ -6,13 +6,11 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import OWN_LIGHT, OrbitStage, State
-from pointshade_gl.viewer.document import Document
+from pointshade_gl.viewer.document import Document, Session
 from pointshade_gl.viewer.events import Command, Event, Remember, ShowFrame
-from pointshade_gl.viewer.history import STEPS, History, Snapshot, switches_of
 from pointshade_gl.viewer.overlay import Messages
-from pointshade_gl.viewer.playing import Playing
-from pointshade_gl.viewer.session import Session
-from pointshade_gl.viewer.views import Views, restyled
+from pointshade_gl.viewer.playback import Playback
+from pointshade_gl.viewer.state import STEPS, History, Snapshot, Views, restyled, switches_of
 
 from ..support import frames
 from ..support.viewing import drag, move, press, quiet, shown
@@ -223,7 +221,7 @@ EVERYTHING = [
 class TestEverything:
     @pytest.mark.parametrize("change", [change for _, change in EVERYTHING], ids=[name for name, _ in EVERYTHING])
     def test_undo_redo_and_r_know_every_field(self, change):
-        session = Session(Document(Playing(frames.sphere(), [], [None], 8, print), State()), Messages())
+        session = Session(Document(Playback([frames.sphere()], [None], 8, print), State()), Messages())
         start = session.moment
         session.moment = changed = change(start)
         assert changed != start
@@ -248,7 +246,7 @@ class TestEverything:
         large = restyled(scene, lambda _: {"splat": "ball", "point_size": "3px"})
         for before, after in ((both, both.switched(1, False)), (scene, off), (scene, large)):
             first = before.home if isinstance(before, Views) else before
-            session = Session(Document(Playing(first, [], [None], 8, print), State()), Messages())
+            session = Session(Document(Playback([first], [None], 8, print), State()), Messages())
             session.frame = before
             session.document.history.follow(session.moment)
             session.perform(ShowFrame(after))
@@ -259,7 +257,7 @@ class TestEverything:
 
     def test_merging_is_no_step(self, open_viewer):
         viewer = open_viewer([frames.sphere(), frames.sphere()], views=2)
-        while viewer.document.playing.is_merging:
+        while viewer.document.playback.is_merging:
             viewer.step()
         press(viewer, "M", "M")
         undo(viewer)

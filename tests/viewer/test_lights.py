@@ -7,8 +7,8 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import OrbitStage, State
-from pointshade_gl.viewer.history import Snapshot
 from pointshade_gl.viewer.mouse import added, placed, removed, taking, titles
+from pointshade_gl.viewer.state import Snapshot
 
 from ..support import frames
 from ..support.viewing import move, press, quiet, shown

@@ -12,8 +12,9 @@ import pointshade_gl as ps
 from pointshade_gl.cli.inputs import load_several
 from pointshade_gl.cli.options import FrameOptions
 from pointshade_gl.viewer import Viewer
-from pointshade_gl.viewer.playback import MultiPlayback
-from pointshade_gl.viewer.views import Views
+from pointshade_gl.viewer.events import PlayCommand, StepFrames
+from pointshade_gl.viewer.playback import Playback
+from pointshade_gl.viewer.state import Views
 
 from ..support import frames
 from ..support.view_sets import pose_at, replaced, seen_from, write_views
@@ -31,66 +32,65 @@ def film(view, count):
 def play():
     made = []
 
-    def start(*arguments, **options):
-        made.append(MultiPlayback(*arguments, **options))
-        return made[-1]
+    def start(sources, rates):
+        made.append(Playback(sources, rates, 8, print))
+        return made[-1], made[-1].first(merge=False)
 
     yield start
     for one in made:
         one.close()
 
 
-def take(together, now):
+def take(together, views, now):
     """What comes next, as soon as a thread has it."""
-    while (views := together.advance(now)) is None:
+    while (new := together.advance(views, now)) is None:
         threading.Event().wait(0.001)
-    return views
+    return new
 
 
 def wait_until_read(together):
-    while any(player._queue.empty() for player in together._players):
+    while any(player._queue.empty() for player in together.players):
         threading.Event().wait(0.001)
 
 
 class TestTogether:
     def test_each_source_keeps_its_rate_and_the_other_ones_frames_stay(self, play):
         fast, slow = film(LEFT, 6), film(RIGHT, 6)
-        together = play([fast, slow], [10, 5])
-        assert together.first().frames == (fast[0], slow[0])
+        together, views = play([fast, slow], [10, 5])
+        assert views.frames == (fast[0], slow[0])
         shown = []
         for tick in range(8):
             wait_until_read(together)
-            if views := together.advance(100 + 0.1001 * tick):
+            if new := together.advance(views, 100 + 0.1001 * tick):
+                views = new
                 shown.append((fast.index(views.frames[0]), slow.index(views.frames[1])))
         assert shown == [(1, 1), (2, 1), (3, 2), (4, 2), (5, 3), (0, 3), (1, 4), (2, 4)]
 
     def test_the_first_that_is_due_wakes_the_window(self, play):
         woken = threading.Event()
-        together = play([film(LEFT, 3), film(RIGHT, 3)], [10, 4])
-        together.wake = woken.set
-        together.first()
+        together, views = play([film(LEFT, 3), film(RIGHT, 3)], [10, 4])
         wait_until_read(together)
-        take(together, 50.0)
+        together.wake_by(woken.set)
+        views = take(together, views, 50.0)
         wait_until_read(together)
-        assert together.patience(50.0) == pytest.approx(0.1) and woken.is_set()
+        assert together.patience(views, 50.0) == pytest.approx(0.1) and woken.wait(20)
 
     def test_all_pause_and_step_together(self, play):
         left, right = film(LEFT, 3), film(RIGHT, 4)
-        together = play([left, right], [None, None])
-        together.first()
-        assert together.step(-1).frames == (left[2], right[3]) and together.is_paused
-        assert together.advance(9) is None and together.patience(9) is None
-        together.toggle()
-        assert not together.is_paused and take(together, 10) is not None
+        together, views = play([left, right], [None, None])
+        views, _ = together.obey(StepFrames(-1), views)
+        assert views.frames == (left[2], right[3]) and all(one.is_paused for one in together.players)
+        assert together.advance(views, 9) is None and together.patience(views, 9) is None
+        assert together.obey(PlayCommand.TOGGLE_PAUSE, views) == (None, "playing")
+        assert together.is_moving(views) and take(together, views, 10) is not None
 
     def test_a_single_frame_beside_a_film_stays_and_costs_nothing(self, play):
-        together = play([LEFT, film(RIGHT, 3)], [None, None])
-        together.first()
-        assert all(take(together, 1).frames[0] is LEFT for _ in range(4))
+        together, views = play([LEFT, film(RIGHT, 3)], [None, None])
+        assert all(take(together, views, 1).frames[0] is LEFT for _ in range(4))
 
     def test_a_source_without_frames_ends_it_with_a_sentence(self, play):
         with pytest.raises(ValueError, match="no frames"):
-            play([film(LEFT, 2), iter(())], [None, None]).first()
+            play([film(LEFT, 2), iter(())], [None, None])
 
 
 class TestWindow:
@@ -122,7 +122,7 @@ class TestWindow:
         press(viewer, "M")
         assert viewer.messages.text == "these sources are always merged" and isinstance(viewer.frame, Views)
         press(viewer, "SPACE", "RIGHT")
-        assert viewer.document.playing.playback.is_paused
+        assert viewer.document.playback.players[0].is_paused
 
     @pytest.mark.parametrize(
         ("options", "message"),

@@ -11,7 +11,7 @@ from PIL import ImageFont
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import State
 from pointshade_gl.viewer.events import Event, TakeLight
-from pointshade_gl.viewer.mouse import KINDS, kind_of
+from pointshade_gl.viewer.mouse import KINDS, kind_of, titles
 from pointshade_gl.viewer.overlay import POINTS
 
 from ..support import frames
@@ -334,7 +334,7 @@ class TestMoreLights:
         viewer = open_viewer(window_size=(640, 480), panel=True)
         before, picture = viewer.picture.lights, shown(quiet(viewer))
         click_row(viewer, "add a light")
-        assert viewer.light_titles == ["light 1 (point)", "light 2 (point)"] and viewer.light_number == 1
+        assert titles(viewer.moment) == ["light 1 (point)", "light 2 (point)"] and viewer.light_number == 1
         assert [replace(light, shadow=False) for light in viewer.lights] == before
         assert (shown(quiet(viewer)) != picture).any()
         assert np.linalg.norm(np.subtract(viewer.picture.lights[0].position, before[0].position)) > 0.1
@@ -442,7 +442,7 @@ def test_it_tells_rate_and_samples(open_viewer):
 def test_merged_views_are_aligned_if_it_is_asked_to(open_viewer):
     given = disturbed(views(corner(), 2), 0.02, 0.5)
     viewer = open_viewer(given, views=2, window_size=(640, 800), panel=True)
-    while viewer.document.playing.is_merging:
+    while viewer.document.playback.is_merging:
         viewer.step()
     before = shown(quiet(viewer))
     click_row(viewer, "points")

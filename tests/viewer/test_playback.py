@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.viewer.playback import Playback
+from pointshade_gl.viewer.playback import Player
 
 CAMERA = ps.Camera(10, 10, 3.5, 2.5, 8, 6)
 FRAMES = [ps.Frame(None, np.full((6, 8), 1.0 + k), CAMERA) for k in range(4)]
@@ -27,11 +27,11 @@ class Folder(list):
 
 @pytest.fixture
 def play():
-    """play(source, ...) is a Playback that ends with the test, with its thread."""
+    """play(source, ...) is a Player that ends with the test, with its thread."""
     made = []
 
     def start(*arguments, **options):
-        made.append(Playback(*arguments, **options))
+        made.append(Player(*arguments, **options))
         return made[-1]
 
     yield start
@@ -140,4 +140,4 @@ def test_a_sequence_of_which_nothing_can_be_read_ends_with_a_sentence(play):
 @pytest.mark.parametrize("fps", [0, -1, float("nan"), 1e9])
 def test_fps_that_are_none_are_refused(fps):
     with pytest.raises(ValueError, match="fps must be"):
-        Playback(FRAMES, fps=fps)
+        Player(FRAMES, fps=fps)

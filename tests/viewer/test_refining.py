@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.viewer import playback as redrawing
+from pointshade_gl.viewer import picture as redrawing
 from pointshade_gl.viewer.events import Event
 from pointshade_gl.viewer.viewer import SAMPLES, Viewer
 
@@ -38,7 +38,7 @@ def test_at_rest_it_is_refined_in_short_turns_and_then_sleeps(open_viewer, monke
     assert viewer.redrawing.samples == 1
     first, before = shown(viewer).astype(float), viewer.renderer.steps.counts["splats"]
     turns = rested(viewer)
-    assert viewer.redrawing.samples == 64 and turns >= 60 / redrawing.MORE
+    assert viewer.redrawing.samples == 64 and turns >= 60 / redrawing.MOST_ADDED
     assert viewer.renderer.steps.counts["splats"] - before <= 64 + 1
     last = shown(viewer).astype(float)
     assert abs(last.mean() - first.mean()) < 0.5  # no jump in brightness

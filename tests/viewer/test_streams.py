@@ -31,7 +31,7 @@ class TestStreams:
         press(viewer, "LEFT")
         assert viewer.frame is first
         viewer.step(wait=False)
-        assert viewer.document.playing.playback.patience(0) is None
+        assert viewer.document.playback.players[0].patience(0) is None
         press(viewer, "SPACE")
         while viewer.frame is first:
             viewer.step()
@@ -41,7 +41,8 @@ class TestStreams:
         viewer = open_viewer(iter([frames.sphere(), frames.step()]))
         last = None
         while (
-            viewer.document.playing.playback._thread.is_alive() or not viewer.document.playing.playback._queue.empty()
+            viewer.document.playback.players[0]._thread.is_alive()
+            or not viewer.document.playback.players[0]._queue.empty()
         ):
             viewer.step(wait=False)
             last = viewer.frame

@@ -8,7 +8,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.viewer.controller import BAR as HEIGHT
 from pointshade_gl.viewer.events import Event, Seek
-from pointshade_gl.viewer.playback import Playback
+from pointshade_gl.viewer.playback import Player
 
 from ..support import frames
 from ..support.view_sets import pose_at, seen_from
@@ -27,7 +27,7 @@ def viewer(open_viewer):
 
 def number(viewer):
     (found,) = (k for k, frame in enumerate(FILM) if frame is viewer.frame)
-    assert viewer.playback.index == found
+    assert viewer.document.playback.players[0].index == found
     return found
 
 
@@ -46,18 +46,18 @@ class TestKeys:
 
     def test_comma_and_dot_change_the_speed(self, viewer):
         press(viewer, ",")
-        assert viewer.playback.rate == 15 and viewer.messages.text == "15 frames per second"
+        assert viewer.document.playback.players[0].rate == 15 and viewer.messages.text == "15 frames per second"
         press(viewer, ".", ".", ".", ".")
-        assert viewer.playback.rate == 240
+        assert viewer.document.playback.players[0].rate == 240
         press(viewer, ".", ".")
-        assert viewer.playback.rate is None and viewer.messages.text == "as fast as they come"
+        assert viewer.document.playback.players[0].rate is None and viewer.messages.text == "as fast as they come"
         press(viewer, *"," * 12)
-        assert viewer.playback.rate == 0.5
+        assert viewer.document.playback.players[0].rate == 0.5
 
     def test_o_lets_it_stop_at_its_end_and_space_plays_it_again(self, viewer):
         press(viewer, "SHIFT+SPACE", ".", ".", "SPACE")
         end = time.monotonic() + 30
-        while not viewer.playback.is_paused and time.monotonic() < end:
+        while not viewer.document.playback.players[0].is_paused and time.monotonic() < end:
             viewer.step()
         assert number(viewer) == 9 and viewer.strip.text.endswith("paused")
         press(viewer, "SPACE")
@@ -141,7 +141,7 @@ class TestBar:
         viewer = open_viewer(Spoilt(), fps=30)
         press(viewer, "SPACE")
         viewer.perform(Seek(1))
-        assert viewer.playback.index == 2
+        assert viewer.document.playback.players[0].index == 2
 
     def test_it_is_not_in_saved_pictures(self, viewer, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
@@ -174,7 +174,7 @@ class TestNothingToShow:
 
 
 def test_a_sequence_that_does_not_loop_ends_and_begins_again():
-    playback = Playback(FILM[:3], fps=1000)
+    playback = Player(FILM[:3], fps=1000)
     try:
         playback.toggle_loop()
         seen = [playback.first()]

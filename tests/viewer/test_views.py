@@ -12,8 +12,9 @@ import pointshade_gl as ps
 from pointshade_gl.files.frame_sources import choose_views
 from pointshade_gl.scene.orbit import marker_place
 from pointshade_gl.viewer import panel_sections
-from pointshade_gl.viewer.events import Event, StepFrames
-from pointshade_gl.viewer.views import Merger, Views, check_views
+from pointshade_gl.viewer.events import Event, PlayCommand, Seek, StepFrames
+from pointshade_gl.viewer.playback import Playback
+from pointshade_gl.viewer.state import Views, check_views
 
 from ..support import frames
 from ..support.view_sets import pose_at, seen_from
@@ -90,44 +91,63 @@ class TestChoice:
             check_views(views)
 
 
-def read(merger):
-    merger.start(-1)
-    while not merger.is_ready:
+@pytest.fixture
+def merging():
+    """merging(source, count, skipped) is a Playback, and the frame that it shows while it reads frames to merge."""
+    made = []
+
+    def start(source, count, skipped=print, home=0):
+        source.free = 100  # until merging starts
+        made.append(Playback([source], [None], count, skipped))
+        playback, frame = made[-1], made[-1].first(merge=False)
+        playback.obey(PlayCommand.TOGGLE_PAUSE, frame)
+        frame = playback.obey(Seek(home), frame)[0]
+        source.free, source.read = 0, []
+        assert playback.obey(PlayCommand.TOGGLE_MERGE, frame) == (None, "") and playback.is_merging
+        return playback, frame
+
+    yield start
+    for one in made:
+        one.close()
+
+
+def read(playback):
+    while not (answer := playback.merged())[1]:
         threading.Event().wait(0.001)
-    return merger.finish()
+    return answer
 
 
-class TestMerger:
-    def test_frames_are_read_by_threads_and_each_tells(self):
+class TestMerging:
+    def test_frames_are_read_by_threads_and_each_tells(self, merging):
         source, woken = Files(), threading.Semaphore(0)
         source.gate.clear()
-        merger = Merger(source, 3)
-        merger.wake = woken.release
-        merger.start(5)
-        assert merger.is_reading and merger.finish() is None and merger.progress == "merging: 0 of 3 views are read"
+        playback, frame = merging(source, 3, home=5)
+        playback.wake_by(woken.release)
+        assert playback.merged() == (None, "")
+        assert playback.strip(frame) == ("merging: 0 of 3 views are read     Esc ends it", 0)
         source.gate.set()
         assert all(woken.acquire(timeout=20) for _ in range(3))
-        assert merger.progress == "merging: 3 of 3 views are read"
-        views = merger.finish()
-        assert not merger.is_reading and views.names == ("0", "5", "8") and views.home is WALK[5]
+        assert playback.strip(frame).text.startswith("merging: 3 of 3 views are read")
+        views, text = playback.merged()
+        assert not playback.is_merging and views.names == ("0", "5", "8") and views.home is WALK[5]
+        assert text == "3 views as one object; M plays the frames"
 
-    def test_what_cannot_be_read_is_told_and_left_out(self):
+    def test_what_cannot_be_read_is_told_and_left_out(self, merging):
         told = []
-        views = read(Merger(Files(broken=(4,)), 3, told.append))
-        assert views.frames == (WALK[0], WALK[8]) and told == ["frame 4 is cut off"]
+        views, _ = read(merging(Files(broken=(4,)), 3, told.append)[0])
+        assert views.frames == (WALK[0], WALK[8]) and told[-1] == "frame 4 is cut off"
 
-    def test_fewer_than_two_are_refused(self):
-        with pytest.raises(ValueError, match="fewer than two of 3 frames can be read"):
-            read(Merger(Files(broken=(0, 8)), 3))
+    def test_fewer_than_two_are_refused(self, merging):
+        answer = read(merging(Files(broken=(0, 8)), 3, home=4)[0])
+        assert answer == (None, "not merged: fewer than two of 3 frames can be read")
 
-    def test_it_can_be_given_up(self):
+    def test_it_can_be_given_up(self, merging):
         source = Files()
         source.gate.clear()
-        merger = Merger(source, None)
-        merger.start(0)
+        playback, _ = merging(source, None)
         threading.Timer(0.05, source.gate.set).start()
-        merger.close()
-        assert not merger.is_reading and len(source.read) <= 2
+        assert playback.end_merging()
+        assert not playback.is_merging and len(source.read) <= 2
 
 
 def rendered(viewer, source):
@@ -160,7 +180,7 @@ def merged(viewer):
 def paused(open_viewer):
     """Nine views, paused at the third."""
     viewer = open_viewer(Files(), fps=500)
-    while viewer.document.playing.playback.index != 2:
+    while viewer.document.playback.players[0].index != 2:
         viewer.perform(StepFrames(1))
     return quiet(viewer)
 
@@ -182,7 +202,7 @@ class TestKey:
         assert paused.frame is WALK[3]
 
     def test_while_views_are_read_the_window_lives_and_says_so(self, paused):
-        source = paused.document.playing.merger._source
+        source = paused.document.playback._first
         source.gate.clear()
         press(paused, "M")
         paused.step(wait=False)
@@ -195,7 +215,7 @@ class TestKey:
         source.gate.set()
 
     def test_m_again_gives_it_up(self, paused):
-        source = paused.document.playing.merger._source
+        source = paused.document.playback._first
         source.gate.clear()
         press(paused, "M")
         threading.Timer(0.05, source.gate.set).start()
@@ -222,7 +242,7 @@ class TestKey:
         assert viewer.messages.text == "only frames of a sequence can be merged"
         viewer = open_viewer(Files(broken=range(1, 9)))
         press(viewer, "SPACE", "M")
-        while viewer.document.playing.merger.is_reading:
+        while viewer.document.playback.is_merging:
             viewer.step()
         assert viewer.messages.text == "not merged: fewer than two of 8 frames can be read"
 

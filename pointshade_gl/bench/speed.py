@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
@@ -23,12 +25,12 @@ from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame
 from ..scene.light import Light
 from ..scene.visible import MERGE
-from .against import measure_jobs
+from . import speed_jobs
 from .charts import INK, PALE, brief, new_figure, new_table, png
-from .forms import PICTURE_LIGHT, YAW, decibels, score_picture, turned
 from .measure import clocked
 from .scenes import standard_camera
-from .tracing import as_frame, sphere_and_wall, trace
+from .speed_jobs import JOBS
+from .tracing import PICTURE_LIGHT, YAW, as_frame, decibels, score_picture, sphere_and_wall, trace, turned
 
 COLORS = {"points": "#c98a2e", "compute": "#d03a2b", "stage": "#3f7fb5"}
 
@@ -61,18 +63,6 @@ def show_speed(results: dict[str, Any], console: Console) -> None:
         table.add_row(row["scene"], *cells, style="bold" if row["is_default"] else None)
     console.print(table)
     console.print(f"cold start: `pointshade render` of the vase takes {results['cold_start_s']:.2f} s")
-
-
-def show_comparison(rows: list[dict[str, Any]], against: str, console: Console) -> None:
-    """Prints how long each job took before and now. Ratios above 1: it has become slower."""
-    columns = "before", "now", "now/before", "half of the rounds", "CPU time now/before"
-    table = new_table(f"milliseconds, {against} and this version", "job", *columns)
-    for row in rows:
-        ratio, cpu = (f"{row[key]:.2f}" if row[key] else "-" for key in ("ratio", "cpu_ratio"))
-        spread = f"{row['spread'][0]:.2f} to {row['spread'][1]:.2f}" if row["spread"] else "-"
-        before, now = (f"{row[key]:.3g}" if row[key] else "-" for key in ("before_ms", "now_ms"))
-        table.add_row(row["job"], before, now, ratio, spread, cpu)
-    console.print(table)
 
 
 def speed_chart(results: dict[str, Any]) -> bytes:
@@ -185,6 +175,8 @@ QUICK_SIZES = 3
 WIDEST = 1920  # of the pictures drawn
 PATIENCE = 60.0  # seconds for one size and rasteriser; a slower one is left out, with a note
 TOLERANCES = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
+WARM_UP = 2  # rounds of jobs that are not counted: they compile shaders
+PACKAGES = Path(__file__).resolve().parents[2]  # the folder that holds the package
 COPY = 64 * 2**20  # bytes of the copy that measures a bandwidth
 Advance = Callable[[], None]
 
@@ -395,6 +387,21 @@ def peak_memory_mb() -> float | None:
         return None
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak / (1e6 if sys.platform == "darwin" else 1e3)
+
+
+def measure_jobs(device: int, rounds: int) -> dict[str, dict[str, float]]:
+    """Medians of the jobs of speed_jobs.py, of those that can be done: {job: {"ms", "cpu_ms"}}.
+
+    They run in a process of their own, as those of the version that `--against` compares with.
+    """
+    program = Path(speed_jobs.__file__).read_text(encoding="utf-8")
+    asked = "\n".join(JOBS * (WARM_UP + rounds))
+    done = subprocess.run(
+        [sys.executable, "-c", program, str(device)], cwd=PACKAGES, input=asked, stdout=subprocess.PIPE, text=True
+    )
+    laps = [json.loads(line) for line in done.stdout.splitlines()[1:]][WARM_UP * len(JOBS) :]
+    found = {job: [lap for lap in laps[k :: len(JOBS)] if lap] for k, job in enumerate(JOBS)}
+    return {job: {key: median(lap[key] for lap in own) for key in own[0]} for job, own in found.items() if own}
 
 
 def measure_merging(device: int, rounds: int) -> list[dict[str, Any]]:

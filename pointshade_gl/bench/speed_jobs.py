@@ -20,6 +20,9 @@ import numpy as np
 import pointshade_gl as ps
 
 NOISE = 0.002  # metres
+JOBS = (
+    "new frame", "new view", "new light", "flat shading", "shadow", "noisy frame", "large frame", "first picture"
+)  # fmt: skip
 
 
 class Jobs:

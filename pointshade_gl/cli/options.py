@@ -328,13 +328,15 @@ class BenchOptions:
     output: Path = cli_option("Where to write.", "-o", "--output", metavar="FOLDER", default=Path("bench"))
     quick: bool = cli_option("Smaller pictures, fewer scenes: under a minute.", "--quick", default=False)
     only: list[str] | None = cli_option("Only this method, condition or stress; repeatable.", metavar="NAME")
-    images: bool = cli_option("Also measure lit pictures: estimators, forms, samples.", "--images", default=False)
+    images: bool = cli_option(
+        "Also measure lit pictures: estimators, forms, samples. In a clone only.", "--images", default=False
+    )
     speed: bool = cli_option("Measure speed instead: stages, points, merging.", "--speed", default=False)
     against: str | None = cli_option(
-        "With --speed: only compare with a commit, or with an older speed.json.", metavar="REV|FILE"
+        "With --speed: only compare with a commit, or with an older speed.json. In a clone only.", metavar="REV|FILE"
     )
     views: bool = cli_option(
-        "Measure several views of one thing instead: normals, flicker, cost.", "--views", default=False
+        "Measure several views of one thing instead: normals, flicker, cost. In a clone only.", "--views", default=False
     )
     seed: int = cli_option("Seed of the noise and the holes.", metavar="N", min=0, default=0)
 

@@ -7,8 +7,17 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.forms import co_visible, near_edge
-from pointshade_gl.bench.tracing import as_frame, decode, encode, patch, shade, sphere_and_wall, trace
+from pointshade_gl.bench.tracing import (
+    as_frame,
+    co_visible,
+    decode,
+    encode,
+    near_edge,
+    patch,
+    shade,
+    sphere_and_wall,
+    trace,
+)
 
 from ..support.drivers import need_compute
 from ..truth.measures import occluder

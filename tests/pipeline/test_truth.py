@@ -7,8 +7,16 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.forms import co_visible, score_picture
-from pointshade_gl.bench.tracing import as_frame, decode, encode, shade, sphere_and_wall, trace
+from pointshade_gl.bench.tracing import (
+    as_frame,
+    co_visible,
+    decode,
+    encode,
+    score_picture,
+    shade,
+    sphere_and_wall,
+    trace,
+)
 
 from ..support.drivers import need_compute
 

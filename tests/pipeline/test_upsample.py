@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.forms import co_visible, near_edge
 from pointshade_gl.bench.scenes import near_depth_edge
-from pointshade_gl.bench.tracing import Hits, decode, encode, plane, shade, trace
+from pointshade_gl.bench.tracing import Hits, co_visible, decode, encode, near_edge, plane, shade, trace
 from pointshade_gl.scene.appearance import Look
 from pointshade_gl.scene.visible import finer_camera
 

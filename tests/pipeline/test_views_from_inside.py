@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.forms import co_visible
-from pointshade_gl.bench.tracing import as_frame, encode, plane, trace
+from pointshade_gl.bench.tracing import as_frame, co_visible, encode, plane, trace
 
 from ..support.drivers import need_compute
 

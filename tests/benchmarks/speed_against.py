@@ -1,4 +1,7 @@
-"""Compares the speed of this version with another: a commit, run beside it, or figures stored by `bench --speed`."""
+"""Compares the speed of this version with another: a commit, run beside it, or figures stored by `bench --speed`.
+
+Run by hand: pointshade bench --speed --against REV|FILE [--quick], in a clone.
+"""
 
 from __future__ import annotations
 
@@ -16,14 +19,40 @@ from pathlib import Path
 from statistics import median, quantiles
 from typing import Any
 
-from ..notes.words import option
+from rich.console import Console
 
-JOBS = (
-    "new frame", "new view", "new light", "flat shading", "shadow", "noisy frame", "large frame", "first picture"
-)  # fmt: skip
-WARM_UP = 2  # rounds that are not counted: they compile shaders
+from pointshade_gl.bench import command, speed_jobs
+from pointshade_gl.bench.charts import new_table, wide_console
+from pointshade_gl.bench.speed import WARM_UP
+from pointshade_gl.bench.speed_jobs import JOBS
+from pointshade_gl.notes.words import option
+
 HERE = Path(__file__).resolve().parents[2]  # the folder that holds the package
 Times = dict[str, list[dict[str, float]]]  # by job: {"ms", "cpu_ms"} of every round; no round if it cannot be done
+
+
+def bench_against(against: str, quick: bool, device: int) -> str:
+    """Prints how long this version takes beside a commit, or beside figures stored by `bench_speed`; writes no file.
+
+    Returns one line about it. Raises ValueError for what is neither.
+    """
+    rounds = 8 if quick else 20
+    with command.progress() as advance:
+        rows = compare(against, device, rounds, advance)
+    show_comparison(rows, against, wide_console())
+    return f"this version against {against}: medians of {rounds} rounds"
+
+
+def show_comparison(rows: list[dict[str, Any]], against: str, console: Console) -> None:
+    """Prints how long each job took before and now. Ratios above 1: it has become slower."""
+    columns = "before", "now", "now/before", "half of the rounds", "CPU time now/before"
+    table = new_table(f"milliseconds, {against} and this version", "job", *columns)
+    for row in rows:
+        ratio, cpu = (f"{row[key]:.2f}" if row[key] else "-" for key in ("ratio", "cpu_ratio"))
+        spread = f"{row['spread'][0]:.2f} to {row['spread'][1]:.2f}" if row["spread"] else "-"
+        before, now = (f"{row[key]:.3g}" if row[key] else "-" for key in ("before_ms", "now_ms"))
+        table.add_row(row["job"], before, now, ratio, spread, cpu)
+    console.print(table)
 
 
 class Worker:
@@ -33,7 +62,7 @@ class Worker:
         """folder: that holds the package. Raises ValueError if it does not run."""
         self._name = name
         self._errors = tempfile.TemporaryFile(mode="w+")  # noqa: SIM115  # closed with the process
-        jobs = Path(__file__).with_name("speed_jobs.py").read_text(encoding="utf-8")
+        jobs = Path(speed_jobs.__file__).read_text(encoding="utf-8")
         self._process = subprocess.Popen(
             [sys.executable, "-c", jobs, str(device)], cwd=folder, env=_environment(folder),
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, text=True,
@@ -90,12 +119,6 @@ def race(folders: dict[str, Path], device: int, rounds: int, advance: Callable[[
                         times[name][job].append(lap)
             advance()
         return times
-
-
-def measure_jobs(device: int, rounds: int) -> dict[str, dict[str, float]]:
-    """The medians of this version alone, as `bench --speed` stores them."""
-    times = race({"this version": HERE}, device, rounds, lambda: None)["this version"]
-    return {job: {key: median(lap[key] for lap in laps) for key in laps[0]} for job, laps in times.items() if laps}
 
 
 def compare(against: str, device: int, rounds: int, advance: Callable[[], None]) -> list[dict[str, Any]]:

@@ -8,7 +8,7 @@ import signal
 import socket
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence, Sized
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,7 +20,19 @@ from ..notes.notes import print_note
 from ..notes.version import __version__
 from ..notes.words import option
 from .jobs import Done, Job
-from .processes import TRIES, Failed, Function, Lost, Task, Tasks, checked, no_rest, outcome_of, remove_rest
+from .processes import (
+    Failed,
+    Function,
+    Lost,
+    Task,
+    Tasks,
+    Worker,
+    checked,
+    no_rest,
+    outcome_of,
+    remove_rest,
+    results_of,
+)
 
 LOCAL = "local"
 MISSING = "Ray is not installed: pip install 'pointshade-gl[ray]'"
@@ -115,8 +127,8 @@ SLOW = 20.0  # seconds without a worker, after which a note tells why
 GRACE = 10.0  # seconds in which workers may end what they are at when nobody waits for it any more
 
 
-class _RayWorker:
-    """What an actor does. Ray gives it a process of its own, and calls it from one thread."""
+class _Actor:
+    """Ray gives it a process of its own, and calls it from one thread."""
 
     def __init__(self, function: Function, device: int, threads: int):
         os.environ.setdefault("LP_NUM_THREADS", str(threads))  # of a software driver: others have other workers
@@ -130,13 +142,35 @@ class _RayWorker:
         return self._function(item, self._device)
 
 
-@dataclass(eq=False)
-class _PoolWorker:
-    """A worker as its employer sees it."""
+class _RayWorker(Worker):
+    """An actor. references: of the answers that it will give, in this order."""
 
-    actor: Any
-    ours: str = ""  # how the names of its hidden files begin
-    tasks: list[Task] = field(default_factory=list)
+    never_begins = "no worker starts on Ray"
+
+    def __init__(self, ray: Any, start: Callable[[], Any], lost: Lost):
+        super().__init__(lost)
+        self._ray, self.actor = ray, start()
+        self.references = [self.actor.ready.remote()]
+
+    def give(self, task: Task) -> None:
+        super().give(task)
+        self.references.append(self.actor.work.remote(task.item))
+
+    def receive(self) -> tuple[bool, Any]:
+        """Raises OSError for a machine with another version of this package, and what the function has raised."""
+        try:
+            answer = self._ray.get(self.references.pop(0))
+        except self._ray.exceptions.RayError as error:
+            if self.hidden and isinstance(error, self._ray.exceptions.RayTaskError):
+                raise error.cause from error
+            self.remove_rest()
+            return False, "is there enough memory?" if self.hidden else str(error).strip().splitlines()[-1].strip()
+        if self.hidden:
+            return True, answer
+        hidden, host, version = answer
+        if version != __version__:
+            raise OSError(f"{host} has pointshade_gl {version}, and here it is {__version__}: install the same")
+        return True, hidden
 
 
 def device_here(otherwise: int = 0) -> int:
@@ -178,103 +212,38 @@ def on_ray(
             raise ValueError(f"Ray finds {gpus:g} GPUs on this machine: leave out {option('num_gpus')}")
         count = workers or max(1, int(gpus / num_gpus if num_gpus else cpus))
         count = count if most is None else min(count, most)
-        kind = ray.remote(_RayWorker).options(num_cpus=CPUS, num_gpus=num_gpus)
-        crew = _RayPool(ray, partial(kind.remote, function, device, max(1, int(cpus / count))), lost)
+        kind = ray.remote(_Actor).options(num_cpus=CPUS, num_gpus=num_gpus)
+        actor = partial(kind.remote, function, device, max(1, int(cpus / count)))
+        start, crew = partial(_RayWorker, ray, actor, lost), list[_RayWorker]()
         try:
-            crew.hire(count)
-            yield from crew.results(Tasks(items, ahead and ahead * count), QUEUED if ahead else 1)
+            crew += (start() for _ in range(count))
+            tasks = Tasks(items, ahead and ahead * count)
+            yield from results_of(tasks, crew, start, partial(_wait_for, ray), QUEUED if ahead else 1)
         finally:
-            crew.dismiss()
+            _dismiss(ray, crew)
 
 
-class _RayPool:
-    """The workers and what they are at. Only who has answered gets work: for others there may never be room."""
+def _wait_for(ray: Any, crew: list[_RayWorker]) -> list[_RayWorker]:
+    """Notes on the way that there is no room for workers."""
+    by_reference = {worker.references[0]: worker for worker in crew if worker.references}
+    done, _ = ray.wait(list(by_reference), timeout=None if any(worker.hidden for worker in crew) else SLOW)
+    if not done:
+        free = ray.available_resources()
+        room = " and ".join(f"{free.get(name, 0):g} {name}" for name in ("CPU", "GPU"))
+        print_note(f"Ray has no room for a worker yet: free are {room}")
+    return [by_reference[reference] for reference in done]
 
-    def __init__(self, ray: Any, start: Callable[[], Any], lost: Lost):
-        self._ray, self._start, self._lost, self._failed = ray, start, lost, 0
-        self._hands: list[_PoolWorker] = []  # those who have answered
-        self._awaited: dict[
-            Any, tuple[_PoolWorker, Task | None]
-        ] = {}  # by Ray's reference; no task: whether it is ready
 
-    def hire(self, count: int = 1) -> None:
-        for _ in range(count):
-            hand = _PoolWorker(self._start())
-            self._awaited[hand.actor.ready.remote()] = hand, None
-
-    def results(self, tasks: Tasks, most: int) -> Iterator[tuple[int, Any]]:
-        """See `on_processes`. most: tasks that a worker has at a time."""
-        while True:
-            while (hand := self._free(most)) and (task := tasks.next(not hand.tasks)):
-                hand.tasks.append(task)
-                self._awaited[hand.actor.work.remote(task.item)] = hand, task
-            if self._hands and not any(hand.tasks for hand in self._hands):
-                return
-            for hand, task, reference in self._wait():
-                yield from self._result(tasks, hand, task, reference)
-
-    def _free(self, most: int) -> _PoolWorker | None:
-        """Who gets the next task: the least busy. A task that is tried again is alone, as it may kill its worker."""
-        free = [hand for hand in self._hands if len(hand.tasks) < most and all(task.tries == 1 for task in hand.tasks)]
-        return min(free, key=lambda hand: len(hand.tasks), default=None)
-
-    def _wait(self) -> list[tuple[_PoolWorker, Task, Any]]:
-        """Waits until something has happened. Returns the tasks that have ended, and who worked on them."""
-        done, _ = self._ray.wait(list(self._awaited), timeout=None if self._hands else SLOW)
-        if not done:
-            free = self._ray.available_resources()
-            told = " and ".join(f"{free.get(name, 0):g} {name}" for name in ("CPU", "GPU"))
-            print_note(f"Ray has no room for a worker yet: free are {told}")
-        ended = []
-        for reference in done:
-            hand, task = self._awaited.pop(reference)
-            if task is None:
-                self._welcome(hand, reference)
-            else:
-                ended.append((hand, task, reference))
-        return ended
-
-    def _welcome(self, hand: _PoolWorker, reference: Any) -> None:
-        """A worker has answered, or has failed to start. Raises OSError when that happens TRIES times in a row."""
-        try:
-            hand.ours, host, version = self._ray.get(reference)
-        except self._ray.exceptions.RayError as error:
-            self._failed += 1
-            if self._failed == TRIES:
-                last = str(error).strip().splitlines()[-1].strip()
-                raise OSError(f"no worker starts on Ray: {last}") from None
-            self.hire()
-        else:
-            if version != __version__:
-                raise OSError(f"{host} has pointshade_gl {version}, and here it is {__version__}: install the same")
-            self._failed = 0
-            self._hands.append(hand)
-
-    def _result(self, tasks: Tasks, hand: _PoolWorker, task: Task, reference: Any) -> list[tuple[int, Any]]:
-        hand.tasks.remove(task)
-        try:
-            return [tasks.done(task, self._ray.get(reference))]
-        except self._ray.exceptions.RayTaskError as error:
-            raise error.cause from error
-        except self._ray.exceptions.RayError:
-            if hand in self._hands:  # not yet replaced for another of its tasks
-                self._hands.remove(hand)
-                self.hire()
-            self._lost(task.item, hand.ours)
-            return tasks.lost(task, "is there enough memory?")
-
-    def dismiss(self) -> None:
-        """Ends the workers. What they are at they may end, so that no file is left half-written."""
-        busy = [reference for reference, (_, task) in self._awaited.items() if task is not None]
-        try:
-            if busy:
-                self._ray.wait(busy, num_returns=len(busy), timeout=GRACE)
-        finally:
-            starting = [hand for hand, task in self._awaited.values() if task is None]
-            for hand in [*self._hands, *starting]:
-                self._ray.kill(hand.actor)
-                for task in hand.tasks:
-                    self._lost(task.item, hand.ours)
+def _dismiss(ray: Any, crew: list[_RayWorker]) -> None:
+    """Ends the workers. What they are at they may end, so that no file is left half-written."""
+    busy = [reference for worker in crew if worker.tasks for reference in worker.references]
+    try:
+        if busy:
+            ray.wait(busy, num_returns=len(busy), timeout=GRACE)
+    finally:
+        for worker in crew:
+            ray.kill(worker.actor)
+            worker.remove_rest()
 
 
 def run_all_on_ray(

@@ -11,7 +11,7 @@ from contextlib import closing, contextmanager, suppress
 from functools import partial
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from ..files.access.atomic_write import OURS, remove_hidden
 from ..notes.errors import ContextError, error_text
@@ -73,8 +73,85 @@ class Tasks:
         return [self.done(task, RuntimeError(f"its worker process died {TRIES} times: {cause}"))]
 
 
+class Worker:
+    """A worker as its employer sees it.
+
+    tasks   what it has been given; it works on the first
+    hidden  how the names of its hidden files begin; "" until it has begun
+
+    `receive` returns True and a message: first `hidden`, then the result of each task; or False and the cause if it is
+    dead. Before that, something must have come, see `results_of`.
+    """
+
+    never_begins = "worker processes die before they begin"
+
+    def __init__(self, lost: Lost):
+        self.tasks: list[Task] = []
+        self.hidden, self._lost = "", lost
+
+    def give(self, task: Task) -> None:
+        self.tasks.append(task)
+
+    def receive(self) -> tuple[bool, Any]:
+        raise NotImplementedError
+
+    def remove_rest(self) -> None:
+        """Removes what it has left of its tasks, once it is dead."""
+        for task in self.tasks:
+            self._lost(task.item, self.hidden)
+
+
+_AnyWorker = TypeVar("_AnyWorker", bound=Worker)
+
+
 def no_rest(item: Any, ours: str) -> None:
     """For functions that write no files."""
+
+
+def results_of(
+    tasks: Tasks,
+    crew: list[_AnyWorker],
+    start: Callable[[], _AnyWorker],
+    wait_for: Callable[[list[_AnyWorker]], list[_AnyWorker]],
+    most: int = 1,
+) -> Iterator[tuple[int, Any]]:
+    """Shares tasks among the workers of a crew, and gives (number, result) as they come. Who dies is replaced.
+
+    Only who has begun gets tasks: for others there may never be room.
+
+    wait_for  waits until something has come from some of the crew, and returns these
+    most      tasks that a worker has at a time
+
+    Raises OSError if workers keep dying before they begin.
+    """
+    results: list[tuple[int, Any]] = []
+    stillborn = 0
+    while True:
+        while (worker := _least_busy(crew, most)) and (task := tasks.next(not worker.tasks)):
+            worker.give(task)
+        yield from results  # while the next ones are being made
+        if not any(worker.tasks for worker in crew) and (not crew or any(worker.hidden for worker in crew)):
+            return
+        results = []
+        for worker in wait_for(crew):
+            is_alive, message = worker.receive()
+            if is_alive and worker.hidden:
+                results.append(tasks.done(worker.tasks.pop(0), message))
+            elif is_alive:
+                worker.hidden, stillborn = message, 0
+            else:
+                stillborn += not worker.hidden
+                if stillborn > TRIES:
+                    raise OSError(f"{worker.never_begins}: {message}")
+                crew[crew.index(worker)] = start()
+                results += [result for task in worker.tasks for result in tasks.lost(task, message)]
+
+
+def _least_busy(crew: list[_AnyWorker], most: int) -> _AnyWorker | None:
+    """Who gets the next task. A task that is tried again is alone, as it may kill its worker."""
+    free = (worker for worker in crew if worker.hidden and len(worker.tasks) < most)
+    alone = (worker for worker in free if all(task.tries == 1 for task in worker.tasks))
+    return min(alone, key=lambda worker: len(worker.tasks), default=None)
 
 
 def on_processes(
@@ -102,29 +179,10 @@ def on_processes(
     most = workers or usable_cores()
     count = min(most, len(items)) if isinstance(items, Sized) else most
     start = partial(_ProcessWorker, function, device, max(1, usable_cores() // max(1, count)), lost)
-    tasks, crew, stillborn = Tasks(items, ahead and ahead * count), list[_ProcessWorker](), 0
-    results: list[tuple[int, Any]] = []
+    crew: list[_ProcessWorker] = []
     try:
-        crew += [start() for _ in range(count)]
-        while True:
-            for worker in crew:
-                if worker.is_ready and not worker.task and (task := tasks.next()):
-                    worker.give(task)
-            yield from results  # while the next ones are being made
-            if not any(worker.task for worker in crew) and (not crew or any(worker.is_ready for worker in crew)):
-                return
-            results = []
-            for pipe in wait([worker.pipe for worker in crew]):
-                worker = next(one for one in crew if one.pipe is pipe)
-                task = worker.task
-                is_answered, message = worker.receive()
-                if task is not None:
-                    results += [tasks.done(task, message)] if is_answered else tasks.lost(task, message)
-                if not is_answered:
-                    stillborn += not worker.is_ready
-                    if stillborn > TRIES:
-                        raise OSError(f"worker processes die before they begin: {message}")
-                    crew[crew.index(worker)] = start()
+        crew += (start() for _ in range(count))
+        yield from results_of(Tasks(items, ahead and ahead * count), crew, start, _wait_for)
     finally:
         with _interrupts_held():
             for worker in crew:
@@ -138,14 +196,11 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-class _ProcessWorker:
-    """A process, and the end of the pipe that leads to it.
-
-    task      what it works on
-    is_ready  it has begun, and its hidden files are known
-    """
+class _ProcessWorker(Worker):
+    """A process, and the end of the pipe that leads to it."""
 
     def __init__(self, function: Function, device: int, threads: int, lost: Lost):
+        super().__init__(lost)
         context = get_context("spawn")
         self.pipe, theirs = context.Pipe()
         arguments = theirs, function, device, threads
@@ -153,44 +208,37 @@ class _ProcessWorker:
         with _interrupts_held():
             self.process.start()
         theirs.close()
-        self.task: Task | None = None
-        self._lost, self._hidden = lost, ""
-
-    @property
-    def is_ready(self) -> bool:
-        return bool(self._hidden)
 
     def give(self, task: Task) -> None:
-        self.task = task
-        with suppress(OSError):  # it is dead: receive() will tell
+        super().give(task)
+        with suppress(OSError):  # it is dead, which receive() finds
             self.pipe.send(task.item)
 
     def receive(self) -> tuple[bool, Any]:
-        """True and the result of its task, or None if it has only begun; False and the cause if it is dead."""
         try:
-            message = self.pipe.recv()
+            return True, self.pipe.recv()
         except _GONE:
             return False, self.end()
-        if not self.is_ready:
-            self._hidden, message = message, None
-        self.task = None
-        return True, message
 
     def dismiss(self) -> None:
         """It ends by itself if it has no task; else now."""
         self.pipe.close()
-        if self.task or not self.is_ready:
+        if self.tasks or not self.hidden:
             self.process.kill()
 
     def end(self) -> str:
         """Waits for its end, and removes what it has left. Returns the cause."""
-        self.process.join(_PATIENCE if not self.task else 0.1)
+        self.process.join(_PATIENCE if not self.tasks else 0.1)
         self.process.kill()
         self.process.join()
-        if self.task:
-            self._lost(self.task.item, self._hidden)
+        self.remove_rest()
         code = self.process.exitcode or 0
         return f"signal {-code} (is there enough memory?)" if code < 0 else f"exit code {code}"
+
+
+def _wait_for(crew: list[_ProcessWorker]) -> list[_ProcessWorker]:
+    ready = wait([worker.pipe for worker in crew])
+    return [worker for worker in crew if worker.pipe in ready]
 
 
 def _serve(pipe: Connection, function: Function, device: int, threads: int) -> None:

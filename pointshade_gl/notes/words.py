@@ -109,6 +109,7 @@ _ELSEWHERE = {  # what options are called in other programs
     "photo": "--color",
     "rgb": "--color",
     "shadow": '--light "X,Y,Z shadow"',
+    "size": "--picture-size",
     "units": "--depth-scale",
     "width": "--picture-size",
 }

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from rich.console import Console
+from traced_light import decibels, shade
 
 from pointshade_gl.bench.charts import INK, brief, headline, new_figure, new_table, plain, png
 from pointshade_gl.bench.measure import clocked
@@ -20,11 +21,9 @@ from pointshade_gl.bench.tracing import (
     Hits,
     TracedSurface,
     as_frame,
-    decibels,
     encode,
     moved_surface,
     plane,
-    shade,
     sphere,
     trace,
 )

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from lit_forms import count_forms, form_chart, measure_forms, show_forms
+from traced_light import PICTURE_LIGHT, YAW, score_picture, turned
 
 from pointshade_gl.bench import command
 from pointshade_gl.bench.charts import (
@@ -32,7 +33,7 @@ from pointshade_gl.bench.charts import (
 )
 from pointshade_gl.bench.measure import CONDITIONS, clocked, generator
 from pointshade_gl.bench.scenes import standard_camera
-from pointshade_gl.bench.tracing import PICTURE_LIGHT, YAW, as_frame, score_picture, sphere_and_wall, trace, turned
+from pointshade_gl.bench.tracing import as_frame, sphere_and_wall, trace
 from pointshade_gl.renderer.renderer import Renderer
 from pointshade_gl.scene.appearance import NOT_LIT, SHADINGS, Shading, Splat
 from pointshade_gl.scene.frame import Frame

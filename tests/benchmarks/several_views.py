@@ -17,27 +17,14 @@ from typing import TYPE_CHECKING, Any
 import moderngl
 import numpy as np
 from rich.console import Console
+from traced_light import SAME_DEPTH, decibels, near_edge, shade
 
 from pointshade_gl.bench import command
 from pointshade_gl.bench.charts import INK, brief, headline, new_figure, new_table, plain, png, title, wide_console
 from pointshade_gl.bench.measure import add_kinect_noise, angle, clocked, generator, round_disparity
 from pointshade_gl.bench.scenes import box, pose_at, standard_camera
 from pointshade_gl.bench.speed import peak_memory_mb
-from pointshade_gl.bench.tracing import (
-    SAME_DEPTH,
-    Array,
-    Hits,
-    TracedSurface,
-    decibels,
-    encode,
-    moved_surface,
-    near_edge,
-    plane,
-    shade,
-    sphere,
-    trace,
-    waves,
-)
+from pointshade_gl.bench.tracing import Array, Hits, TracedSurface, encode, moved_surface, plane, sphere, trace, waves
 from pointshade_gl.estimation.multi_view import COMPARED
 from pointshade_gl.notes.notes import silence
 from pointshade_gl.renderer.renderer import Renderer

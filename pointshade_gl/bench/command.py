@@ -25,7 +25,7 @@ from .charts import bold, brief, check_matplotlib, error_chart, new_table, stabi
 from .measure import BROKEN, CONDITIONS, FULL, QUICK, STRESSES, Measurement, Plan
 
 Names = tuple[list[Method], list[str], list[str]]  # of methods, conditions and stresses
-CLONE = Path(__file__).resolve().parents[2]
+RESEARCH = Path(__file__).resolve().parents[2] / "tests" / "benchmarks"  # where this is a clone of the repository
 
 
 def bench(output: Path, quick: bool, only: Sequence[str], seed: int, device: int) -> str:
@@ -53,13 +53,18 @@ def bench(output: Path, quick: bool, only: Sequence[str], seed: int, device: int
 
 
 def bench_speed(output: Path, quick: bool, device: int) -> str:
-    """Writes speed.json and speed.png to a folder; prints tables. Returns one line about what was written."""
+    """Writes speed.json and speed.png to a folder; prints tables. Returns one line about what was written.
+
+    In a clone speed.json has what `--against` compares with, too.
+    """
     from .speed import QUICK_SIZES, SIZES, measure_speed, show_speed, speed_chart, steps_of
 
     prepare(output)
-    sizes = SIZES[:QUICK_SIZES] if quick else SIZES
+    sizes, rounds = (SIZES[:QUICK_SIZES], 3) if quick else (SIZES, 9)
     with progress(steps_of(sizes)) as advance:
-        results = measure_speed(device, 3 if quick else 9, sizes, advance)
+        results = measure_speed(device, rounds, sizes, advance)
+        if RESEARCH.is_dir():
+            results["jobs"] = research("against", "speed_against").measure_jobs(device, rounds)
     write(output, {"speed.png": speed_chart(results)}, results, "speed.json")
     show_speed(results, wide_console())
     return f"{output}: speed.png, speed.json: {results['gl']['renderer']}"
@@ -70,11 +75,10 @@ def research(name: str, script: str) -> Any:
 
     Raises ValueError where the package lies outside a clone of the repository.
     """
-    path = CLONE / "tests" / "benchmarks" / f"{script}.py"
-    if not path.is_file():
-        place = path.relative_to(CLONE).as_posix()
+    if not (RESEARCH / f"{script}.py").is_file():
+        place = f"tests/benchmarks/{script}.py"
         raise ValueError(f"{option(name)} is research: run it in a clone of the repository ({place})")
-    sys.path.insert(0, str(path.parent))  # it imports its neighbours
+    sys.path.insert(0, str(RESEARCH))  # it imports its neighbours
     return import_module(script)
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -25,11 +25,9 @@ from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame
 from ..scene.light import Light
 from ..scene.visible import MERGE
-from . import speed_jobs
 from .charts import INK, PALE, brief, new_figure, new_table, png
 from .measure import clocked
 from .scenes import standard_camera
-from .speed_jobs import JOBS
 from .tracing import as_frame, sphere_and_wall, trace
 
 COLORS = {"points": "#c98a2e", "compute": "#d03a2b", "stage": "#3f7fb5"}
@@ -176,7 +174,6 @@ WIDEST = 1920  # of the pictures drawn
 YAW = 15  # degrees by which views are turned
 PATIENCE = 60.0  # seconds for one size and rasteriser; a slower one is left out, with a note
 TOLERANCES = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
-WARM_UP = 2  # rounds of jobs that are not counted: they compile shaders
 PACKAGES = Path(__file__).resolve().parents[2]  # the folder that holds the package
 COPY = 64 * 2**20  # bytes of the copy that measures a bandwidth
 Advance = Callable[[], None]
@@ -193,8 +190,7 @@ def measure_speed(device: int, rounds: int, sizes: Sequence[tuple[int, int]], ad
     results["points"] = measure_points(device, rounds, sizes, advance)
     results["merging"] = measure_merging(device, rounds)
     advance()
-    results["jobs"] = measure_jobs(device, rounds)
-    results["cold_start_s"] = results["jobs"]["first picture"]["ms"] / 1e3
+    results["cold_start_s"] = cold_start(device, rounds)
     advance()
     return results
 
@@ -390,19 +386,13 @@ def peak_memory_mb() -> float | None:
     return peak / (1e6 if sys.platform == "darwin" else 1e3)
 
 
-def measure_jobs(device: int, rounds: int) -> dict[str, dict[str, float]]:
-    """Medians of the jobs of speed_jobs.py, of those that can be done: {job: {"ms", "cpu_ms"}}.
-
-    They run in a process of their own, as those of the version that `--against` compares with.
-    """
-    program = Path(speed_jobs.__file__).read_text(encoding="utf-8")
-    asked = "\n".join(JOBS * (WARM_UP + rounds))
-    done = subprocess.run(
-        [sys.executable, "-c", program, str(device)], cwd=PACKAGES, input=asked, stdout=subprocess.PIPE, text=True
-    )
-    laps = [json.loads(line) for line in done.stdout.splitlines()[1:]][WARM_UP * len(JOBS) :]
-    found = {job: [lap for lap in laps[k :: len(JOBS)] if lap] for k, job in enumerate(JOBS)}
-    return {job: {key: median(lap[key] for lap in own) for key in own[0]} for job, own in found.items() if own}
+def cold_start(device: int, rounds: int) -> float:
+    """Median seconds of a command, from its start to its picture on disk, after one that is not counted."""
+    with tempfile.TemporaryDirectory() as folder:
+        output = str(Path(folder) / "a.png")
+        command = [sys.executable, "-m", "pointshade_gl", "render", "-o", output, "--device", str(device)]
+        run = partial(subprocess.run, command, cwd=PACKAGES, check=True, capture_output=True)
+        return median([clocked(run)[1] for _ in range(rounds + 1)][1:]) / 1e3
 
 
 def measure_merging(device: int, rounds: int) -> list[dict[str, Any]]:

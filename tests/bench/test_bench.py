@@ -249,8 +249,8 @@ class TestCommand:
     ],
 )
 def test_research_needs_a_clone(tmp_path, monkeypatch, line, option, script):
-    assert (command.CLONE / "tests/benchmarks" / f"{script}.py").is_file()
-    monkeypatch.setattr(command, "CLONE", tmp_path)
+    assert (command.RESEARCH / f"{script}.py").is_file()
+    monkeypatch.setattr(command, "RESEARCH", tmp_path)
     error = run(*line, "-o", tmp_path / "out").exception
     place = f"(tests/benchmarks/{script}.py)"
     assert isinstance(error, ValueError) and not (tmp_path / "out").exists()
@@ -315,14 +315,14 @@ class TestSpeed:
     def test_the_command_writes_and_says_on_what(self, renderer, tmp_path, monkeypatch, capsys):
         monkeypatch.setattr(speed, "SIZES", ((40, 30), (80, 60)))
         monkeypatch.setattr(speed, "TOLERANCES", (0.0, 1e-5))
-        monkeypatch.setattr(speed, "measure_jobs", lambda *_: {"first picture": {"ms": 1.0, "cpu_ms": 2.0}})
+        against = research("against", "speed_against")
+        monkeypatch.setattr(against, "measure_jobs", lambda *_: {"first picture": {"ms": 1.0, "cpu_ms": 2.0}})
         said = bench_speed(tmp_path / "out", quick=True, device=0)
         assert renderer.context.renderer in said
         results = json.loads((tmp_path / "out" / "speed.json").read_text())
         assert [stage["name"] for stage in results["stages"]] == list(speed.stage_bytes(1, 1))
         assert all(stage["ms"] > 0 and stage["limit_ms"] > 0 for stage in results["stages"])
-        read_jobs = research("against", "speed_against").read_jobs
-        assert read_jobs(tmp_path / "out" / "speed.json") == {"first picture": {"ms": 1, "cpu_ms": 2}}
+        assert against.read_jobs(tmp_path / "out" / "speed.json") == {"first picture": {"ms": 1, "cpu_ms": 2}}
         assert results["cold_start_s"] > 0 and len(results["points"]) in (2, 4)
         with Image.open(tmp_path / "out" / "speed.png") as image:
             assert image.width > 1000

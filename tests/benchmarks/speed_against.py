@@ -20,13 +20,13 @@ from statistics import median, quantiles
 from typing import Any
 
 from rich.console import Console
+from speed_jobs import JOBS
 
-from pointshade_gl.bench import command, speed_jobs
+from pointshade_gl.bench import command
 from pointshade_gl.bench.charts import new_table, wide_console
-from pointshade_gl.bench.speed import WARM_UP
-from pointshade_gl.bench.speed_jobs import JOBS
 from pointshade_gl.notes.words import option
 
+WARM_UP = 2  # rounds that are not counted: they compile shaders
 HERE = Path(__file__).resolve().parents[2]  # the folder that holds the package
 Times = dict[str, list[dict[str, float]]]  # by job: {"ms", "cpu_ms"} of every round; no round if it cannot be done
 
@@ -62,7 +62,7 @@ class Worker:
         """folder: that holds the package. Raises ValueError if it does not run."""
         self._name = name
         self._errors = tempfile.TemporaryFile(mode="w+")  # noqa: SIM115  # closed with the process
-        jobs = Path(speed_jobs.__file__).read_text(encoding="utf-8")
+        jobs = Path(__file__).with_name("speed_jobs.py").read_text(encoding="utf-8")
         self._process = subprocess.Popen(
             [sys.executable, "-c", jobs, str(device)], cwd=folder, env=_environment(folder),
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, text=True,
@@ -119,6 +119,12 @@ def race(folders: dict[str, Path], device: int, rounds: int, advance: Callable[[
                         times[name][job].append(lap)
             advance()
         return times
+
+
+def measure_jobs(device: int, rounds: int) -> dict[str, dict[str, float]]:
+    """The medians of this version alone, as `bench --speed` stores them."""
+    times = race({"this version": HERE}, device, rounds, lambda: None)["this version"]
+    return {job: {key: median(lap[key] for lap in laps) for key in laps[0]} for job, laps in times.items() if laps}
 
 
 def compare(against: str, device: int, rounds: int, advance: Callable[[], None]) -> list[dict[str, Any]]:

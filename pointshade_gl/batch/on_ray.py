@@ -20,22 +20,9 @@ from ..notes.notes import print_note
 from ..notes.version import __version__
 from ..notes.words import option
 from .jobs import Done, Job
-from .processes import (
-    Failed,
-    Function,
-    Lost,
-    Task,
-    Tasks,
-    Worker,
-    checked,
-    no_rest,
-    outcome_of,
-    remove_rest,
-    results_of,
-)
+from .processes import Failed, Function, Task, Tasks, Worker, checked, outcome_of, results_of
 
 LOCAL = "local"
-MISSING = "Ray is not installed: pip install 'pointshade-gl[ray]'"
 PATIENCE = 5.0  # seconds for a cluster to answer: by itself Ray would try for minutes
 STORE = 500 << 20  # bytes of shared memory of a Ray of our own: a few pictures are on their way at a time
 TOKEN = secrets.token_hex(32)  # Ray reads it once in a process
@@ -55,7 +42,7 @@ def connected(address: str, workers: int | None = None) -> Iterator[Any]:
     try:
         import ray
     except ImportError:
-        raise ValueError(MISSING) from None
+        raise ValueError("Ray is not installed: pip install 'pointshade-gl[ray]'") from None
     if ray.is_initialized():
         yield ray
         return
@@ -147,8 +134,8 @@ class _RayWorker(Worker):
 
     never_begins = "no worker starts on Ray"
 
-    def __init__(self, ray: Any, start: Callable[[], Any], lost: Lost):
-        super().__init__(lost)
+    def __init__(self, ray: Any, start: Callable[[], Any]):
+        super().__init__()
         self._ray, self.actor = ray, start()
         self.references = [self.actor.ready.remote()]
 
@@ -189,7 +176,6 @@ def on_ray(
     num_gpus: float = 0.0,
     device: int = 0,
     ahead: int | None = None,
-    lost: Lost = no_rest,
 ) -> Generator[tuple[int, Any], None, None]:
     """What `on_processes` does, on a Ray cluster. A worker may also be lost with its machine.
 
@@ -214,7 +200,7 @@ def on_ray(
         count = count if most is None else min(count, most)
         kind = ray.remote(_Actor).options(num_cpus=CPUS, num_gpus=num_gpus)
         actor = partial(kind.remote, function, device, max(1, int(cpus / count)))
-        start, crew = partial(_RayWorker, ray, actor, lost), list[_RayWorker]()
+        start, crew = partial(_RayWorker, ray, actor), list[_RayWorker]()
         try:
             crew += (start() for _ in range(count))
             tasks = Tasks(items, ahead and ahead * count)
@@ -260,7 +246,7 @@ def run_all_on_ray(
     """
     with _mark_in(output) as mark:
         make = partial(_make, mark=mark)
-        with closing(on_ray(make, jobs, address, workers, num_gpus, device, lost=remove_rest)) as results:
+        with closing(on_ray(make, jobs, address, workers, num_gpus, device)) as results:
             for number, result in results:
                 outcome, content = (result, None) if isinstance(result, Exception) else result
                 if content is not None:

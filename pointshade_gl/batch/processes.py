@@ -24,7 +24,6 @@ _PATIENCE = 5.0  # seconds that an idle worker has to end by itself
 _GONE = (EOFError, OSError)  # what a pipe raises when its other end is closed
 
 Function = Callable[[Any, int], Any]
-Lost = Callable[[Any, str], None]
 
 
 class Task(NamedTuple):
@@ -85,9 +84,9 @@ class Worker:
 
     never_begins = "worker processes die before they begin"
 
-    def __init__(self, lost: Lost):
+    def __init__(self) -> None:
         self.tasks: list[Task] = []
-        self.hidden, self._lost = "", lost
+        self.hidden = ""
 
     def give(self, task: Task) -> None:
         self.tasks.append(task)
@@ -96,16 +95,13 @@ class Worker:
         raise NotImplementedError
 
     def remove_rest(self) -> None:
-        """Removes what it has left of its tasks, once it is dead."""
+        """Removes what it has left of the files of its jobs, once it is dead."""
         for task in self.tasks:
-            self._lost(task.item, self.hidden)
+            if isinstance(task.item, Job):
+                remove_hidden(task.item.path.parent, self.hidden)
 
 
 _AnyWorker = TypeVar("_AnyWorker", bound=Worker)
-
-
-def no_rest(item: Any, ours: str) -> None:
-    """For functions that write no files."""
 
 
 def results_of(
@@ -160,7 +156,6 @@ def on_processes(
     workers: int | None = None,
     device: int = 0,
     ahead: int | None = None,
-    lost: Lost = no_rest,
 ) -> Generator[tuple[int, Any], None, None]:
     """Calls function(item, device) for all items in processes: (number of the item, result), as they are done.
 
@@ -172,13 +167,12 @@ def on_processes(
               return what goes wrong instead of raising it
     workers   how many; None: one for each core
     ahead     for each worker: no item is taken that comes so many after the first one that is not done; None: no limit
-    lost      called with an item and the beginning of the hidden files of the worker that died of it
 
     Raises OSError if workers die before they begin.
     """
     most = workers or usable_cores()
     count = min(most, len(items)) if isinstance(items, Sized) else most
-    start = partial(_ProcessWorker, function, device, max(1, usable_cores() // max(1, count)), lost)
+    start = partial(_ProcessWorker, function, device, max(1, usable_cores() // max(1, count)))
     crew: list[_ProcessWorker] = []
     try:
         crew += (start() for _ in range(count))
@@ -199,8 +193,8 @@ def usable_cores() -> int:
 class _ProcessWorker(Worker):
     """A process, and the end of the pipe that leads to it."""
 
-    def __init__(self, function: Function, device: int, threads: int, lost: Lost):
-        super().__init__(lost)
+    def __init__(self, function: Function, device: int, threads: int):
+        super().__init__()
         context = get_context("spawn")
         self.pipe, theirs = context.Pipe()
         arguments = theirs, function, device, threads
@@ -292,7 +286,7 @@ def run_all(
 
     Raises ContextError if workers have no OpenGL, OSError if they die before they begin or the disk is full.
     """
-    with closing(on_processes(outcome_of, jobs, workers, device, lost=remove_rest)) as results:
+    with closing(on_processes(outcome_of, jobs, workers, device)) as results:
         for number, result in results:
             yield jobs[number], checked(result)
 
@@ -303,11 +297,6 @@ def checked(result: Done | Failed | Exception) -> Done | Failed:
     if isinstance(outcome, Failed) and outcome.kind in _ENDS:
         raise _ENDS[outcome.kind](outcome.sentence)
     return outcome
-
-
-def remove_rest(job: Job, ours: str) -> None:
-    """Removes what a worker that died has left of a job's file. ours: how the names of its hidden files begin."""
-    remove_hidden(job.path.parent, ours)
 
 
 def outcome_of(job: Job, device: int = 0) -> Done | Failed:

@@ -1,4 +1,4 @@
-"""What a batch is going to do, and its manifest, which says what is done.
+"""What a batch is going to do, and its manifest, the list of what is done.
 
 The manifest has one line of JSON for each output, appended when the output is whole, at once: a process that is killed
 loses no more than what it was doing. What cannot be read is passed over: a torn line, or one of a newer version.
@@ -70,14 +70,14 @@ class Manifest:
 
         Raises OSError if the line cannot be written, such as on a full disk.
         """
-        plain_value = {
+        measured = {
             "size": done.size,
             "sha256": done.sha256,
             "seconds": round(done.seconds, 3),
             "renderer": done.renderer,
         }
         now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-        entry = {"output": self._name(done.path), **made_from, "time": now, **plain_value}
+        entry = {"output": self._name(done.path), **made_from, "time": now, **measured}
         self.entries[entry["output"]] = entry
         line = ("\n" * self._torn + json.dumps(entry) + "\n").encode()
         try:
@@ -126,13 +126,13 @@ def is_whole(output: Path, entry: Entry | None, thoroughly: bool = False) -> boo
 
 
 def plain_value(value: Any) -> Any:
-    """A value as JSON has it: of a dataclass the fields that are not their default; of an environment what tells it
-    from others."""
+    """A value as JSON has it: of a dataclass the fields that are not their default; of an environment what identifies
+    it."""
     if isinstance(value, Environment):
         return value.name if value.name in NAMES else f"sha256:{hashlib.sha256(value.picture.tobytes()).hexdigest()}"
     if is_dataclass(value):
         plain = _defaults(type(value))
-        return {name: one for name, one in _told_fields(value).items() if one != plain[name]}
+        return {name: one for name, one in _plain_fields(value).items() if one != plain[name]}
     if isinstance(value, np.ndarray):
         return value.tolist()
     return [plain_value(one) for one in value] if isinstance(value, list | tuple) else value
@@ -140,10 +140,10 @@ def plain_value(value: Any) -> Any:
 
 @cache
 def _defaults(kind: type[Any]) -> Entry:
-    return _told_fields(kind())
+    return _plain_fields(kind())
 
 
-def _told_fields(value: Any) -> Entry:
+def _plain_fields(value: Any) -> Entry:
     return {field.name: plain_value(getattr(value, field.name)) for field in fields(value)}
 
 
@@ -163,7 +163,7 @@ def _ends_well(path: Path) -> bool:
 
 
 class Planned(NamedTuple):
-    """A job, and what the manifest says that its output was made from."""
+    """A job, and what its output is made from, as the manifest has it."""
 
     job: Job
     made_from: Entry

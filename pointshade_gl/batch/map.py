@@ -233,14 +233,14 @@ def _drawn(drawing: Drawing, device: int) -> Drawn | Exception:
 
 
 def _counted(sources: Iterable[Any], count: Count) -> Iterator[Any]:
-    """The sources; they are as many as were taken, where nobody has said how many there are."""
+    """The sources; they are as many as were taken, where it is not known how many there are."""
     for number, source in enumerate(sources, 1):
         count.all = max(count.all, number)
         yield source
 
 
 def _sources(frames: Iterable[Any] | FilePath, note: Note, count: Count) -> Iterator[Any]:
-    """What is drawn, one after the other. How many, if that is known, is said to `count`."""
+    """What is drawn, one after the other. `count` gets how many they are, if that is known."""
     count.all = len(frames) if isinstance(frames, Sized) and not is_a(frames, str) else 1
     if isinstance(frames, str | PathLike):
         opened = frames if is_scene(frames) or is_cloud(frames) else open_source(frames, notes=note)

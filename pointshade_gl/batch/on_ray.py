@@ -23,9 +23,9 @@ from .jobs import Done, Job
 from .processes import Failed, Function, Task, Tasks, Worker, checked, outcome_of, results_of
 
 LOCAL = "local"
-PATIENCE = 5.0  # seconds for a cluster to answer: by itself Ray would try for minutes
-STORE = 500 << 20  # bytes of shared memory of a Ray of our own: a few pictures are on their way at a time
-TOKEN = secrets.token_hex(32)  # Ray reads it once in a process
+ANSWERS_WITHIN = 5.0  # seconds for a cluster to answer: by itself Ray would try for minutes
+STORE_BYTES = 500 << 20  # of shared memory of a Ray of our own: a few pictures are on their way at a time
+OWN_TOKEN = secrets.token_hex(32)  # Ray reads it once in a process
 _ENDINGS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM") if hasattr(signal, name)]
 
 
@@ -52,7 +52,7 @@ def connected(address: str, workers: int | None = None) -> Iterator[Any]:
         if address == LOCAL:
             processors = max(os.cpu_count() or 1, workers or 1)
             with settings_of_local():
-                ray.init(LOCAL, num_cpus=processors, include_dashboard=False, object_store_memory=STORE, **quiet)
+                ray.init(LOCAL, num_cpus=processors, include_dashboard=False, object_store_memory=STORE_BYTES, **quiet)
         else:
             _check_answers(address)
             ray.init(address, **quiet)
@@ -76,12 +76,12 @@ def silence_ray() -> None:
 def settings_of_local() -> Iterator[None]:
     """A Ray of our own starts inside, with settings about which the user has not decided.
 
-    It tells its makers nothing over the network. Its token lies in the home, or nowhere if that cannot be written.
+    It sends its makers nothing over the network. Its token lies in the home, or nowhere if that cannot be written.
     """
     home = Path(os.path.expanduser("~"))  # noqa: PTH111 - without a home it stays ~
     settings = {"RAY_USAGE_STATS_ENABLED": "0"}
     if not (home / ".ray").exists() and not os.access(home, os.W_OK):
-        settings["RAY_AUTH_TOKEN"] = TOKEN
+        settings["RAY_AUTH_TOKEN"] = OWN_TOKEN
     ours = settings.keys() - os.environ.keys()
     os.environ.update({name: settings[name] for name in ours})
     try:
@@ -103,14 +103,16 @@ def _check_answers(address: str) -> None:
     if not (colon and port.isdecimal()):
         return
     try:
-        socket.create_connection((host.strip("[]"), int(port)), PATIENCE).close()
+        socket.create_connection((host.strip("[]"), int(port)), ANSWERS_WITHIN).close()
     except (OSError, OverflowError) as error:
         raise ConnectionError(f"{error}") from None
 
 
-CPUS = 0.5  # of a worker: whoever reads frames for us on the same Ray needs some, too, or all would wait for each other
+CPUS_EACH = (
+    0.5  # of the workers: whoever reads frames for us on the same Ray needs some, too, or all would wait for each other
+)
 QUEUED = 2  # small tasks that a worker has at a time: the next one is there when one is done
-SLOW = 20.0  # seconds without a worker, after which a note tells why
+NOTED_AFTER = 20.0  # seconds without a worker, after which a note explains why
 GRACE = 10.0  # seconds in which workers may end what they are at when nobody waits for it any more
 
 
@@ -198,7 +200,7 @@ def on_ray(
             raise ValueError(f"Ray finds {gpus:g} GPUs on this machine: leave out {option('num_gpus')}")
         count = workers or max(1, int(gpus / num_gpus if num_gpus else cpus))
         count = count if most is None else min(count, most)
-        kind = ray.remote(_Actor).options(num_cpus=CPUS, num_gpus=num_gpus)
+        kind = ray.remote(_Actor).options(num_cpus=CPUS_EACH, num_gpus=num_gpus)
         actor = partial(kind.remote, function, device, max(1, int(cpus / count)))
         start, crew = partial(_RayWorker, ray, actor), list[_RayWorker]()
         try:
@@ -212,7 +214,7 @@ def on_ray(
 def _wait_for(ray: Any, crew: list[_RayWorker]) -> list[_RayWorker]:
     """Notes on the way that there is no room for workers."""
     by_reference = {worker.references[0]: worker for worker in crew if worker.references}
-    done, _ = ray.wait(list(by_reference), timeout=None if any(worker.hidden for worker in crew) else SLOW)
+    done, _ = ray.wait(list(by_reference), timeout=None if any(worker.hidden for worker in crew) else NOTED_AFTER)
     if not done:
         free = ray.available_resources()
         room = " and ".join(f"{free.get(name, 0):g} {name}" for name in ("CPU", "GPU"))

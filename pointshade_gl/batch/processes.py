@@ -20,7 +20,7 @@ from .jobs import Done, Job, LeftOut, run
 from .manifest import no_room
 
 TRIES = 2  # of a task whose worker dies: something else may have used up the memory
-_PATIENCE = 5.0  # seconds that an idle worker has to end by itself
+_ENDS_WITHIN = 5.0  # seconds that an idle worker has to end by itself
 _GONE = (EOFError, OSError)  # what a pipe raises when its other end is closed
 
 Function = Callable[[Any, int], Any]
@@ -222,7 +222,7 @@ class _ProcessWorker(Worker):
 
     def end(self) -> str:
         """Waits for its end, and removes what it has left. Returns the cause."""
-        self.process.join(_PATIENCE if not self.tasks else 0.1)
+        self.process.join(_ENDS_WITHIN if not self.tasks else 0.1)
         self.process.kill()
         self.process.join()
         self.remove_rest()
@@ -238,7 +238,7 @@ def _wait_for(crew: list[_ProcessWorker]) -> list[_ProcessWorker]:
 def _serve(pipe: Connection, function: Function, device: int, threads: int) -> None:
     """What a worker does: a task after the other, until the parent closes the pipe, or is no more.
 
-    threads  of a software driver, which other workers need, too; unless the user has said how many
+    threads  of a software driver, which other workers need, too; unless the user has set how many
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # on Windows, where none can be held
     os.environ.setdefault("LP_NUM_THREADS", str(threads))

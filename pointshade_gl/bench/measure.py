@@ -272,7 +272,7 @@ class Measurement:
         """{method: {condition: {"gpu_ms", "wall_ms"}}}, medians.
 
         The methods take turns, so that all meet the same conditions. GPU times are None if the driver has no timer, or
-        if it draws on the CPU, later than it says.
+        if it draws on the CPU, after the timer has stopped.
         """
         found: dict[str, Any] = {method: {} for method in self.methods}
         scene = self.scene(self.plan.timed_scene)

@@ -31,7 +31,7 @@ class Cancelled(Exception):
 def check_process(process: int, what: str) -> None:
     """Raise ContextError where what a process made is used in its fork, which has none of its threads.
 
-    process  what os.getpid() said as it was made
+    process  what os.getpid() gave as it was made
     """
     if os.getpid() != process:
         raise ContextError(f"this {what} was made before a fork: {SPAWN}, and make a new one in each")
@@ -68,7 +68,7 @@ def is_expected(error: BaseException) -> bool:
 
 
 def error_text(error: BaseException) -> str:
-    """Return what an error says, in one line; of a bug that it is one. POINTSHADE_DEBUG=1 prints its traceback."""
+    """Return the message of an error, in one line; of a bug that it is one. POINTSHADE_DEBUG=1 prints its traceback."""
     if os.environ.get(DEBUG, "0") not in ("", "0") and sys.stderr is not None:
         traceback.print_exception(error)
     stated = " ".join(str(error).split())

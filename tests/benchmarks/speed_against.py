@@ -68,7 +68,7 @@ class Worker:
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, text=True,
         )  # fmt: skip
         try:
-            package = Path(self._hear())
+            package = Path(self._answer())
             assert package.parent == folder.resolve(), f"{name} has run {package}"
         except BaseException:
             self.end()
@@ -79,9 +79,9 @@ class Worker:
         assert self._process.stdin is not None
         self._process.stdin.write(job + "\n")
         self._process.stdin.flush()
-        return self._hear()
+        return self._answer()
 
-    def _hear(self) -> Any:
+    def _answer(self) -> Any:
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         if not line:

@@ -108,9 +108,8 @@ def _check_answers(address: str) -> None:
         raise ConnectionError(f"{error}") from None
 
 
-CPUS_EACH = (
-    0.5  # of the workers: whoever reads frames for us on the same Ray needs some, too, or all would wait for each other
-)
+# Processors for each worker: who reads frames for us on the same Ray needs some, too, or all would wait for each other.
+CPUS_EACH = 0.5
 QUEUED = 2  # small tasks that a worker has at a time: the next one is there when one is done
 NOTED_AFTER = 20.0  # seconds without a worker, after which a note explains why
 GRACE = 10.0  # seconds in which workers may end what they are at when nobody waits for it any more
@@ -202,19 +201,19 @@ def on_ray(
         count = count if most is None else min(count, most)
         kind = ray.remote(_Actor).options(num_cpus=CPUS_EACH, num_gpus=num_gpus)
         actor = partial(kind.remote, function, device, max(1, int(cpus / count)))
-        start, crew = partial(_RayWorker, ray, actor), list[_RayWorker]()
+        start, pool = partial(_RayWorker, ray, actor), list[_RayWorker]()
         try:
-            crew += (start() for _ in range(count))
+            pool += (start() for _ in range(count))
             tasks = Tasks(items, ahead and ahead * count)
-            yield from results_of(tasks, crew, start, partial(_wait_for, ray), QUEUED if ahead else 1)
+            yield from results_of(tasks, pool, start, partial(_wait_for, ray), QUEUED if ahead else 1)
         finally:
-            _dismiss(ray, crew)
+            _dismiss(ray, pool)
 
 
-def _wait_for(ray: Any, crew: list[_RayWorker]) -> list[_RayWorker]:
+def _wait_for(ray: Any, pool: list[_RayWorker]) -> list[_RayWorker]:
     """Notes on the way that there is no room for workers."""
-    by_reference = {worker.references[0]: worker for worker in crew if worker.references}
-    done, _ = ray.wait(list(by_reference), timeout=None if any(worker.hidden for worker in crew) else NOTED_AFTER)
+    by_reference = {worker.references[0]: worker for worker in pool if worker.references}
+    done, _ = ray.wait(list(by_reference), timeout=None if any(worker.hidden for worker in pool) else NOTED_AFTER)
     if not done:
         free = ray.available_resources()
         room = " and ".join(f"{free.get(name, 0):g} {name}" for name in ("CPU", "GPU"))
@@ -222,14 +221,14 @@ def _wait_for(ray: Any, crew: list[_RayWorker]) -> list[_RayWorker]:
     return [by_reference[reference] for reference in done]
 
 
-def _dismiss(ray: Any, crew: list[_RayWorker]) -> None:
+def _dismiss(ray: Any, pool: list[_RayWorker]) -> None:
     """Ends the workers. What they are at they may end, so that no file is left half-written."""
-    busy = [reference for worker in crew if worker.tasks for reference in worker.references]
+    busy = [reference for worker in pool if worker.tasks for reference in worker.references]
     try:
         if busy:
             ray.wait(busy, num_returns=len(busy), timeout=GRACE)
     finally:
-        for worker in crew:
+        for worker in pool:
             ray.kill(worker.actor)
             worker.remove_rest()
 

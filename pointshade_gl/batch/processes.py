@@ -106,16 +106,16 @@ _AnyWorker = TypeVar("_AnyWorker", bound=Worker)
 
 def results_of(
     tasks: Tasks,
-    crew: list[_AnyWorker],
+    pool: list[_AnyWorker],
     start: Callable[[], _AnyWorker],
     wait_for: Callable[[list[_AnyWorker]], list[_AnyWorker]],
     most: int = 1,
 ) -> Iterator[tuple[int, Any]]:
-    """Shares tasks among the workers of a crew, and gives (number, result) as they come. Who dies is replaced.
+    """Shares tasks among the workers of a pool, and gives (number, result) as they come. Who dies is replaced.
 
     Only who has begun gets tasks: for others there may never be room.
 
-    wait_for  waits until something has come from some of the crew, and returns these
+    wait_for  waits until something has come from some of the pool, and returns these
     most      tasks that a worker has at a time
 
     Raises OSError if workers keep dying before they begin.
@@ -123,13 +123,13 @@ def results_of(
     results: list[tuple[int, Any]] = []
     stillborn = 0
     while True:
-        while (worker := _least_busy(crew, most)) and (task := tasks.next(not worker.tasks)):
+        while (worker := _least_busy(pool, most)) and (task := tasks.next(not worker.tasks)):
             worker.give(task)
         yield from results  # while the next ones are being made
-        if not any(worker.tasks for worker in crew) and (not crew or any(worker.hidden for worker in crew)):
+        if not any(worker.tasks for worker in pool) and (not pool or any(worker.hidden for worker in pool)):
             return
         results = []
-        for worker in wait_for(crew):
+        for worker in wait_for(pool):
             is_alive, message = worker.receive()
             if is_alive and worker.hidden:
                 results.append(tasks.done(worker.tasks.pop(0), message))
@@ -139,13 +139,13 @@ def results_of(
                 stillborn += not worker.hidden
                 if stillborn > TRIES:
                     raise OSError(f"{worker.never_begins}: {message}")
-                crew[crew.index(worker)] = start()
+                pool[pool.index(worker)] = start()
                 results += [result for task in worker.tasks for result in tasks.lost(task, message)]
 
 
-def _least_busy(crew: list[_AnyWorker], most: int) -> _AnyWorker | None:
+def _least_busy(pool: list[_AnyWorker], most: int) -> _AnyWorker | None:
     """Who gets the next task. A task that is tried again is alone, as it may kill its worker."""
-    free = (worker for worker in crew if worker.hidden and len(worker.tasks) < most)
+    free = (worker for worker in pool if worker.hidden and len(worker.tasks) < most)
     alone = (worker for worker in free if all(task.tries == 1 for task in worker.tasks))
     return min(alone, key=lambda worker: len(worker.tasks), default=None)
 
@@ -173,15 +173,15 @@ def on_processes(
     most = workers or usable_cores()
     count = min(most, len(items)) if isinstance(items, Sized) else most
     start = partial(_ProcessWorker, function, device, max(1, usable_cores() // max(1, count)))
-    crew: list[_ProcessWorker] = []
+    pool: list[_ProcessWorker] = []
     try:
-        crew += (start() for _ in range(count))
-        yield from results_of(Tasks(items, ahead and ahead * count), crew, start, _wait_for)
+        pool += (start() for _ in range(count))
+        yield from results_of(Tasks(items, ahead and ahead * count), pool, start, _wait_for)
     finally:
         with _interrupts_held():
-            for worker in crew:
+            for worker in pool:
                 worker.dismiss()
-            for worker in crew:
+            for worker in pool:
                 worker.end()
 
 
@@ -230,9 +230,9 @@ class _ProcessWorker(Worker):
         return f"signal {-code} (is there enough memory?)" if code < 0 else f"exit code {code}"
 
 
-def _wait_for(crew: list[_ProcessWorker]) -> list[_ProcessWorker]:
-    ready = wait([worker.pipe for worker in crew])
-    return [worker for worker in crew if worker.pipe in ready]
+def _wait_for(pool: list[_ProcessWorker]) -> list[_ProcessWorker]:
+    ready = wait([worker.pipe for worker in pool])
+    return [worker for worker in pool if worker.pipe in ready]
 
 
 def _serve(pipe: Connection, function: Function, device: int, threads: int) -> None:

@@ -63,7 +63,7 @@ def bench_speed(output: Path, quick: bool, device: int) -> str:
     sizes, rounds = (SIZES[:QUICK_SIZES], 3) if quick else (SIZES, 9)
     with progress(steps_of(sizes)) as advance:
         results = measure_speed(device, rounds, sizes, advance)
-        if RESEARCH.is_dir():
+        if (RESEARCH / "speed_against.py").is_file():
             results["jobs"] = research("against", "speed_against").measure_jobs(device, rounds)
     write(output, {"speed.png": speed_chart(results)}, results, "speed.json")
     show_speed(results, wide_console())

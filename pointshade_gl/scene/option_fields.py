@@ -105,7 +105,7 @@ def takes(known: type, *groups: type, like: Callable[..., Any] | None = None) ->
         named = [_parameter(name, found.get(name), known.__annotations__[name]) for name in names]
         listed = [(found[one.name], one) for one in (*plain, *named) if one.name in found]
         taken = {one.name for one in (*plain, *named)}
-        called = _checking(function, taken)
+        called: Any = _checking(function, taken)
         others = [entry for name, entry in _entries(inspect.getdoc(like)).items() if name in taken] if like else []
         order = f" {' '.join(one.name for one in (*plain, *named))} ".replace(" ", "  ")
         called.__doc__ = with_parameters(function.__doc__, listed, others, order)
@@ -200,7 +200,7 @@ def _filled(text: str) -> str:
     return "\n".join(lines)
 
 
-def _checking(function: Callable[..., Any], known: set[str]) -> Callable[..., Any]:
+def _checking(function: Callable[..., Any], known: set[str]) -> Any:
     """Return the function, which names a wrong keyword and the near one."""
 
     @wraps(function)

@@ -146,13 +146,10 @@ def _below(folder: Path, name: PurePosixPath, real: str, passed: set[str], listi
 
 def _clouds(files: list[ListedFile], name: PurePosixPath) -> list[Source]:
     """The point clouds among the files of a folder, found by their names; by all of it where others begin so."""
-    paths = [item.path for item in files if item.suffix in CLOUD_SUFFIXES or _is_pcd(item)]
+    maybe = [item for item in files if item.suffix in (*CLOUD_SUFFIXES, ".pcd")]
+    paths = [item.path for item in maybe if item.suffix != ".pcd" or is_cloud(str(item.path))]
     stems = [path.stem for path in paths]
     return [Source(str(path), name / (path.stem if stems.count(path.stem) == 1 else path.name)) for path in paths]
-
-
-def _is_pcd(item: ListedFile) -> bool:
-    return item.suffix == ".pcd" and is_cloud(item.path)
 
 
 def _real(path: Path, above: str) -> str:

@@ -196,18 +196,15 @@ def _write_normals(job: Job, device: int) -> str:
 
 def _write_film(job: Job, device: int) -> str:
     """By a renderer of its own: streams are filtered over time, and one must not begin with the end of another."""
-    source = read(job) if job.turntable is not None or _is_whole(job) else _all_frames(job)
+    if job.turntable is not None or _is_whole(job):
+        source = read(job)
+    else:
+        source = _open(job.source, job.reading)
+        first = first_readable(source)[1].frame
+        source = first if len(source) == 1 else source
     with Renderer(device=device) as renderer:
-        pictures, _ = jobs_of(source, job.view, job.turntable, job.frames, _skip, renderer)
+        pictures, _ = jobs_of(
+            source, job.view, job.turntable, job.frames, lambda text: print_note(f"skipped {text}"), renderer
+        )
         write_series(renderer, pictures, job.path, job.fps)
         return renderer.context.renderer
-
-
-def _skip(text: str) -> None:
-    print_note(f"skipped {text}")
-
-
-def _all_frames(job: Job) -> Frame | FrameSequence:
-    sequence = _open(job.source, job.reading)
-    _, first = first_readable(sequence)
-    return first.frame if len(sequence) == 1 else sequence

@@ -28,7 +28,6 @@ from ..scene.environment import NAMES, Environment
 from .batch_inputs import Source, parts_of, whole_of
 from .jobs import FILMS, Done, Job
 
-PATTERN = "manifest*.jsonl"
 _ENDS = {  # of whole files; of others their size must do
     ".png": b"IEND\xaeB`\x82",
     ".jpg": b"\xff\xd9",
@@ -55,8 +54,8 @@ class Manifest:
         name = "manifest.jsonl" if shard is None else f"manifest.{shard[0]}-of-{shard[1]}.jsonl"
         self.path = check_place(folder / name, only_read=True)
         self.entries: dict[str, Entry] = {}
-        self._torn = not _ends_well(self.path)
-        for path in sorted(filter(Path.is_file, folder.glob(PATTERN))):
+        self._torn = self.path.exists() and self.path.read_bytes()[-1:] not in (b"", b"\n")  # its last line
+        for path in sorted(filter(Path.is_file, folder.glob("manifest*.jsonl"))):
             for output, entry in {entry["output"]: entry for entry in _lines_of(path)}.items():
                 before = self.entries.get(output)
                 if before is None or str(entry.get("time")) >= str(before.get("time")):
@@ -155,11 +154,6 @@ def _lines_of(path: Path) -> Iterable[Entry]:
             continue
         if isinstance(entry, dict) and isinstance(entry.get("output"), str):
             yield entry
-
-
-def _ends_well(path: Path) -> bool:
-    """Whether the last line of a manifest is whole."""
-    return not path.exists() or path.read_bytes()[-1:] in (b"", b"\n")
 
 
 class Planned(NamedTuple):

@@ -245,14 +245,20 @@ def run_all_on_ray(
 
     Other arguments, and errors, are those of `on_ray`; and ContextError where a worker has no OpenGL.
     """
-    with _mark_in(output) as mark:
+    mark = hidden_beside(output.absolute() / "any")  # by it others find out whether they see this folder
+    mark.touch()
+    try:
         make = partial(_make, mark=mark)
         with closing(on_ray(make, jobs, address, workers, num_gpus, device)) as results:
             for number, result in results:
                 outcome, content = (result, None) if isinstance(result, Exception) else result
                 if content is not None:
-                    _write(jobs[number].path, content)
+                    jobs[number].path.parent.mkdir(parents=True, exist_ok=True)
+                    with written_whole(jobs[number].path) as hidden:
+                        hidden.write_bytes(content)
                 yield jobs[number], checked(outcome)
+    finally:
+        mark.unlink(missing_ok=True)
 
 
 def _make(job: Job, device: int, mark: Path) -> tuple[Done | Failed, bytes | None]:
@@ -270,20 +276,3 @@ def _outcome(job: Job, device: int) -> Done | Failed:
     if isinstance(outcome, Failed) and Path(job.source).is_absolute() and not Path(job.source).exists():
         return Failed(f"{socket.gethostname()} does not see {job.source}: put it where all machines of the cluster do")
     return outcome
-
-
-def _write(path: Path, content: bytes) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with written_whole(path) as hidden:
-        hidden.write_bytes(content)
-
-
-@contextmanager
-def _mark_in(folder: Path) -> Iterator[Path]:
-    """A hidden file, by which others find out whether they see this folder."""
-    mark = hidden_beside(folder.absolute() / "any")
-    mark.touch()
-    try:
-        yield mark
-    finally:
-        mark.unlink(missing_ok=True)

@@ -184,7 +184,7 @@ def measure_speed(device: int, rounds: int, sizes: Sequence[tuple[int, int]], ad
     with Renderer(device=device) as renderer:
         context = renderer.context
         results: dict[str, Any] = {"gl": context.limits(), "is_software": context.is_software, "rounds": rounds}
-        results["bandwidth"] = {"gpu": gpu_bandwidth(renderer), "cpu": cpu_bandwidth()}
+        results["bandwidth"] = bandwidths(renderer)
         results["stages"] = measure_stages(renderer, rounds, results["bandwidth"])
         advance()
     results["points"] = measure_points(device, rounds, sizes, advance)
@@ -200,26 +200,20 @@ def steps_of(sizes: Sequence[tuple[int, int]]) -> int:
     return len(sizes) + 3
 
 
-def gpu_bandwidth(renderer: Renderer) -> float:
-    """Bytes per second, read and written, at which the driver copies from buffer to buffer: the best of several."""
+def bandwidths(renderer: Renderer) -> dict[str, float]:
+    """Bytes per second, read and written, of the best of several copies: of the driver, and of NumPy in main memory."""
+
+    def best(copy: Callable[[], object]) -> float:
+        return max(2 * COPY / (clocked(copy)[1] / 1e3) for _ in range(8))
+
     with renderer.context.gl as gl:
         source, target = gl.buffer(reserve=COPY), gl.buffer(reserve=COPY)
         gl.finish()
-        found = bandwidth(lambda: (gl.copy_buffer(target, source), gl.finish()))
+        gpu = best(lambda: (gl.copy_buffer(target, source), gl.finish()))
         source.release()
         target.release()
-    return found
-
-
-def cpu_bandwidth() -> float:
-    """The same for NumPy's copy in main memory."""
-    source, target = np.ones(COPY, np.uint8), np.ones(COPY, np.uint8)
-    return bandwidth(lambda: np.copyto(target, source))
-
-
-def bandwidth(copy: Callable[[], object]) -> float:
-    """The best of several copies."""
-    return max(2 * COPY / (clocked(copy)[1] / 1e3) for _ in range(8))
+    ones, others = np.ones(COPY, np.uint8), np.ones(COPY, np.uint8)
+    return {"gpu": gpu, "cpu": best(lambda: np.copyto(others, ones))}
 
 
 def timed(lap: Timing) -> float:

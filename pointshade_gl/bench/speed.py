@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -85,25 +86,20 @@ def _draw_stages(axes: Any, stages: list[dict[str, Any]]) -> None:
     for place, stage in zip(places, stages, strict=True):
         axes.plot([stage["limit_ms"]] * 2, [place - 0.4, place + 0.4], color=INK, lw=1.5)
     axes.set_yticks(places, names)
-    axes.set_xscale("log")
-    axes.set_xlabel("milliseconds, 307 200 points; bar: limit")
+    axes.set(xscale="log", xlabel="milliseconds, 307 200 points; bar: limit")
 
 
 def _draw_points(axes: Any, rows: list[dict[str, Any]]) -> None:
     for name in ("points", "compute"):
         own = [row for row in rows if row["rasterizer"] == name]
+        points = [row["points"] for row in own]
         for key, style, label in (("live_ms", "o-", "new frame"), ("light_ms", "s:", "other light")):
-            values = [row[key] for row in own]
-            axes.plot(
-                [row["points"] for row in own], values, style, color=COLORS[name], ms=3, lw=1, label=f"{name}, {label}"
-            )
+            line = {"color": COLORS[name], "ms": 3, "lw": 1, "label": f"{name}, {label}"}
+            axes.plot(points, [row[key] for row in own], style, **line)
     base = rows[-1]
     ends = np.array([rows[0]["points"], base["points"]])
     axes.plot(ends, base["live_ms"] * ends / base["points"], color=PALE, lw=3, zorder=0, label="linear")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel("points")
-    axes.set_ylabel("milliseconds")
+    axes.set(xscale="log", yscale="log", xlabel="points", ylabel="milliseconds")
     axes.legend(fontsize=6, frameon=False)
 
 
@@ -113,12 +109,10 @@ def _draw_merging(axes: Any, rows: list[dict[str, Any]]) -> None:
         own = [row for row in rows if row["scene"] == scene]
         at = [max(row["tolerance"], 1e-7) for row in own]
         style = ("-", "--", ":")[k]
-        axes.plot(
-            at, [100 * row["splats"] / row["points"] for row in own], style, color=COLORS["stage"], lw=1, label=scene
-        )
+        shares = [100 * row["splats"] / row["points"] for row in own]
+        axes.plot(at, shares, style, color=COLORS["stage"], lw=1, label=scene)
         other.plot(at, [row["psnr"] or np.nan for row in own], style, color=COLORS["compute"], lw=1)
-    axes.set_xscale("log")
-    axes.set_xlabel("tolerance of merging, share of 1/z (left end: 0)")
+    axes.set(xscale="log", xlabel="tolerance of merging, share of 1/z (left end: 0)")
     axes.set_ylabel("splats, % of the points", color=COLORS["stage"])
     other.set_ylabel("PSNR, dB", color=COLORS["compute"], fontsize=8)
     other.tick_params(labelsize=7)
@@ -244,19 +238,16 @@ def measure_stages(renderer: Renderer, rounds: int, bandwidth: dict[str, float])
     camera = standard_camera(640, 480)
     first = as_frame(trace(sphere_and_wall(), camera), camera)
     pose, steps = orbit_pose(None, first.pivot, yaw=YAW), renderer.steps
-    laps: dict[str, list[float]] = {}
-    clocks: dict[str, str] = {}
+    laps: dict[str, list[tuple[float, str]]] = defaultdict(list)  # milliseconds, by which clock
 
     def by_wall(name: str, job: Callable[[], Any]) -> Any:
         result, ms = clocked(job)
-        laps.setdefault(name, []).append(ms)
-        clocks[name] = "wall"
+        laps[name].append((ms, "wall"))
         return result
 
     def by_step(name: str, step: str) -> None:
         lap = steps.laps[step]
-        laps.setdefault(name, []).append(timed(lap))
-        clocks[name] = "wall" if lap.gpu_ms is None else "GPU"
+        laps[name].append((timed(lap), "wall" if lap.gpu_ms is None else "GPU"))
 
     with tempfile.TemporaryDirectory() as folder:
         frame = first
@@ -278,13 +269,12 @@ def measure_stages(renderer: Renderer, rounds: int, bandwidth: dict[str, float])
             picture = np.frombuffer(image, np.uint8).reshape(480, 640, 4)
             by_wall("PNG", lambda picture=picture: save_image(Path(folder) / "a.png", picture))
     needed = stage_bytes(frame.points_known, camera.width * camera.height)
-    limits = {
-        name: size / bandwidth["cpu" if name in ("Frame", "PNG") else "gpu"] * 1e3 for name, size in needed.items()
-    }
-    return [
-        {"name": name, "ms": median(times[1:]), "clock": clocks[name], "limit_ms": limits[name]}
-        for name, times in laps.items()
-    ]
+    rows = []
+    for name, times in laps.items():
+        limit = needed[name] / bandwidth["cpu" if name in ("Frame", "PNG") else "gpu"]
+        row = {"name": name, "ms": median(ms for ms, _ in times[1:]), "clock": times[-1][1]}
+        rows.append(row | {"limit_ms": 1e3 * limit})
+    return rows
 
 
 def hilly(width: int, height: int) -> Frame:

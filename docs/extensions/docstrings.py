@@ -95,12 +95,10 @@ def shown(default: object) -> object:
 
 
 def skip_member(app: Sphinx, what: str, name: str, owner: object, skip: bool, options: object) -> bool | None:
-    """Leave out the older names of options, and what our classes only inherit from others."""
-    documented = (getattr(owner, "fget", None) or owner).__doc__ or ""
-    is_older = (owner.__doc__ or "").startswith("Older name of") or documented.startswith("Older name of")
+    """Leave out what our classes only inherit from others."""
     module = getattr(getattr(owner, "fget", owner), "__module__", "") or ""
     is_foreign = callable(owner) and not module.startswith("pointshade_gl")
-    return True if is_older or is_foreign else None
+    return True if is_foreign else None
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

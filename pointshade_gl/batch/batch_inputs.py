@@ -64,7 +64,7 @@ def find_sources(inputs: Sequence[str], output: Path, listing: Listing) -> list[
     """All sources in the inputs: each itself, or those in its folders, however deep. What lies in `output` is not read.
 
     Their names begin with that of their input, and go on as their folders do. Inputs of the same name have those of the
-    folders before it that tell them apart.
+    folders before it that differ.
 
     listing  looks at each folder once, here and in `parts_of`
 
@@ -146,13 +146,10 @@ def _below(folder: Path, name: PurePosixPath, real: str, passed: set[str], listi
 
 def _clouds(files: list[ListedFile], name: PurePosixPath) -> list[Source]:
     """The point clouds among the files of a folder, found by their names; by all of it where others begin so."""
-    paths = [item.path for item in files if item.suffix in CLOUD_SUFFIXES or _is_pcd(item)]
+    maybe = [item for item in files if item.suffix in (*CLOUD_SUFFIXES, ".pcd")]
+    paths = [item.path for item in maybe if item.suffix != ".pcd" or is_cloud(str(item.path))]
     stems = [path.stem for path in paths]
     return [Source(str(path), name / (path.stem if stems.count(path.stem) == 1 else path.name)) for path in paths]
-
-
-def _is_pcd(item: ListedFile) -> bool:
-    return item.suffix == ".pcd" and is_cloud(item.path)
 
 
 def _real(path: Path, above: str) -> str:
@@ -172,7 +169,7 @@ def _of(parts: list[Path], folder: Path, listing: Listing) -> Iterator[ListedFil
 
 
 def _is_part(folder: Path, listing: Listing) -> bool:
-    """Whether a folder holds a part of frames: not both depth and other pictures, told apart without its own name."""
+    """Whether a folder holds a part of frames: not both depth and other pictures, whatever its own name."""
     items = listing.files(folder, LEVELS - 1)
     roles = {item.role for item in items if item.suffix in (*PICTURE_SUFFIXES, *DEPTH_SUFFIXES)}
     return bool(items) and not ("depth" in roles and roles & {"color", ""})
@@ -196,14 +193,14 @@ def _has_frames(folder: Path, listing: Listing) -> bool:
     try:
         return bool(find_frames(Folder(folder, listing=listing), lambda _: None))
     except (ValueError, OSError):
-        return True  # told when it is read
+        return True  # reported when it is read
 
 
 class SourcePart(NamedTuple):
     """What one output is made of.
 
     number  of the frame in its sequence; None: all of it, or a scene
-    input   the file that says most about it, such as its depth picture
+    input   its main file, such as its depth picture
     state   a digest of the names, sizes and times of the files that it is made of
     """
 
@@ -227,7 +224,7 @@ def parts_of(source: Source, reading: dict[str, Any], output: Path, listing: Lis
         path = builtin_scene(source.path)
         note_read([path, *given])
         if output.is_relative_to(path.parent.resolve()):  # its pictures may be in the way
-            with suppress(ValueError, OSError):  # told when it is read
+            with suppress(ValueError, OSError):  # reported when it is read
                 read_container(path, MAX_PIXELS)
         return [SourcePart(None, str(path), _state([path, *given, *_beside_scene(path.parent, output, listing)]))]
     path = builtin_folder(source.path)
@@ -253,10 +250,10 @@ def _frames_of(path: Path, reading: dict[str, Any], listing: Listing) -> list[tu
     outside = reading.pop("allow_outside", False)
     options = ReadOptions(**reading)
     if path.is_dir() and options.depth_model is None:
-        found = find_frames(Folder(path, outside, listing=listing), _unheard, options.max_pixels)
+        found = find_frames(Folder(path, outside, listing=listing), _no_note, options.max_pixels)
         if len(found) > 1 or (found and not is_container(found[0].depth)):
             return [(one.number, [file for file in (one.depth, one.color, one.valid) if file]) for one in found]
-    opened = open_frames(path, outside, options, _unheard).parts
+    opened = open_frames(path, outside, options, _no_note).parts
     return [(one.number, [file for file in (one.path, one.color) if isinstance(file, Path)]) for one in opened]
 
 
@@ -284,7 +281,7 @@ def _state(files: Iterable[Path], more: str = "") -> str:
     for path in files:
         try:
             status = path.stat()
-        except OSError:  # told when it is read
+        except OSError:  # reported when it is read
             stated.append(f"{path} missing")
         else:
             stated.append(f"{path} {status.st_size} {status.st_mtime_ns}")
@@ -295,5 +292,5 @@ def _digest(texts: Iterable[str]) -> str:
     return hashlib.sha256("\n".join(texts).encode(errors="surrogateescape")).hexdigest()[:16]
 
 
-def _unheard(_: str) -> None:
-    """Notes are told when frames are read."""
+def _no_note(_: str) -> None:
+    """Notes are printed when frames are read."""

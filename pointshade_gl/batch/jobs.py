@@ -25,6 +25,7 @@ from ..renderer.renderer import Renderer
 from ..renderer.requests import RenderRequest
 from ..renderer.series import jobs_of, write_series
 from ..scene.appearance import Look
+from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene, given_by, is_of_clouds, scene_of, shaded, styled
 from ..scene.viewpoint import View
@@ -114,14 +115,22 @@ def read(job: Job) -> Frame | Scene:
 
     A frame of a sequence is judged alone: it belongs to no stream.
     """
-    if is_scene(job.source):
-        shading = job.view.look.shading
-        return shaded(load_any(job.source, **dict(job.reading)), None if shading == Look().shading else shading)
-    if is_cloud(job.source):
-        cloud: Any = load_any(job.source, **dict(job.reading))
-        return scene_of(
-            styled(cloud, {name: one for name, one in given_by(job.view.look).items() if is_of_clouds(name)})
-        )
+    source, look = _load(job), job.view.look
+    if isinstance(source, Scene):
+        return shaded(source, None if look.shading == Look().shading else look.shading)
+    if isinstance(source, PointCloud):
+        return scene_of(styled(source, {name: one for name, one in given_by(look).items() if is_of_clouds(name)}))
+    return source
+
+
+def _is_whole(job: Job) -> bool:
+    """Whether the source is no frames: a scene or a point cloud."""
+    return is_scene(job.source) or is_cloud(job.source)
+
+
+def _load(job: Job) -> Frame | Scene | PointCloud:
+    if _is_whole(job):
+        return load_any(job.source, **dict(job.reading))
     opened = _opened(job.source, job.reading)
     if job.number is None:
         return replace(first_readable(opened.sequence)[1].frame, source=None)
@@ -171,42 +180,31 @@ def _write_page(job: Job, renderer: Renderer, source: Frame | Scene) -> None:
 
 
 def _write_normals(job: Job, device: int) -> str:
-    if is_cloud(job.source):
-        return _write_cloud_normals(job, device)
-    renderer, frame = renderer_here(device), read(job)
-    if isinstance(frame, Scene):
+    renderer, source = renderer_here(device), _load(job)
+    if isinstance(source, Scene):
         raise ValueError(f"{job.source} is a scene: normals are estimated of frames")
-    normals = renderer.estimate_normals(RenderRequest.seen(frame, job.view))
-    save_normals(job.path, normals, job.axes, job.bits)
-    return renderer.context.renderer
-
-
-def _write_cloud_normals(job: Job, device: int) -> str:
-    if not job.kind.endswith(".npy"):
-        raise ValueError(
-            f"{job.source} is a point cloud, whose normals no picture holds: use {option('to', NORMALS[-1])}"
-        )
-    cloud: Any = load_any(job.source, **dict(job.reading))
-    renderer = renderer_here(device)
-    save_image(job.path, renderer.estimate_normals(cloud))
+    if isinstance(source, Frame):
+        normals = renderer.estimate_normals(RenderRequest.seen(source, job.view))
+        save_normals(job.path, normals, job.axes, job.bits)
+    elif job.kind.endswith(".npy"):
+        save_image(job.path, renderer.estimate_normals(source))
+    else:
+        npy = option("to", NORMALS[-1])
+        raise ValueError(f"{job.source} is a point cloud, whose normals no picture holds: use {npy}")
     return renderer.context.renderer
 
 
 def _write_film(job: Job, device: int) -> str:
     """By a renderer of its own: streams are filtered over time, and one must not begin with the end of another."""
-    is_one = job.turntable is not None or is_scene(job.source) or is_cloud(job.source)
-    source = read(job) if is_one else _all_frames(job)
+    if job.turntable is not None or _is_whole(job):
+        source = read(job)
+    else:
+        source = _open(job.source, job.reading)
+        first = first_readable(source)[1].frame
+        source = first if len(source) == 1 else source
     with Renderer(device=device) as renderer:
-        pictures, _ = jobs_of(source, job.view, job.turntable, job.frames, _skip, renderer)
+        pictures, _ = jobs_of(
+            source, job.view, job.turntable, job.frames, lambda text: print_note(f"skipped {text}"), renderer
+        )
         write_series(renderer, pictures, job.path, job.fps)
         return renderer.context.renderer
-
-
-def _skip(text: str) -> None:
-    print_note(f"skipped {text}")
-
-
-def _all_frames(job: Job) -> Frame | FrameSequence:
-    sequence = _open(job.source, job.reading)
-    _, first = first_readable(sequence)
-    return first.frame if len(sequence) == 1 else sequence

@@ -1,4 +1,4 @@
-"""What a batch is going to do, and its manifest, which says what is done.
+"""What a batch is going to do, and its manifest, the list of what is done.
 
 The manifest has one line of JSON for each output, appended when the output is whole, at once: a process that is killed
 loses no more than what it was doing. What cannot be read is passed over: a torn line, or one of a newer version.
@@ -28,7 +28,6 @@ from ..scene.environment import NAMES, Environment
 from .batch_inputs import Source, parts_of, whole_of
 from .jobs import FILMS, Done, Job
 
-PATTERN = "manifest*.jsonl"
 _ENDS = {  # of whole files; of others their size must do
     ".png": b"IEND\xaeB`\x82",
     ".jpg": b"\xff\xd9",
@@ -55,8 +54,8 @@ class Manifest:
         name = "manifest.jsonl" if shard is None else f"manifest.{shard[0]}-of-{shard[1]}.jsonl"
         self.path = check_place(folder / name, only_read=True)
         self.entries: dict[str, Entry] = {}
-        self._torn = not _ends_well(self.path)
-        for path in sorted(filter(Path.is_file, folder.glob(PATTERN))):
+        self._torn = self.path.exists() and self.path.read_bytes()[-1:] not in (b"", b"\n")  # its last line
+        for path in sorted(filter(Path.is_file, folder.glob("manifest*.jsonl"))):
             for output, entry in {entry["output"]: entry for entry in _lines_of(path)}.items():
                 before = self.entries.get(output)
                 if before is None or str(entry.get("time")) >= str(before.get("time")):
@@ -70,14 +69,14 @@ class Manifest:
 
         Raises OSError if the line cannot be written, such as on a full disk.
         """
-        plain_value = {
+        measured = {
             "size": done.size,
             "sha256": done.sha256,
             "seconds": round(done.seconds, 3),
             "renderer": done.renderer,
         }
         now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-        entry = {"output": self._name(done.path), **made_from, "time": now, **plain_value}
+        entry = {"output": self._name(done.path), **made_from, "time": now, **measured}
         self.entries[entry["output"]] = entry
         line = ("\n" * self._torn + json.dumps(entry) + "\n").encode()
         try:
@@ -126,13 +125,13 @@ def is_whole(output: Path, entry: Entry | None, thoroughly: bool = False) -> boo
 
 
 def plain_value(value: Any) -> Any:
-    """A value as JSON has it: of a dataclass the fields that are not their default; of an environment what tells it
-    from others."""
+    """A value as JSON has it: of a dataclass the fields that are not their default; of an environment what identifies
+    it."""
     if isinstance(value, Environment):
         return value.name if value.name in NAMES else f"sha256:{hashlib.sha256(value.picture.tobytes()).hexdigest()}"
     if is_dataclass(value):
         plain = _defaults(type(value))
-        return {name: one for name, one in _told_fields(value).items() if one != plain[name]}
+        return {name: one for name, one in _plain_fields(value).items() if one != plain[name]}
     if isinstance(value, np.ndarray):
         return value.tolist()
     return [plain_value(one) for one in value] if isinstance(value, list | tuple) else value
@@ -140,10 +139,10 @@ def plain_value(value: Any) -> Any:
 
 @cache
 def _defaults(kind: type[Any]) -> Entry:
-    return _told_fields(kind())
+    return _plain_fields(kind())
 
 
-def _told_fields(value: Any) -> Entry:
+def _plain_fields(value: Any) -> Entry:
     return {field.name: plain_value(getattr(value, field.name)) for field in fields(value)}
 
 
@@ -157,13 +156,8 @@ def _lines_of(path: Path) -> Iterable[Entry]:
             yield entry
 
 
-def _ends_well(path: Path) -> bool:
-    """Whether the last line of a manifest is whole."""
-    return not path.exists() or path.read_bytes()[-1:] in (b"", b"\n")
-
-
 class Planned(NamedTuple):
-    """A job, and what the manifest says that its output was made from."""
+    """A job, and what its output is made from, as the manifest has it."""
 
     job: Job
     made_from: Entry

@@ -176,29 +176,25 @@ def _pictures(
     results: Generator[tuple[int, Any], None, None], note: Note, count: Count, return_exceptions: bool
 ) -> Generator[Any, None, None]:
     """The pictures in order, as arrays of their own."""
-    with closing(in_order(results)) as drawn:
-        for result in drawn:
-            if isinstance(result, Exception) and not return_exceptions:
-                raise result
-            count.step()
-            if isinstance(result, Exception):
-                yield result
-            else:
-                for sentence in result.notes:
-                    note(sentence)
-                yield np.array(result.picture).view(Picture)  # what Ray hands out lies in its store, and is read-only
-
-
-def in_order(results: Generator[tuple[int, Any], None, None]) -> Generator[Any, None, None]:
-    """Results by their numbers, in place of as they come."""
-    early: dict[int, Any] = {}
+    early: dict[int, Any] = {}  # by number: they come as they are drawn
     due = 0
     with closing(results):
-        for number, result in results:
-            early[number] = result
+        for number, drawn in results:
+            early[number] = drawn
             while due in early:
-                yield early.pop(due)
+                yield _picture(early.pop(due), note, count, return_exceptions)
                 due += 1
+
+
+def _picture(drawn: Drawn | Exception, note: Note, count: Count, return_exceptions: bool) -> Any:
+    if isinstance(drawn, Exception) and not return_exceptions:
+        raise drawn
+    count.step()
+    if isinstance(drawn, Exception):
+        return drawn
+    for sentence in drawn.notes:
+        note(sentence)
+    return np.array(drawn.picture).view(Picture)  # what Ray hands out lies in its store, and is read-only
 
 
 @dataclass(frozen=True)
@@ -237,24 +233,22 @@ def _drawn(drawing: Drawing, device: int) -> Drawn | Exception:
 
 
 def _counted(sources: Iterable[Any], count: Count) -> Iterator[Any]:
-    """The sources; they are as many as were taken, where nobody has said how many there are."""
+    """The sources; they are as many as were taken, where it is not known how many there are."""
     for number, source in enumerate(sources, 1):
         count.all = max(count.all, number)
         yield source
 
 
 def _sources(frames: Iterable[Any] | FilePath, note: Note, count: Count) -> Iterator[Any]:
-    """What is drawn, one after the other. How many, if that is known, is said to `count`."""
+    """What is drawn, one after the other. `count` gets how many they are, if that is known."""
     count.all = len(frames) if isinstance(frames, Sized) and not is_a(frames, str) else 1
-    if isinstance(frames, str | PathLike) and (is_scene(frames) or is_cloud(frames)):
-        yield _sendable(frames)
-    elif isinstance(frames, str | PathLike):
-        opened = open_source(frames, notes=note)
+    if isinstance(frames, str | PathLike):
+        opened = frames if is_scene(frames) or is_cloud(frames) else open_source(frames, notes=note)
         if isinstance(opened, FrameSequence):
             folder, count.all = str(builtin_folder(frames).absolute()), len(opened)
             yield from (Job(folder, Path(), number=one.number) for one in opened.parts)
         else:
-            yield opened
+            yield _sendable(opened)
     elif isinstance(frames, FrameSequence):
         yield from (_or_error(frames.__getitem__, k) for k in range(len(frames)))
     else:

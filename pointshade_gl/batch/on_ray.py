@@ -8,7 +8,7 @@ import signal
 import socket
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence, Sized
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,13 +20,12 @@ from ..notes.notes import print_note
 from ..notes.version import __version__
 from ..notes.words import option
 from .jobs import Done, Job
-from .processes import TRIES, Failed, Function, Lost, Task, Tasks, checked, no_rest, outcome_of, remove_rest
+from .processes import Failed, Function, Task, Tasks, Worker, checked, outcome_of, results_of
 
 LOCAL = "local"
-MISSING = "Ray is not installed: pip install 'pointshade-gl[ray]'"
-PATIENCE = 5.0  # seconds for a cluster to answer: by itself Ray would try for minutes
-STORE = 500 << 20  # bytes of shared memory of a Ray of our own: a few pictures are on their way at a time
-TOKEN = secrets.token_hex(32)  # Ray reads it once in a process
+ANSWERS_WITHIN = 5.0  # seconds for a cluster to answer: by itself Ray would try for minutes
+STORE_BYTES = 500 << 20  # of shared memory of a Ray of our own: a few pictures are on their way at a time
+OWN_TOKEN = secrets.token_hex(32)  # Ray reads it once in a process
 _ENDINGS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM") if hasattr(signal, name)]
 
 
@@ -43,7 +42,7 @@ def connected(address: str, workers: int | None = None) -> Iterator[Any]:
     try:
         import ray
     except ImportError:
-        raise ValueError(MISSING) from None
+        raise ValueError("Ray is not installed: pip install 'pointshade-gl[ray]'") from None
     if ray.is_initialized():
         yield ray
         return
@@ -53,7 +52,7 @@ def connected(address: str, workers: int | None = None) -> Iterator[Any]:
         if address == LOCAL:
             processors = max(os.cpu_count() or 1, workers or 1)
             with settings_of_local():
-                ray.init(LOCAL, num_cpus=processors, include_dashboard=False, object_store_memory=STORE, **quiet)
+                ray.init(LOCAL, num_cpus=processors, include_dashboard=False, object_store_memory=STORE_BYTES, **quiet)
         else:
             _check_answers(address)
             ray.init(address, **quiet)
@@ -77,12 +76,12 @@ def silence_ray() -> None:
 def settings_of_local() -> Iterator[None]:
     """A Ray of our own starts inside, with settings about which the user has not decided.
 
-    It tells its makers nothing over the network. Its token lies in the home, or nowhere if that cannot be written.
+    It sends its makers nothing over the network. Its token lies in the home, or nowhere if that cannot be written.
     """
     home = Path(os.path.expanduser("~"))  # noqa: PTH111 - without a home it stays ~
     settings = {"RAY_USAGE_STATS_ENABLED": "0"}
     if not (home / ".ray").exists() and not os.access(home, os.W_OK):
-        settings["RAY_AUTH_TOKEN"] = TOKEN
+        settings["RAY_AUTH_TOKEN"] = OWN_TOKEN
     ours = settings.keys() - os.environ.keys()
     os.environ.update({name: settings[name] for name in ours})
     try:
@@ -104,19 +103,20 @@ def _check_answers(address: str) -> None:
     if not (colon and port.isdecimal()):
         return
     try:
-        socket.create_connection((host.strip("[]"), int(port)), PATIENCE).close()
+        socket.create_connection((host.strip("[]"), int(port)), ANSWERS_WITHIN).close()
     except (OSError, OverflowError) as error:
         raise ConnectionError(f"{error}") from None
 
 
-CPUS = 0.5  # of a worker: whoever reads frames for us on the same Ray needs some, too, or all would wait for each other
+# Processors for each worker: who reads frames for us on the same Ray needs some, too, or all would wait for each other.
+CPUS_EACH = 0.5
 QUEUED = 2  # small tasks that a worker has at a time: the next one is there when one is done
-SLOW = 20.0  # seconds without a worker, after which a note tells why
+NOTED_AFTER = 20.0  # seconds without a worker, after which a note explains why
 GRACE = 10.0  # seconds in which workers may end what they are at when nobody waits for it any more
 
 
-class _RayWorker:
-    """What an actor does. Ray gives it a process of its own, and calls it from one thread."""
+class _Actor:
+    """Ray gives it a process of its own, and calls it from one thread."""
 
     def __init__(self, function: Function, device: int, threads: int):
         os.environ.setdefault("LP_NUM_THREADS", str(threads))  # of a software driver: others have other workers
@@ -130,13 +130,35 @@ class _RayWorker:
         return self._function(item, self._device)
 
 
-@dataclass(eq=False)
-class _PoolWorker:
-    """A worker as its employer sees it."""
+class _RayWorker(Worker):
+    """An actor. references: of the answers that it will give, in this order."""
 
-    actor: Any
-    ours: str = ""  # how the names of its hidden files begin
-    tasks: list[Task] = field(default_factory=list)
+    never_begins = "no worker starts on Ray"
+
+    def __init__(self, ray: Any, start: Callable[[], Any]):
+        super().__init__()
+        self._ray, self.actor = ray, start()
+        self.references = [self.actor.ready.remote()]
+
+    def give(self, task: Task) -> None:
+        super().give(task)
+        self.references.append(self.actor.work.remote(task.item))
+
+    def receive(self) -> tuple[bool, Any]:
+        """Raises OSError for a machine with another version of this package, and what the function has raised."""
+        try:
+            answer = self._ray.get(self.references.pop(0))
+        except self._ray.exceptions.RayError as error:
+            if self.hidden and isinstance(error, self._ray.exceptions.RayTaskError):
+                raise error.cause from error
+            self.remove_rest()
+            return False, "is there enough memory?" if self.hidden else str(error).strip().splitlines()[-1].strip()
+        if self.hidden:
+            return True, answer
+        hidden, host, version = answer
+        if version != __version__:
+            raise OSError(f"{host} has pointshade_gl {version}, and here it is {__version__}: install the same")
+        return True, hidden
 
 
 def device_here(otherwise: int = 0) -> int:
@@ -155,7 +177,6 @@ def on_ray(
     num_gpus: float = 0.0,
     device: int = 0,
     ahead: int | None = None,
-    lost: Lost = no_rest,
 ) -> Generator[tuple[int, Any], None, None]:
     """What `on_processes` does, on a Ray cluster. A worker may also be lost with its machine.
 
@@ -178,103 +199,38 @@ def on_ray(
             raise ValueError(f"Ray finds {gpus:g} GPUs on this machine: leave out {option('num_gpus')}")
         count = workers or max(1, int(gpus / num_gpus if num_gpus else cpus))
         count = count if most is None else min(count, most)
-        kind = ray.remote(_RayWorker).options(num_cpus=CPUS, num_gpus=num_gpus)
-        crew = _RayPool(ray, partial(kind.remote, function, device, max(1, int(cpus / count))), lost)
+        kind = ray.remote(_Actor).options(num_cpus=CPUS_EACH, num_gpus=num_gpus)
+        actor = partial(kind.remote, function, device, max(1, int(cpus / count)))
+        start, pool = partial(_RayWorker, ray, actor), list[_RayWorker]()
         try:
-            crew.hire(count)
-            yield from crew.results(Tasks(items, ahead and ahead * count), QUEUED if ahead else 1)
+            pool += (start() for _ in range(count))
+            tasks = Tasks(items, ahead and ahead * count)
+            yield from results_of(tasks, pool, start, partial(_wait_for, ray), QUEUED if ahead else 1)
         finally:
-            crew.dismiss()
+            _dismiss(ray, pool)
 
 
-class _RayPool:
-    """The workers and what they are at. Only who has answered gets work: for others there may never be room."""
+def _wait_for(ray: Any, pool: list[_RayWorker]) -> list[_RayWorker]:
+    """Notes on the way that there is no room for workers."""
+    by_reference = {worker.references[0]: worker for worker in pool if worker.references}
+    done, _ = ray.wait(list(by_reference), timeout=None if any(worker.hidden for worker in pool) else NOTED_AFTER)
+    if not done:
+        free = ray.available_resources()
+        room = " and ".join(f"{free.get(name, 0):g} {name}" for name in ("CPU", "GPU"))
+        print_note(f"Ray has no room for a worker yet: free are {room}")
+    return [by_reference[reference] for reference in done]
 
-    def __init__(self, ray: Any, start: Callable[[], Any], lost: Lost):
-        self._ray, self._start, self._lost, self._failed = ray, start, lost, 0
-        self._hands: list[_PoolWorker] = []  # those who have answered
-        self._awaited: dict[
-            Any, tuple[_PoolWorker, Task | None]
-        ] = {}  # by Ray's reference; no task: whether it is ready
 
-    def hire(self, count: int = 1) -> None:
-        for _ in range(count):
-            hand = _PoolWorker(self._start())
-            self._awaited[hand.actor.ready.remote()] = hand, None
-
-    def results(self, tasks: Tasks, most: int) -> Iterator[tuple[int, Any]]:
-        """See `on_processes`. most: tasks that a worker has at a time."""
-        while True:
-            while (hand := self._free(most)) and (task := tasks.next(not hand.tasks)):
-                hand.tasks.append(task)
-                self._awaited[hand.actor.work.remote(task.item)] = hand, task
-            if self._hands and not any(hand.tasks for hand in self._hands):
-                return
-            for hand, task, reference in self._wait():
-                yield from self._result(tasks, hand, task, reference)
-
-    def _free(self, most: int) -> _PoolWorker | None:
-        """Who gets the next task: the least busy. A task that is tried again is alone, as it may kill its worker."""
-        free = [hand for hand in self._hands if len(hand.tasks) < most and all(task.tries == 1 for task in hand.tasks)]
-        return min(free, key=lambda hand: len(hand.tasks), default=None)
-
-    def _wait(self) -> list[tuple[_PoolWorker, Task, Any]]:
-        """Waits until something has happened. Returns the tasks that have ended, and who worked on them."""
-        done, _ = self._ray.wait(list(self._awaited), timeout=None if self._hands else SLOW)
-        if not done:
-            free = self._ray.available_resources()
-            told = " and ".join(f"{free.get(name, 0):g} {name}" for name in ("CPU", "GPU"))
-            print_note(f"Ray has no room for a worker yet: free are {told}")
-        ended = []
-        for reference in done:
-            hand, task = self._awaited.pop(reference)
-            if task is None:
-                self._welcome(hand, reference)
-            else:
-                ended.append((hand, task, reference))
-        return ended
-
-    def _welcome(self, hand: _PoolWorker, reference: Any) -> None:
-        """A worker has answered, or has failed to start. Raises OSError when that happens TRIES times in a row."""
-        try:
-            hand.ours, host, version = self._ray.get(reference)
-        except self._ray.exceptions.RayError as error:
-            self._failed += 1
-            if self._failed == TRIES:
-                last = str(error).strip().splitlines()[-1].strip()
-                raise OSError(f"no worker starts on Ray: {last}") from None
-            self.hire()
-        else:
-            if version != __version__:
-                raise OSError(f"{host} has pointshade_gl {version}, and here it is {__version__}: install the same")
-            self._failed = 0
-            self._hands.append(hand)
-
-    def _result(self, tasks: Tasks, hand: _PoolWorker, task: Task, reference: Any) -> list[tuple[int, Any]]:
-        hand.tasks.remove(task)
-        try:
-            return [tasks.done(task, self._ray.get(reference))]
-        except self._ray.exceptions.RayTaskError as error:
-            raise error.cause from error
-        except self._ray.exceptions.RayError:
-            if hand in self._hands:  # not yet replaced for another of its tasks
-                self._hands.remove(hand)
-                self.hire()
-            self._lost(task.item, hand.ours)
-            return tasks.lost(task, "is there enough memory?")
-
-    def dismiss(self) -> None:
-        """Ends the workers. What they are at they may end, so that no file is left half-written."""
-        busy = [reference for reference, (_, task) in self._awaited.items() if task is not None]
-        try:
-            if busy:
-                self._ray.wait(busy, num_returns=len(busy), timeout=GRACE)
-        finally:
-            starting = [hand for hand, task in self._awaited.values() if task is None]
-            for hand in [*self._hands, *starting]:
-                self._ray.kill(hand.actor)
-                for task in hand.tasks:
-                    self._lost(task.item, hand.ours)
+def _dismiss(ray: Any, pool: list[_RayWorker]) -> None:
+    """Ends the workers. What they are at they may end, so that no file is left half-written."""
+    busy = [reference for worker in pool if worker.tasks for reference in worker.references]
+    try:
+        if busy:
+            ray.wait(busy, num_returns=len(busy), timeout=GRACE)
+    finally:
+        for worker in pool:
+            ray.kill(worker.actor)
+            worker.remove_rest()
 
 
 def run_all_on_ray(
@@ -289,14 +245,20 @@ def run_all_on_ray(
 
     Other arguments, and errors, are those of `on_ray`; and ContextError where a worker has no OpenGL.
     """
-    with _mark_in(output) as mark:
+    mark = hidden_beside(output.absolute() / "any")  # by it others find out whether they see this folder
+    mark.touch()
+    try:
         make = partial(_make, mark=mark)
-        with closing(on_ray(make, jobs, address, workers, num_gpus, device, lost=remove_rest)) as results:
+        with closing(on_ray(make, jobs, address, workers, num_gpus, device)) as results:
             for number, result in results:
                 outcome, content = (result, None) if isinstance(result, Exception) else result
                 if content is not None:
-                    _write(jobs[number].path, content)
+                    jobs[number].path.parent.mkdir(parents=True, exist_ok=True)
+                    with written_whole(jobs[number].path) as hidden:
+                        hidden.write_bytes(content)
                 yield jobs[number], checked(outcome)
+    finally:
+        mark.unlink(missing_ok=True)
 
 
 def _make(job: Job, device: int, mark: Path) -> tuple[Done | Failed, bytes | None]:
@@ -314,20 +276,3 @@ def _outcome(job: Job, device: int) -> Done | Failed:
     if isinstance(outcome, Failed) and Path(job.source).is_absolute() and not Path(job.source).exists():
         return Failed(f"{socket.gethostname()} does not see {job.source}: put it where all machines of the cluster do")
     return outcome
-
-
-def _write(path: Path, content: bytes) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with written_whole(path) as hidden:
-        hidden.write_bytes(content)
-
-
-@contextmanager
-def _mark_in(folder: Path) -> Iterator[Path]:
-    """A hidden file, by which others find out whether they see this folder."""
-    mark = hidden_beside(folder.absolute() / "any")
-    mark.touch()
-    try:
-        yield mark
-    finally:
-        mark.unlink(missing_ok=True)

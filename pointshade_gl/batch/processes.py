@@ -11,7 +11,7 @@ from contextlib import closing, contextmanager, suppress
 from functools import partial
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from ..files.access.atomic_write import OURS, remove_hidden
 from ..notes.errors import ContextError, error_text
@@ -20,11 +20,10 @@ from .jobs import Done, Job, LeftOut, run
 from .manifest import no_room
 
 TRIES = 2  # of a task whose worker dies: something else may have used up the memory
-_PATIENCE = 5.0  # seconds that an idle worker has to end by itself
+_ENDS_WITHIN = 5.0  # seconds that an idle worker has to end by itself
 _GONE = (EOFError, OSError)  # what a pipe raises when its other end is closed
 
 Function = Callable[[Any, int], Any]
-Lost = Callable[[Any, str], None]
 
 
 class Task(NamedTuple):
@@ -73,8 +72,82 @@ class Tasks:
         return [self.done(task, RuntimeError(f"its worker process died {TRIES} times: {cause}"))]
 
 
-def no_rest(item: Any, ours: str) -> None:
-    """For functions that write no files."""
+class Worker:
+    """A worker as its employer sees it.
+
+    tasks   what it has been given; it works on the first
+    hidden  how the names of its hidden files begin; "" until it has begun
+
+    `receive` returns True and a message: first `hidden`, then the result of each task; or False and the cause if it is
+    dead. Before that, something must have come, see `results_of`.
+    """
+
+    never_begins = "worker processes die before they begin"
+
+    def __init__(self) -> None:
+        self.tasks: list[Task] = []
+        self.hidden = ""
+
+    def give(self, task: Task) -> None:
+        self.tasks.append(task)
+
+    def receive(self) -> tuple[bool, Any]:
+        raise NotImplementedError
+
+    def remove_rest(self) -> None:
+        """Removes what it has left of the files of its jobs, once it is dead."""
+        for task in self.tasks:
+            if isinstance(task.item, Job):
+                remove_hidden(task.item.path.parent, self.hidden)
+
+
+_AnyWorker = TypeVar("_AnyWorker", bound=Worker)
+
+
+def results_of(
+    tasks: Tasks,
+    pool: list[_AnyWorker],
+    start: Callable[[], _AnyWorker],
+    wait_for: Callable[[list[_AnyWorker]], list[_AnyWorker]],
+    most: int = 1,
+) -> Iterator[tuple[int, Any]]:
+    """Shares tasks among the workers of a pool, and gives (number, result) as they come. Who dies is replaced.
+
+    Only who has begun gets tasks: for others there may never be room.
+
+    wait_for  waits until something has come from some of the pool, and returns these
+    most      tasks that a worker has at a time
+
+    Raises OSError if workers keep dying before they begin.
+    """
+    results: list[tuple[int, Any]] = []
+    stillborn = 0
+    while True:
+        while (worker := _least_busy(pool, most)) and (task := tasks.next(not worker.tasks)):
+            worker.give(task)
+        yield from results  # while the next ones are being made
+        if not any(worker.tasks for worker in pool) and (not pool or any(worker.hidden for worker in pool)):
+            return
+        results = []
+        for worker in wait_for(pool):
+            is_alive, message = worker.receive()
+            if is_alive and worker.hidden:
+                results.append(tasks.done(worker.tasks.pop(0), message))
+            elif is_alive:
+                worker.hidden, stillborn = message, 0
+            else:
+                stillborn += not worker.hidden
+                if stillborn > TRIES:
+                    raise OSError(f"{worker.never_begins}: {message}")
+                pool[pool.index(worker)] = start()
+                results += [result for task in worker.tasks for result in tasks.lost(task, message)]
+
+
+def _least_busy(pool: list[_AnyWorker], most: int) -> _AnyWorker | None:
+    """Who gets the next task. A task that is tried again is alone, as it may kill its worker."""
+    free = (worker for worker in pool if worker.hidden and len(worker.tasks) < most)
+    alone = (worker for worker in free if all(task.tries == 1 for task in worker.tasks))
+    return min(alone, key=lambda worker: len(worker.tasks), default=None)
 
 
 def on_processes(
@@ -83,7 +156,6 @@ def on_processes(
     workers: int | None = None,
     device: int = 0,
     ahead: int | None = None,
-    lost: Lost = no_rest,
 ) -> Generator[tuple[int, Any], None, None]:
     """Calls function(item, device) for all items in processes: (number of the item, result), as they are done.
 
@@ -95,41 +167,21 @@ def on_processes(
               return what goes wrong instead of raising it
     workers   how many; None: one for each core
     ahead     for each worker: no item is taken that comes so many after the first one that is not done; None: no limit
-    lost      called with an item and the beginning of the hidden files of the worker that died of it
 
     Raises OSError if workers die before they begin.
     """
     most = workers or usable_cores()
     count = min(most, len(items)) if isinstance(items, Sized) else most
-    start = partial(_ProcessWorker, function, device, max(1, usable_cores() // max(1, count)), lost)
-    tasks, crew, stillborn = Tasks(items, ahead and ahead * count), list[_ProcessWorker](), 0
-    results: list[tuple[int, Any]] = []
+    start = partial(_ProcessWorker, function, device, max(1, usable_cores() // max(1, count)))
+    pool: list[_ProcessWorker] = []
     try:
-        crew += [start() for _ in range(count)]
-        while True:
-            for worker in crew:
-                if worker.is_ready and not worker.task and (task := tasks.next()):
-                    worker.give(task)
-            yield from results  # while the next ones are being made
-            if not any(worker.task for worker in crew) and (not crew or any(worker.is_ready for worker in crew)):
-                return
-            results = []
-            for pipe in wait([worker.pipe for worker in crew]):
-                worker = next(one for one in crew if one.pipe is pipe)
-                task = worker.task
-                is_answered, message = worker.receive()
-                if task is not None:
-                    results += [tasks.done(task, message)] if is_answered else tasks.lost(task, message)
-                if not is_answered:
-                    stillborn += not worker.is_ready
-                    if stillborn > TRIES:
-                        raise OSError(f"worker processes die before they begin: {message}")
-                    crew[crew.index(worker)] = start()
+        pool += (start() for _ in range(count))
+        yield from results_of(Tasks(items, ahead and ahead * count), pool, start, _wait_for)
     finally:
         with _interrupts_held():
-            for worker in crew:
+            for worker in pool:
                 worker.dismiss()
-            for worker in crew:
+            for worker in pool:
                 worker.end()
 
 
@@ -138,14 +190,11 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-class _ProcessWorker:
-    """A process, and the end of the pipe that leads to it.
+class _ProcessWorker(Worker):
+    """A process, and the end of the pipe that leads to it."""
 
-    task      what it works on
-    is_ready  it has begun, and its hidden files are known
-    """
-
-    def __init__(self, function: Function, device: int, threads: int, lost: Lost):
+    def __init__(self, function: Function, device: int, threads: int):
+        super().__init__()
         context = get_context("spawn")
         self.pipe, theirs = context.Pipe()
         arguments = theirs, function, device, threads
@@ -153,50 +202,43 @@ class _ProcessWorker:
         with _interrupts_held():
             self.process.start()
         theirs.close()
-        self.task: Task | None = None
-        self._lost, self._hidden = lost, ""
-
-    @property
-    def is_ready(self) -> bool:
-        return bool(self._hidden)
 
     def give(self, task: Task) -> None:
-        self.task = task
-        with suppress(OSError):  # it is dead: receive() will tell
+        super().give(task)
+        with suppress(OSError):  # it is dead, which receive() finds
             self.pipe.send(task.item)
 
     def receive(self) -> tuple[bool, Any]:
-        """True and the result of its task, or None if it has only begun; False and the cause if it is dead."""
         try:
-            message = self.pipe.recv()
+            return True, self.pipe.recv()
         except _GONE:
             return False, self.end()
-        if not self.is_ready:
-            self._hidden, message = message, None
-        self.task = None
-        return True, message
 
     def dismiss(self) -> None:
         """It ends by itself if it has no task; else now."""
         self.pipe.close()
-        if self.task or not self.is_ready:
+        if self.tasks or not self.hidden:
             self.process.kill()
 
     def end(self) -> str:
         """Waits for its end, and removes what it has left. Returns the cause."""
-        self.process.join(_PATIENCE if not self.task else 0.1)
+        self.process.join(_ENDS_WITHIN if not self.tasks else 0.1)
         self.process.kill()
         self.process.join()
-        if self.task:
-            self._lost(self.task.item, self._hidden)
+        self.remove_rest()
         code = self.process.exitcode or 0
         return f"signal {-code} (is there enough memory?)" if code < 0 else f"exit code {code}"
+
+
+def _wait_for(pool: list[_ProcessWorker]) -> list[_ProcessWorker]:
+    ready = wait([worker.pipe for worker in pool])
+    return [worker for worker in pool if worker.pipe in ready]
 
 
 def _serve(pipe: Connection, function: Function, device: int, threads: int) -> None:
     """What a worker does: a task after the other, until the parent closes the pipe, or is no more.
 
-    threads  of a software driver, which other workers need, too; unless the user has said how many
+    threads  of a software driver, which other workers need, too; unless the user has set how many
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # on Windows, where none can be held
     os.environ.setdefault("LP_NUM_THREADS", str(threads))
@@ -244,7 +286,7 @@ def run_all(
 
     Raises ContextError if workers have no OpenGL, OSError if they die before they begin or the disk is full.
     """
-    with closing(on_processes(outcome_of, jobs, workers, device, lost=remove_rest)) as results:
+    with closing(on_processes(outcome_of, jobs, workers, device)) as results:
         for number, result in results:
             yield jobs[number], checked(result)
 
@@ -255,11 +297,6 @@ def checked(result: Done | Failed | Exception) -> Done | Failed:
     if isinstance(outcome, Failed) and outcome.kind in _ENDS:
         raise _ENDS[outcome.kind](outcome.sentence)
     return outcome
-
-
-def remove_rest(job: Job, ours: str) -> None:
-    """Removes what a worker that died has left of a job's file. ours: how the names of its hidden files begin."""
-    remove_hidden(job.path.parent, ours)
 
 
 def outcome_of(job: Job, device: int = 0) -> Done | Failed:

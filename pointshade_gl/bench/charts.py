@@ -1,4 +1,4 @@
-"""Draws the results: error against time and against stress, quality of pictures. matplotlib is imported when needed."""
+"""Draws the results: error against time and against stress. matplotlib is imported when needed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from .forms import LIT, MADE, PHONG, RESOLVED, SCALES, SPOILED
 from .measure import BROKEN, CONDITIONS, STRESSES
 
 if TYPE_CHECKING:
@@ -278,109 +277,6 @@ def png(figure: Figure) -> bytes:
     buffer = BytesIO()
     figure.savefig(buffer, format="png", facecolor="white")
     return buffer.getvalue()
-
-
-def picture_chart(results: dict[str, Any]) -> bytes:
-    """A PNG: a row of panels per condition, a column per shading model; dots are footprints, crosses round splats."""
-    from matplotlib.ticker import LogLocator
-
-    pictures, methods = results["pictures"], results["methods"]
-    cells = [(condition, shading) for condition in SPOILED for shading in LIT]
-    figure, panels = new_panels(len(cells), 2.3, shared=True)
-    panels[0].set_yscale("linear")
-    panels[0].xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))  # all times lie within one decade
-    dots = {}
-    for axes, (condition, shading) in zip(panels, cells, strict=True):
-        title(axes, f"{shading}, {CONDITIONS[condition].title}")
-        rows = [row for row in pictures["rows"][condition] if row["shading"] == shading]
-        dots[condition, shading] = [(row["ms"], row["psnr"]) for row in rows if row["splat"] == "footprint"]
-        for row in rows:
-            if row["splat"] == "footprint":
-                mark(axes, row["method"], row["ms"], row["psnr"])
-            else:
-                axes.plot(row["ms"], row["psnr"], "x", color=color(row["method"]), ms=4, mew=0.9, alpha=0.6, zorder=2)
-    width, height = pictures["size"]
-    figure.supxlabel(f"milliseconds for a picture of {width}x{height} pixels (wall clock)", fontsize=8.5)
-    figure.supylabel("PSNR away from edges, dB", fontsize=8.5)
-    round_splats = {"color": INK, "marker": "x", "lw": 0, "ms": 5, "label": "crosses: round splats"}
-    legend(figure, methods, "Lit pictures against ray-traced truth: upper left is better", round_splats)
-    for axes, cell in settled(figure, panels, cells):
-        words = [short(m) if m != "auto" else f"auto {dots[cell][k][1]:.0f} dB" for k, m in enumerate(methods)]
-        label_points(axes, np.array(dots[cell]), words, methods)
-    return png(figure)
-
-
-FORMS = {"footprint": "#3d9463", "round": "#3f7fb5", "mesh": "#d03a2b"}
-WAYS = {MADE: "^", RESOLVED: "v", PHONG: "o"}
-LIT_COLOR = "#8a4f9e"
-ROWS = (  # key, scale of the view, factor, label of the axis
-    ("psnr", SCALES[0], 1, "a quarter the size\nPSNR, dB"),
-    ("psnr", SCALES[1], 1, "the source's size\nPSNR, dB"),
-    ("psnr", SCALES[2], 1, "four times the size\nPSNR, dB"),
-    ("holes", 1, 100, "the source's size\nholes, %"),
-    ("spill", 1, 100, "the source's size\nspill, %"),
-    ("outline", 1, 1, "the source's size\noutline, pixels off"),
-)
-
-
-def form_chart(results: dict[str, Any]) -> bytes:
-    """A PNG: a row of panels for each measure and size, a column for each angle; last, where splats are lit."""
-    forms = results["forms"]
-    yaws = list(dict.fromkeys(row["yaw"] for row in forms["rows"]))
-    figure = new_figure(11.5)
-    panels = figure.subplots(len(ROWS) + 1, len(yaws), sharex="row", sharey="row", squeeze=False)
-    for (key, scale, factor, label), row in zip(ROWS, panels, strict=False):
-        row[0].set_ylabel(label, fontsize=7.5)
-        for yaw, axes in zip(yaws, row, strict=True):
-            for form, color in FORMS.items():
-                own = [r for r in forms["rows"] if (r["yaw"], r["scale"], r["splat"]) == (yaw, scale, form)]
-                ms, values = [r["ms"] for r in own], [factor * r[key] for r in own]
-                axes.plot(ms, values, color=color, lw=1, alpha=0.6)
-                axes.scatter(ms, values, [6 + 8 * r["samples"] ** 0.5 for r in own], color=color, zorder=3)
-        if key != "psnr":
-            row[0].set_ylim(
-                bottom=0, top=1.1 * max(factor * r[key] for r in forms["rows"] if r["scale"] == scale) + 1e-9
-            )
-    panels[-1][0].set_ylabel("splats by GL points\nPSNR, dB", fontsize=7.5)
-    for yaw, axes in zip(yaws, panels[-1], strict=True):
-        for row in forms["lit"]:
-            if row["yaw"] == yaw:
-                axes.plot(row["ms"], row["psnr"], WAYS[row["way"]], color=LIT_COLOR, ms=5, fillstyle=_fill(row["way"]))
-    for yaw, axes in zip(yaws, panels[0], strict=True):
-        axes.set_title(f"turned by {yaw}°" if yaw else "own camera", fontsize=9, fontweight="bold", color=INK)
-    for axes in panels.flat:
-        _set_clock(axes)
-    width, height = forms["size"]
-    where = results["gl"]["renderer"].split(" (")[0]
-    figure.supxlabel(f"milliseconds for a new view of {width}x{height} points ({where}, wall clock)", fontsize=8.5)
-    _legend(figure)
-    return png(figure)
-
-
-def _fill(way: str) -> Any:
-    return "none" if way == RESOLVED else "full"
-
-
-def _set_clock(axes: Axes) -> None:
-    from matplotlib.ticker import LogLocator
-
-    plain(axes)
-    axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1, 3)))
-    axes.minorticks_off()
-    axes.xaxis.set_major_formatter("{x:g}")
-
-
-def _legend(figure: Any) -> None:
-    from matplotlib.lines import Line2D
-
-    entries = [Line2D([], [], color=color, lw=2, label=form) for form, color in FORMS.items()]
-    entries += [Line2D([], [], color=INK, lw=0, marker="o", ms=3, label="dots from left: 1, 4, 16 samples")]
-    entries += [
-        Line2D([], [], color=LIT_COLOR, lw=0, marker=mark, ms=5, fillstyle=_fill(way), label=way)
-        for way, mark in WAYS.items()
-    ]
-    headline(figure, "Forms of points, and samples, against ray-traced truth", entries)
 
 
 PLAIN_WIDTH = 150  # columns of a table in a file

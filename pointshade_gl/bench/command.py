@@ -1,43 +1,35 @@
-"""`pointshade bench`: measures, draws charts, writes files. It leaves no file half-written."""
+"""`pointshade bench`: measures, draws charts, writes files. It leaves no file half-written.
+
+Its research lies in tests/benchmarks: lit pictures, several views, the comparison with other versions.
+"""
 
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
-from statistics import median
 from typing import Any, cast
 
 from rich.console import Console
 from rich.progress import Progress
 
 from ..files.access.atomic_write import check_place, naming_written, written_whole
-from ..notes.notes import print_note, silence
+from ..notes.notes import print_note
 from ..notes.words import did_you_mean, option
 from ..renderer.renderer import Renderer
 from ..scene.noise import METHODS, Method
-from .charts import (
-    bold,
-    brief,
-    check_matplotlib,
-    error_chart,
-    form_chart,
-    new_table,
-    picture_chart,
-    stability_chart,
-    wide_console,
-)
-from .forms import count_forms, count_pictures, measure_forms, measure_pictures
+from .charts import bold, brief, check_matplotlib, error_chart, new_table, stability_chart, wide_console
 from .measure import BROKEN, CONDITIONS, FULL, QUICK, STRESSES, Measurement, Plan
 
 Names = tuple[list[Method], list[str], list[str]]  # of methods, conditions and stresses
+RESEARCH = Path(__file__).resolve().parents[2] / "tests" / "benchmarks"  # where this is a clone of the repository
 
 
-def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: int, device: int) -> str:
-    """Writes results.json, chart.png, stability.png and, with `images`, images.png and forms.png to a folder.
-
-    Prints tables.
+def bench(output: Path, quick: bool, only: Sequence[str], seed: int, device: int) -> str:
+    """Writes results.json, chart.png and stability.png to a folder; prints tables.
 
     only  names of methods, conditions or stresses to measure; empty: all. With methods alone, all conditions and
           stresses are measured; with conditions alone no stresses, and with stresses alone no conditions
@@ -47,16 +39,13 @@ def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: in
     methods, conditions, stresses = names = select(only)
     prepare(output)
     with Renderer(device=device) as renderer:
-        results = measure(renderer, QUICK if quick else FULL, names, images, seed)
+        results = measure(renderer, QUICK if quick else FULL, names, seed)
     results["quick"] = quick
     pictures = {}
     if conditions:
         pictures["chart.png"] = error_chart(results)
     if stresses:
         pictures["stability.png"] = stability_chart(results)
-    if images:
-        pictures["images.png"] = picture_chart(results)
-        pictures["forms.png"] = form_chart(results)
     write(output, pictures, results)
     show(results)
     where = results["gl"]["renderer"]
@@ -64,45 +53,33 @@ def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: in
 
 
 def bench_speed(output: Path, quick: bool, device: int) -> str:
-    """Writes speed.json and speed.png to a folder; prints tables. Returns one line about what was written."""
+    """Writes speed.json and speed.png to a folder; prints tables. Returns one line about what was written.
+
+    In a clone speed.json has what `--against` compares with, too.
+    """
     from .speed import QUICK_SIZES, SIZES, measure_speed, show_speed, speed_chart, steps_of
 
     prepare(output)
-    sizes = SIZES[:QUICK_SIZES] if quick else SIZES
+    sizes, rounds = (SIZES[:QUICK_SIZES], 3) if quick else (SIZES, 9)
     with progress(steps_of(sizes)) as advance:
-        results = measure_speed(device, 3 if quick else 9, sizes, advance)
+        results = measure_speed(device, rounds, sizes, advance)
+        if (RESEARCH / "speed_against.py").is_file():
+            results["jobs"] = research("against", "speed_against").measure_jobs(device, rounds)
     write(output, {"speed.png": speed_chart(results)}, results, "speed.json")
     show_speed(results, wide_console())
     return f"{output}: speed.png, speed.json: {results['gl']['renderer']}"
 
 
-def bench_against(against: str, quick: bool, device: int) -> str:
-    """Prints how long this version takes beside a commit, or beside figures stored by `bench_speed`; writes no file.
+def research(name: str, script: str) -> Any:
+    """The module of tests/benchmarks that does what an option asks for.
 
-    Returns one line about it. Raises ValueError for what is neither.
+    Raises ValueError where the package lies outside a clone of the repository.
     """
-    from .against import compare
-    from .speed import show_comparison
-
-    rounds = 8 if quick else 20
-    with progress() as advance:
-        rows = compare(against, device, rounds, advance)
-    show_comparison(rows, against, wide_console())
-    return f"this version against {against}: medians of {rounds} rounds"
-
-
-def bench_views(output: Path, quick: bool, seed: int, device: int) -> str:
-    """Writes results.json and chart.png of several views to a folder; prints tables. Returns one line about them."""
-    from .several_views import FULL_VIEWS, QUICK_VIEWS, measure_views, show_views, steps_of, views_chart
-
-    prepare(output)
-    plan = QUICK_VIEWS if quick else FULL_VIEWS
-    silence()  # poses are wrong on purpose
-    with progress(steps_of(plan)) as advance:
-        results = measure_views(device, plan, seed, advance)
-    write(output, {"chart.png": views_chart(results)}, results)
-    show_views(results, wide_console())
-    return f"{output}: chart.png, results.json: up to {max(plan.counts)} views on {results['gl']['renderer']}"
+    if not (RESEARCH / f"{script}.py").is_file():
+        place = f"tests/benchmarks/{script}.py"
+        raise ValueError(f"{option(name)} is research: run it in a clone of the repository ({place})")
+    sys.path.insert(0, str(RESEARCH))  # it imports its neighbours
+    return import_module(script)
 
 
 def prepare(output: Path) -> None:
@@ -146,22 +123,14 @@ def select(only: Sequence[str]) -> Names:
     return cast("list[Method]", methods) or list(METHODS), conditions, stresses
 
 
-def measure(renderer: Renderer, plan: Plan, names: Names, images: bool, seed: int) -> dict[str, Any]:
+def measure(renderer: Renderer, plan: Plan, names: Names, seed: int) -> dict[str, Any]:
     """All measurements, with a progress bar on stderr."""
     methods, conditions, stresses = names
     if renderer.context.is_software:
         name = renderer.context.renderer
         print_note(f"{name} is a software renderer: errors are right, times are those of this CPU")
-    rounds = max(plan.rounds - 1, 1)
-    few = max(rounds // 2, 1)
-    more = count_pictures(methods, rounds) + count_forms(few) if images else 0
-    with progress(plan.steps(len(methods), conditions, stresses) + more) as advance:
-        results = Measurement(renderer, plan, methods, seed, advance).results(conditions, stresses)
-        if images:
-            results["pictures"] = measure_pictures(renderer, plan.size, methods, rounds, seed, advance)
-            half = plan.size[0] // 8 * 4, plan.size[1] // 8 * 4
-            results["forms"] = measure_forms(renderer, half, few, advance)
-    return results
+    with progress(plan.steps(len(methods), conditions, stresses)) as advance:
+        return Measurement(renderer, plan, methods, seed, advance).results(conditions, stresses)
 
 
 def show(results: dict[str, Any]) -> None:
@@ -184,23 +153,3 @@ def show(results: dict[str, Any]) -> None:
         for method in methods:
             table.add_row(method, *(brief(row[method]) for row in breaks.values()), style=bold(method))
         console.print(table)
-    if "forms" in results:
-        show_forms(results["forms"], console)
-
-
-def show_forms(forms: dict[str, Any], console: Console) -> None:
-    """Prints PSNR, holes, spill and outline of each form at the source's size, and where splats are lit."""
-    yaws = list(dict.fromkeys(row["yaw"] for row in forms["rows"]))
-    angles = [f"{yaw}°" for yaw in yaws]
-    title = "forms at the source's size: PSNR dB / holes % / spill % / pixels that the outline is off"
-    table = new_table(title, "form", "samples", "ms", *angles)
-    rows = {(row["splat"], row["samples"], row["yaw"]): row for row in forms["rows"] if row["scale"] == 1}
-    for splat, samples in dict.fromkeys(key[:2] for key in rows):
-        own = [rows[splat, samples, yaw] for yaw in yaws]
-        cells = [f"{r['psnr']:.1f}/{100 * r['holes']:.2f}/{100 * r['spill']:.2f}/{r['outline']:.2f}" for r in own]
-        table.add_row(splat, str(samples), brief(median(r["ms"] for r in own)), *cells)
-    console.print(table)
-    table = new_table("splats by GL points: milliseconds to draw and light them / PSNR dB", "lit", *angles)
-    for way in dict.fromkeys(row["way"] for row in forms["lit"]):
-        table.add_row(way, *(f"{brief(r['ms'])}/{r['psnr']:.1f}" for r in forms["lit"] if r["way"] == way))
-    console.print(table)

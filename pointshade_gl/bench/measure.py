@@ -5,8 +5,8 @@ from __future__ import annotations
 import platform
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cache, partial
 from statistics import fmean, median
 from typing import Any, TypeVar
 from zlib import crc32
@@ -104,14 +104,12 @@ def untouched(depth: Depth, _: float, __: Generator) -> Depth:
 
 def telephoto(camera: Camera, factor: float) -> tuple[Camera, ArrayLike]:
     """A longer lens from further away: the scene's middle keeps its size in pixels."""
-    lens = Camera(camera.fx * factor, camera.fy * factor, camera.cx, camera.cy, camera.width, camera.height)
-    return lens, pose_at((0, 0, MIDDLE * (1 - factor)))
+    return replace(camera, fx=camera.fx * factor, fy=camera.fy * factor), pose_at((0, 0, MIDDLE * (1 - factor)))
 
 
 def wide_angle(camera: Camera, factor: float) -> tuple[Camera, ArrayLike]:
     """A shorter lens at the same place."""
-    lens = Camera(camera.fx / factor, camera.fy / factor, camera.cx, camera.cy, camera.width, camera.height)
-    return lens, np.eye(4)
+    return replace(camera, fx=camera.fx / factor, fy=camera.fy / factor), np.eye(4)
 
 
 @dataclass(frozen=True)
@@ -205,12 +203,7 @@ class Measurement:
     ):
         self.renderer, self.plan, self.methods, self.seed, self.advance = renderer, plan, methods, seed, advance
         self.camera = standard_camera(*plan.size)
-        self._scenes: dict[str, KnownScene] = {}
-
-    def scene(self, name: str) -> KnownScene:
-        if name not in self._scenes:
-            self._scenes[name] = make_scene(name, self.camera)
-        return self._scenes[name]
+        self.scene = cache(partial(make_scene, standard=self.camera))
 
     def errors(self, scene: KnownScene, frame: Frame) -> dict[str, Any]:
         """{method: {"all", "edge"}}: mean angular errors in degrees, of known pixels and near depth edges (None: none).
@@ -272,7 +265,7 @@ class Measurement:
         """{method: {condition: {"gpu_ms", "wall_ms"}}}, medians.
 
         The methods take turns, so that all meet the same conditions. GPU times are None if the driver has no timer, or
-        if it draws on the CPU, later than it says.
+        if it draws on the CPU, after the timer has stopped.
         """
         found: dict[str, Any] = {method: {} for method in self.methods}
         scene = self.scene(self.plan.timed_scene)

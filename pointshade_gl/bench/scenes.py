@@ -16,7 +16,7 @@ from .tracing import NEIGHBOURS, Array, TracedSurface, moved_surface, patch, pla
 
 Vector = tuple[float, ...] | Array
 Sample = tuple[Array, tuple[Any, ...]]  # of points: the signed distances, and what their paint asks for
-Paint = Callable[..., Array]  # of points and what the shape says of them: their albedos
+Paint = Callable[..., Array]  # of points, and of what the shape gives beside their distances: their albedos
 
 
 def grey(points: Array, *_: Any) -> Array:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 import tempfile
+from collections import defaultdict
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -23,9 +26,7 @@ from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame
 from ..scene.light import Light
 from ..scene.visible import MERGE
-from .against import measure_jobs
 from .charts import INK, PALE, brief, new_figure, new_table, png
-from .forms import PICTURE_LIGHT, YAW, decibels, score_picture, turned
 from .measure import clocked
 from .scenes import standard_camera
 from .tracing import as_frame, sphere_and_wall, trace
@@ -63,18 +64,6 @@ def show_speed(results: dict[str, Any], console: Console) -> None:
     console.print(f"cold start: `pointshade render` of the vase takes {results['cold_start_s']:.2f} s")
 
 
-def show_comparison(rows: list[dict[str, Any]], against: str, console: Console) -> None:
-    """Prints how long each job took before and now. Ratios above 1: it has become slower."""
-    columns = "before", "now", "now/before", "half of the rounds", "CPU time now/before"
-    table = new_table(f"milliseconds, {against} and this version", "job", *columns)
-    for row in rows:
-        ratio, cpu = (f"{row[key]:.2f}" if row[key] else "-" for key in ("ratio", "cpu_ratio"))
-        spread = f"{row['spread'][0]:.2f} to {row['spread'][1]:.2f}" if row["spread"] else "-"
-        before, now = (f"{row[key]:.3g}" if row[key] else "-" for key in ("before_ms", "now_ms"))
-        table.add_row(row["job"], before, now, ratio, spread, cpu)
-    console.print(table)
-
-
 def speed_chart(results: dict[str, Any]) -> bytes:
     """A PNG of three panels: stages with their limits, time over points, merging."""
     figure = new_figure(3.4)
@@ -97,25 +86,20 @@ def _draw_stages(axes: Any, stages: list[dict[str, Any]]) -> None:
     for place, stage in zip(places, stages, strict=True):
         axes.plot([stage["limit_ms"]] * 2, [place - 0.4, place + 0.4], color=INK, lw=1.5)
     axes.set_yticks(places, names)
-    axes.set_xscale("log")
-    axes.set_xlabel("milliseconds, 307 200 points; bar: limit")
+    axes.set(xscale="log", xlabel="milliseconds, 307 200 points; bar: limit")
 
 
 def _draw_points(axes: Any, rows: list[dict[str, Any]]) -> None:
     for name in ("points", "compute"):
         own = [row for row in rows if row["rasterizer"] == name]
+        points = [row["points"] for row in own]
         for key, style, label in (("live_ms", "o-", "new frame"), ("light_ms", "s:", "other light")):
-            values = [row[key] for row in own]
-            axes.plot(
-                [row["points"] for row in own], values, style, color=COLORS[name], ms=3, lw=1, label=f"{name}, {label}"
-            )
+            line = {"color": COLORS[name], "ms": 3, "lw": 1, "label": f"{name}, {label}"}
+            axes.plot(points, [row[key] for row in own], style, **line)
     base = rows[-1]
     ends = np.array([rows[0]["points"], base["points"]])
     axes.plot(ends, base["live_ms"] * ends / base["points"], color=PALE, lw=3, zorder=0, label="linear")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel("points")
-    axes.set_ylabel("milliseconds")
+    axes.set(xscale="log", yscale="log", xlabel="points", ylabel="milliseconds")
     axes.legend(fontsize=6, frameon=False)
 
 
@@ -125,12 +109,10 @@ def _draw_merging(axes: Any, rows: list[dict[str, Any]]) -> None:
         own = [row for row in rows if row["scene"] == scene]
         at = [max(row["tolerance"], 1e-7) for row in own]
         style = ("-", "--", ":")[k]
-        axes.plot(
-            at, [100 * row["splats"] / row["points"] for row in own], style, color=COLORS["stage"], lw=1, label=scene
-        )
+        shares = [100 * row["splats"] / row["points"] for row in own]
+        axes.plot(at, shares, style, color=COLORS["stage"], lw=1, label=scene)
         other.plot(at, [row["psnr"] or np.nan for row in own], style, color=COLORS["compute"], lw=1)
-    axes.set_xscale("log")
-    axes.set_xlabel("tolerance of merging, share of 1/z (left end: 0)")
+    axes.set(xscale="log", xlabel="tolerance of merging, share of 1/z (left end: 0)")
     axes.set_ylabel("splats, % of the points", color=COLORS["stage"])
     other.set_ylabel("PSNR, dB", color=COLORS["compute"], fontsize=8)
     other.tick_params(labelsize=7)
@@ -183,8 +165,10 @@ def _on_plane(depth: Floats, normals: Floats, camera: Camera, side: int, toleran
 SIZES = ((320, 250), (640, 480), (1920, 1080), (3840, 2160), (7680, 4320), (12288, 8192))
 QUICK_SIZES = 3
 WIDEST = 1920  # of the pictures drawn
+YAW = 15  # degrees by which views are turned
 PATIENCE = 60.0  # seconds for one size and rasteriser; a slower one is left out, with a note
 TOLERANCES = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
+PACKAGES = Path(__file__).resolve().parents[2]  # the folder that holds the package
 COPY = 64 * 2**20  # bytes of the copy that measures a bandwidth
 Advance = Callable[[], None]
 
@@ -194,14 +178,13 @@ def measure_speed(device: int, rounds: int, sizes: Sequence[tuple[int, int]], ad
     with Renderer(device=device) as renderer:
         context = renderer.context
         results: dict[str, Any] = {"gl": context.limits(), "is_software": context.is_software, "rounds": rounds}
-        results["bandwidth"] = {"gpu": gpu_bandwidth(renderer), "cpu": cpu_bandwidth()}
+        results["bandwidth"] = bandwidths(renderer)
         results["stages"] = measure_stages(renderer, rounds, results["bandwidth"])
         advance()
     results["points"] = measure_points(device, rounds, sizes, advance)
     results["merging"] = measure_merging(device, rounds)
     advance()
-    results["jobs"] = measure_jobs(device, rounds)
-    results["cold_start_s"] = results["jobs"]["first picture"]["ms"] / 1e3
+    results["cold_start_s"] = cold_start(device, rounds)
     advance()
     return results
 
@@ -211,26 +194,20 @@ def steps_of(sizes: Sequence[tuple[int, int]]) -> int:
     return len(sizes) + 3
 
 
-def gpu_bandwidth(renderer: Renderer) -> float:
-    """Bytes per second, read and written, at which the driver copies from buffer to buffer: the best of several."""
+def bandwidths(renderer: Renderer) -> dict[str, float]:
+    """Bytes per second, read and written, of the best of several copies: of the driver, and of NumPy in main memory."""
+
+    def best(copy: Callable[[], object]) -> float:
+        return max(2 * COPY / (clocked(copy)[1] / 1e3) for _ in range(8))
+
     with renderer.context.gl as gl:
         source, target = gl.buffer(reserve=COPY), gl.buffer(reserve=COPY)
         gl.finish()
-        found = bandwidth(lambda: (gl.copy_buffer(target, source), gl.finish()))
+        gpu = best(lambda: (gl.copy_buffer(target, source), gl.finish()))
         source.release()
         target.release()
-    return found
-
-
-def cpu_bandwidth() -> float:
-    """The same for NumPy's copy in main memory."""
-    source, target = np.ones(COPY, np.uint8), np.ones(COPY, np.uint8)
-    return bandwidth(lambda: np.copyto(target, source))
-
-
-def bandwidth(copy: Callable[[], object]) -> float:
-    """The best of several copies."""
-    return max(2 * COPY / (clocked(copy)[1] / 1e3) for _ in range(8))
+    ones, others = np.ones(COPY, np.uint8), np.ones(COPY, np.uint8)
+    return {"gpu": gpu, "cpu": best(lambda: np.copyto(others, ones))}
 
 
 def timed(lap: Timing) -> float:
@@ -261,19 +238,16 @@ def measure_stages(renderer: Renderer, rounds: int, bandwidth: dict[str, float])
     camera = standard_camera(640, 480)
     first = as_frame(trace(sphere_and_wall(), camera), camera)
     pose, steps = orbit_pose(None, first.pivot, yaw=YAW), renderer.steps
-    laps: dict[str, list[float]] = {}
-    clocks: dict[str, str] = {}
+    laps: dict[str, list[tuple[float, str]]] = defaultdict(list)  # milliseconds, by which clock
 
     def by_wall(name: str, job: Callable[[], Any]) -> Any:
         result, ms = clocked(job)
-        laps.setdefault(name, []).append(ms)
-        clocks[name] = "wall"
+        laps[name].append((ms, "wall"))
         return result
 
     def by_step(name: str, step: str) -> None:
         lap = steps.laps[step]
-        laps.setdefault(name, []).append(timed(lap))
-        clocks[name] = "wall" if lap.gpu_ms is None else "GPU"
+        laps[name].append((timed(lap), "wall" if lap.gpu_ms is None else "GPU"))
 
     with tempfile.TemporaryDirectory() as folder:
         frame = first
@@ -295,13 +269,12 @@ def measure_stages(renderer: Renderer, rounds: int, bandwidth: dict[str, float])
             picture = np.frombuffer(image, np.uint8).reshape(480, 640, 4)
             by_wall("PNG", lambda picture=picture: save_image(Path(folder) / "a.png", picture))
     needed = stage_bytes(frame.points_known, camera.width * camera.height)
-    limits = {
-        name: size / bandwidth["cpu" if name in ("Frame", "PNG") else "gpu"] * 1e3 for name, size in needed.items()
-    }
-    return [
-        {"name": name, "ms": median(times[1:]), "clock": clocks[name], "limit_ms": limits[name]}
-        for name, times in laps.items()
-    ]
+    rows = []
+    for name, times in laps.items():
+        limit = needed[name] / bandwidth["cpu" if name in ("Frame", "PNG") else "gpu"]
+        row = {"name": name, "ms": median(ms for ms, _ in times[1:]), "clock": times[-1][1]}
+        rows.append(row | {"limit_ms": 1e3 * limit})
+    return rows
 
 
 def hilly(width: int, height: int) -> Frame:
@@ -397,14 +370,22 @@ def peak_memory_mb() -> float | None:
     return peak / (1e6 if sys.platform == "darwin" else 1e3)
 
 
-def measure_merging(device: int, rounds: int) -> list[dict[str, Any]]:
-    """For each scene and tolerance: splats drawn, ms of the splats step, PSNR in a view turned by 15 degrees.
+def cold_start(device: int, rounds: int) -> float:
+    """Median seconds of a command, from its start to its picture on disk, after one that is not counted."""
+    with tempfile.TemporaryDirectory() as folder:
+        output = str(Path(folder) / "a.png")
+        command = [sys.executable, "-m", "pointshade_gl", "render", "-o", output, "--device", str(device)]
+        run = partial(subprocess.run, command, cwd=PACKAGES, check=True, capture_output=True)
+        return median([clocked(run)[1] for _ in range(rounds + 1)][1:]) / 1e3
 
-    PSNR compares with ray-traced truth for the analytic scene, with the picture without merging for the others.
+
+def measure_merging(device: int, rounds: int) -> list[dict[str, Any]]:
+    """For each scene and tolerance: splats drawn, ms of the splats step, PSNR beside the picture without merging.
+
+    The view is turned by YAW; PSNR is None where the pictures are the same.
     """
     camera = standard_camera(640, 480)
     source = trace(sphere_and_wall(), camera)
-    turned_pose, hits, truth, seen = turned(source, camera)
     frames = {"sphere and wall": as_frame(source, camera), "vase": load_frame("vase")}
     noise = np.random.default_rng(0).normal(0, 0.002, source.depth.shape)
     frames["sphere and wall, 2 mm noise"] = Frame(None, np.where(source.depth > 0, source.depth + noise, 0), camera)
@@ -425,13 +406,8 @@ def measure_merging(device: int, rounds: int) -> list[dict[str, Any]]:
         exact = renderers[0].render(frame, pose=pose)
         normals = np.nan_to_num(renderers[0].estimate_normals(frame))
         for tolerance, times, renderer in zip(TOLERANCES, laps, renderers, strict=True):
-            image = renderer.render(frame, pose=pose)
-            if scene == "sphere and wall":
-                lit = renderer.render(frame, PICTURE_LIGHT, pose=turned_pose)
-                psnr = score_picture(lit, hits.surface, truth, hits, seen).psnr
-            else:
-                error = (image.astype(float) - exact)[exact[..., 3] > 0]
-                psnr = decibels(error) if error.any() else None
+            error = (renderer.render(frame, pose=pose).astype(float) - exact)[exact[..., 3] > 0]
+            psnr = float(10 * np.log10(255**2 / (error**2).mean())) if error.any() else None
             splats = count_splats(frame.depth, normals, frame.camera, tolerance)
             row = {"scene": scene, "tolerance": tolerance, "splats": splats, "points": frame.points_known}
             rows.append(row | {"splats_ms": median(times[1:]), "psnr": psnr, "is_default": tolerance == MERGE})

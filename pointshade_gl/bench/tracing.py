@@ -1,4 +1,4 @@
-"""Ray-traces analytic surfaces in float64. Pictures and normals are compared with this truth."""
+"""Ray-traces analytic surfaces in float64."""
 
 from __future__ import annotations
 
@@ -8,10 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..scene.appearance import Material
 from ..scene.camera import Camera, check_pose
 from ..scene.frame import Frame
-from ..scene.light import Light, unit
 from ..scene.values import linear_to_srgb, srgb_to_linear
 
 NEIGHBOURS = (np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])  # of a picture: side by side, one below the other
@@ -106,40 +104,6 @@ def trace(surfaces: Sequence[TracedSurface], camera: Camera, pose: ArrayLike | N
     depth = np.where(number >= 0, depth, 0)
     normals *= np.where((normals * rays).sum(-1, keepdims=True) > 0, -1, 1)
     return Hits(depth, matrix[:3, 3] + depth[..., None] * rays, normals, albedo, number)
-
-
-def shade(
-    hits: Hits, light: Light, material: Material, eye: ArrayLike, shadow: NDArray[np.bool_] | None = None
-) -> Array:
-    """Linear RGB of what was hit, by the formula of shaders/common/phong.glsl, in float64.
-
-    shadow  (h, w) where the light does not arrive
-    """
-    v = np.asarray(eye, float) - hits.points
-    v /= np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-300)
-    if light.position is not None:
-        to_light = np.array(light.position) - hits.points
-        distance = np.linalg.norm(to_light, axis=-1, keepdims=True)
-        kc, kl, kq = light.attenuation
-        strength = 1 / (kc + kl * distance + kq * distance**2)
-    else:
-        assert light.direction is not None, "a traced light needs a position or a direction"
-        to_light, strength = np.broadcast_to(-np.array(light.direction), v.shape), np.ones((*v.shape[:-1], 1))
-        distance = np.linalg.norm(to_light, axis=-1, keepdims=True)
-    to_light = to_light / distance
-    NoL = (hits.normals * to_light).sum(-1, keepdims=True)
-    r = 2 * NoL * hits.normals - to_light
-    glint = material.specular * np.maximum((r * v).sum(-1, keepdims=True), 0) ** material.shininess * (NoL > 0)
-    if light.position is not None and light.direction is not None:
-        inner, outer = np.cos(np.radians(light.cone))
-        along = -to_light @ unit(light.direction)
-        inside = np.clip((along - outer) / max(inner - outer, 1e-4), 0, 1)[..., None]
-        strength = strength * (np.maximum(along, 0)[..., None] if light.is_area else inside**2 * (3 - 2 * inside))
-    if shadow is not None:
-        strength = strength * ~shadow[..., None]
-    arriving = strength * np.array(light.color) * light.intensity
-    total = material.ambient * hits.albedo + arriving * (material.diffuse * hits.albedo * np.maximum(NoL, 0) + glint)
-    return np.where(hits.surface[..., None] >= 0, np.clip(total, 0, 1), 0)
 
 
 def encode(linear: Array) -> Array:

@@ -49,7 +49,7 @@ AnyArray = ArrayLike | Exporter
 
 
 class UnreadableError(TypeError):
-    """Numbers that NumPy cannot read. Its message says what was got, and what to give instead."""
+    """Numbers that NumPy cannot read. The message names what was got, and what to give instead."""
 
 
 def as_numpy(value: Any) -> NDArray[Any]:
@@ -149,7 +149,7 @@ def _answer(value: Any, name: str) -> Any:
 
 
 def _is_picture(value: Any) -> bool:
-    """Return whether a value is a picture of Pillow, whose mode says what its numbers mean."""
+    """Return whether a value is a picture of Pillow, whose mode defines what its numbers mean."""
     return isinstance(getattr(value, "mode", None), str) and hasattr(value, "getbands")
 
 

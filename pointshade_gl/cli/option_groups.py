@@ -33,17 +33,16 @@ Typed = tuple[str, Any, Any]  # name, type and field, as `make_dataclass` takes 
 
 
 def cli_option(
-    help: str, *names: str, panel: str = "", known: Iterable[str] = (), default: Any = None, was: str = "", **more: Any
+    help: str, *names: str, panel: str = "", known: Iterable[str] = (), default: Any = None, **more: Any
 ) -> Any:
     """Return the field of an option, in a panel of the help. names: if its field's name does not tell all of them.
 
     known  values that the shell completes
-    was    its older name, which is understood, too
     more   as for `typer.Option`
     """
     completed = one_of(known) if known else None
     how = typer.Option(*names, help=help, autocompletion=completed, rich_help_panel=panel or None, **more)
-    return field(default=default, metadata={"typer": how, "was": was})
+    return field(default=default, metadata={"typer": how})
 
 
 def group_of(found: Iterable[Typed]) -> Any:
@@ -66,7 +65,7 @@ def typed(
         kind = has.kind if one.default is None or has.read else type(one.default)
         names = [f"--{one.name.replace('_', '-')}", *filter(None, [has.short])] if is_switch or has.short else []
         default = None if defaults is None and not is_switch else (defaults or {}).get(one.name, one.default)
-        how = {"panel": has.panel, "known": has.known, "was": has.was, "metavar": has.metavar}
+        how = {"panel": has.panel, "known": has.known, "metavar": has.metavar}
         found.append(
             (one.name, kind if is_switch else kind | None, cli_option(has.help, *names, default=default, **how))
         )

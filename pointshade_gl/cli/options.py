@@ -21,7 +21,7 @@ from ..files.clouds.cloud_columns import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
 from ..files.depth.scale_over_time import SCALES
 from ..files.networks.model_options import PIXELS
-from ..notes.notes import note_new_name, silence
+from ..notes.notes import silence
 from ..notes.words import option
 from ..scene.appearance import Look
 from ..scene.cloud import UPS
@@ -307,7 +307,7 @@ class WindowOptions(group_of(_SEEN)):
     """The window of `pointshade view`."""
 
     window_size: str | None = cli_option(
-        "Size of the window.", "--window-size", "--picture-size", metavar="WxH", was="size", panel=WINDOW
+        "Size of the window.", "--window-size", "--picture-size", metavar="WxH", panel=WINDOW
     )
     panel: bool = cli_option("Open the panel (needs the extra 'gui').", "--panel", default=False, panel=WINDOW)
     fps: str = cli_option(
@@ -328,13 +328,15 @@ class BenchOptions:
     output: Path = cli_option("Where to write.", "-o", "--output", metavar="FOLDER", default=Path("bench"))
     quick: bool = cli_option("Smaller pictures, fewer scenes: under a minute.", "--quick", default=False)
     only: list[str] | None = cli_option("Only this method, condition or stress; repeatable.", metavar="NAME")
-    images: bool = cli_option("Also measure lit pictures: estimators, forms, samples.", "--images", default=False)
+    images: bool = cli_option(
+        "Also measure lit pictures: estimators, forms, samples. In a clone only.", "--images", default=False
+    )
     speed: bool = cli_option("Measure speed instead: stages, points, merging.", "--speed", default=False)
     against: str | None = cli_option(
-        "With --speed: only compare with a commit, or with an older speed.json.", metavar="REV|FILE"
+        "With --speed: only compare with a commit, or with an older speed.json. In a clone only.", metavar="REV|FILE"
     )
     views: bool = cli_option(
-        "Measure several views of one thing instead: normals, flicker, cost.", "--views", default=False
+        "Measure several views of one thing instead: normals, flicker, cost. In a clone only.", "--views", default=False
     )
     seed: int = cli_option("Seed of the noise and the holes.", metavar="N", min=0, default=0)
 
@@ -342,22 +344,14 @@ class BenchOptions:
 def spread(command: Callable[..., None]) -> Callable[..., None]:
     """The command as Typer wants it: for each parameter that is a group, one parameter per field of the group.
 
-    A field may be a group itself, or say what it was called: that option is understood, but not in the help.
-    There is also --help-all.
+    A field may be a group itself. There is also --help-all.
     """
     asked = inspect.signature(command, eval_str=True).parameters
-    older: dict[str, str] = {}
-    options = [option for one in asked.values() for option in _options_in(one.name, one.annotation, one.default, older)]
-    hidden = Annotated[str | None, typer.Option(hidden=True, help="An older name.")]
-    options += [_option(was, hidden, None) for was in older]
+    options = [option for one in asked.values() for option in _options_in(one.name, one.annotation, one.default)]
     options.append(_option("help_all", HelpAll, False))
 
     @wraps(command)
     def with_options(help_all: bool, **given: Any) -> None:
-        for was, now in older.items():
-            if (text := given.pop(was)) is not None:
-                note_new_name(f"--{was}", f"--{now.replace('_', '-')}")
-                given[now] = text if given[now] is None else given[now]
         command(**{name: _taken(name, one.annotation, given) for name, one in asked.items()})
 
     with_options.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
@@ -365,8 +359,8 @@ def spread(command: Callable[..., None]) -> Callable[..., None]:
     return with_options
 
 
-def _options_in(name: str, kind: Any, default: Any, older: dict[str, str]) -> Iterator[inspect.Parameter]:
-    """The options of a group, or the one that is none. Those that were called otherwise are put into `older`."""
+def _options_in(name: str, kind: Any, default: Any) -> Iterator[inspect.Parameter]:
+    """The options of a group, or the one that is none."""
     if not is_dataclass(kind):
         yield _option(name, kind, default)
         return
@@ -374,8 +368,7 @@ def _options_in(name: str, kind: Any, default: Any, older: dict[str, str]) -> It
     for one in fields(kind):
         how, own = one.metadata.get("typer"), types[one.name]
         empty = inspect.Parameter.empty if one.default is MISSING else one.default
-        yield from _options_in(one.name, Annotated[own, how] if how else own, empty, older)
-        older |= {was: one.name} if (was := one.metadata.get("was")) else {}
+        yield from _options_in(one.name, Annotated[own, how] if how else own, empty)
 
 
 def _option(name: str, kind: Any, default: Any) -> inspect.Parameter:

@@ -7,7 +7,6 @@ import os
 import sys
 import traceback
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from .version import __version__
@@ -31,7 +30,7 @@ class Cancelled(Exception):
 def check_process(process: int, what: str) -> None:
     """Raise ContextError where what a process made is used in its fork, which has none of its threads.
 
-    process  what os.getpid() said as it was made
+    process  what os.getpid() gave as it was made
     """
     if os.getpid() != process:
         raise ContextError(f"this {what} was made before a fork: {SPAWN}, and make a new one in each")
@@ -63,12 +62,17 @@ def is_expected(error: BaseException) -> bool:
         return True
     if not isinstance(error, ValueError | TypeError) or isinstance(error, Bug):
         return False
-    at = _innermost(error.__traceback__)
-    return at is None or (_is_ours(at) and at.tb_frame.f_code.co_code[at.tb_lasti] == _RAISE)
+    at = error.__traceback__
+    if at is None:
+        return True
+    while at.tb_next is not None:  # where it was raised
+        at = at.tb_next
+    code = at.tb_frame.f_code
+    return code.co_filename.startswith(PACKAGE) and code.co_code[at.tb_lasti] == _RAISE
 
 
 def error_text(error: BaseException) -> str:
-    """Return what an error says, in one line; of a bug that it is one. POINTSHADE_DEBUG=1 prints its traceback."""
+    """Return the message of an error, in one line; of a bug that it is one. POINTSHADE_DEBUG=1 prints its traceback."""
     if os.environ.get(DEBUG, "0") not in ("", "0") and sys.stderr is not None:
         traceback.print_exception(error)
     stated = " ".join(str(error).split())
@@ -87,13 +91,3 @@ def _place_of(error: BaseException) -> str:
     """The last line of this package that ran, in words."""
     ours = [at for at in traceback.extract_tb(error.__traceback__) if at.filename.startswith(PACKAGE)]
     return f" (in {Path(ours[-1].filename).relative_to(PACKAGE).as_posix()}:{ours[-1].lineno})" if ours else ""
-
-
-def _innermost(at: TracebackType | None) -> TracebackType | None:
-    while at is not None and at.tb_next is not None:
-        at = at.tb_next
-    return at
-
-
-def _is_ours(at: TracebackType) -> bool:
-    return at.tb_frame.f_code.co_filename.startswith(PACKAGE)

@@ -25,7 +25,7 @@ LOGGER = logging.getLogger("pointshade_gl")
 _printed: set[str] | None = None  # all notes of the running command; in Python each is printed
 _most = MOST
 _lock = threading.Lock()  # threads share these two
-_renamed: set[tuple[str, str]] = set()  # what was said already
+_renamed: set[tuple[str, str]] = set()  # what was printed already
 _taker: ContextVar[Note | None] = ContextVar("taker", default=None)  # gets notes instead of the logger
 
 
@@ -74,7 +74,7 @@ def _passes(text: str) -> bool:
 
 @contextmanager
 def few_notes() -> Iterator[None]:
-    """Print only the first notes inside, each once; a last one says how many more there were."""
+    """Print only the first notes inside, each once; a last one counts those that were left out."""
     global _printed, _most
     printed, _most = set[str](), MOST
     _printed = printed
@@ -125,11 +125,11 @@ def once(note: Note) -> Note:
     printed: set[str] = set()
     lock = threading.Lock()
 
-    def tell(text: str) -> None:
+    def pass_on(text: str) -> None:
         kind = re.sub(r"\d+", "#", text)
         with lock:
             if kind not in printed:
                 printed.add(kind)
                 note(text)
 
-    return tell
+    return pass_on

@@ -43,16 +43,16 @@ def all_of_them() -> str:
 
 def as_command_line() -> AbstractContextManager[None]:
     """Name options in messages as the command line has them, inside the context."""
-    return _speaking(True, typed=True)
+    return _naming(True, typed=True)
 
 
 def as_python() -> AbstractContextManager[None]:
     """Name options in messages as Python has them, inside the context. Files use these names, too."""
-    return _speaking(False, typed=_is_typed)
+    return _naming(False, typed=_is_typed)
 
 
 @contextmanager
-def _speaking(is_command_line: bool, typed: bool) -> Iterator[None]:
+def _naming(is_command_line: bool, typed: bool) -> Iterator[None]:
     global _is_command_line, _is_typed
     before = _is_command_line, _is_typed
     _is_command_line, _is_typed = is_command_line, typed
@@ -109,6 +109,7 @@ _ELSEWHERE = {  # what options are called in other programs
     "photo": "--color",
     "rgb": "--color",
     "shadow": '--light "X,Y,Z shadow"',
+    "size": "--picture-size",
     "units": "--depth-scale",
     "width": "--picture-size",
 }

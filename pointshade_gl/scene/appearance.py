@@ -183,7 +183,6 @@ class Look(Options):
         "Size of the points in pixels of the frame, or fill: 1, with --missing complete. Default: 1. Of a point cloud "
         "their radius: metres, '3px', or '2x' times the spacing.",
         metavar="N|fill",
-        was="size",
         known=("fill",),
         read=number_or_text,
         panel=SHADING,

@@ -9,7 +9,6 @@ from dataclasses import Field, dataclass, field, fields, is_dataclass
 from functools import wraps
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
-from ..notes.notes import note_new_name, taken_by
 from ..notes.words import did_you_mean
 
 # panels of the help, in its order
@@ -49,7 +48,6 @@ class Option:
     kind     type of the text on the command line where the default does not tell it
     read     value of such a text
     place    among the options of its panel: those of place 0 come first
-    was      its older name, which is understood, too
     short    a second name on the command line, such as "--ao"
     """
 
@@ -61,7 +59,6 @@ class Option:
     kind: type = str
     read: Callable[[str], Any] | None = None
     place: int = 1
-    was: str = ""
     short: str = ""
 
 
@@ -85,20 +82,10 @@ def number_or_text(text: str) -> float | str:
 
 
 def option_class(group: type[_Any]) -> type[_Any]:
-    """Decorate a dataclass of options: its help lists them, and fields answer to the names that they had before."""
+    """Decorate a dataclass of options: its help lists them."""
     parameters = inspect.signature(group).parameters
     group.__doc__ = with_parameters(group.__doc__, [(one, parameters[one.name]) for one in fields(group)])
-    was = older_names(fields(group))
-    if was:
-        group.__init__ = _understanding(was, group.__init__, replaces=True)
-    for new, old in was.items():
-        setattr(group, old, property(_reader_of(old, new), doc=f"Older name of `{new}`."))
     return group
-
-
-def older_names(found: Iterable[Field[Any]]) -> dict[str, str]:
-    """Return the older name of each field that had another, by its name."""
-    return {one.name: was for one in found if (was := option_of(one).was)}
 
 
 def takes(known: type, *groups: type, like: Callable[..., Any] | None = None) -> Callable[[_Any], _Any]:
@@ -117,8 +104,8 @@ def takes(known: type, *groups: type, like: Callable[..., Any] | None = None) ->
         names = [name for name in keys_of(known) if name not in signature.parameters]
         named = [_parameter(name, found.get(name), known.__annotations__[name]) for name in names]
         listed = [(found[one.name], one) for one in (*plain, *named) if one.name in found]
-        was, taken = older_names(one for one, _ in listed), {one.name for one in (*plain, *named)}
-        called = _understanding(was, _checking(function, taken))
+        taken = {one.name for one in (*plain, *named)}
+        called: Any = _checking(function, taken)
         others = [entry for name, entry in _entries(inspect.getdoc(like)).items() if name in taken] if like else []
         order = f" {' '.join(one.name for one in (*plain, *named))} ".replace(" ", "  ")
         called.__doc__ = with_parameters(function.__doc__, listed, others, order)
@@ -213,12 +200,7 @@ def _filled(text: str) -> str:
     return "\n".join(lines)
 
 
-def renamed(**was: str) -> Callable[[_Any], _Any]:
-    """Decorate a function whose keywords had other names: it takes these, too."""
-    return lambda function: _understanding(was, function)
-
-
-def _checking(function: Callable[..., Any], known: set[str]) -> Callable[..., Any]:
+def _checking(function: Callable[..., Any], known: set[str]) -> Any:
     """Return the function, which names a wrong keyword and the near one."""
 
     @wraps(function)
@@ -230,31 +212,3 @@ def _checking(function: Callable[..., Any], known: set[str]) -> Callable[..., An
         return function(*args, **options)
 
     return checked
-
-
-def _understanding(was: dict[str, str], function: Callable[..., Any], replaces: bool = False) -> Any:
-    """Return the function, which also takes older names of its keywords; a note names the new one.
-
-    replaces  whether an older name may stand beside the new one, as in `dataclasses.replace(look, size=2)`
-    """
-    if not was:
-        return function
-
-    @wraps(function)
-    def called(*args: Any, **options: Any) -> Any:
-        for new, old in was.items():
-            if old in options and (replaces or new not in options):
-                with taken_by(options.get("notes")):
-                    note_new_name(old, new)
-                options[new] = options.pop(old)
-        return function(*args, **options)
-
-    return called
-
-
-def _reader_of(old: str, new: str) -> Callable[[Any], Any]:
-    def read(owner: Any) -> Any:
-        note_new_name(old, new)
-        return getattr(owner, new)
-
-    return read

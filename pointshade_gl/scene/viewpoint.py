@@ -85,7 +85,6 @@ class View(Options):
         'the two; "half": half as wide and high as the larger one',
         "Size of the picture: WxH, depth, color, or half; default: the larger of depth and color.",
         metavar="WxH|NAME",
-        was="size",
         panel=PICTURE,
     )
     look: Look = opt(Look(), "how frames are drawn; the objects of a scene have their own")

@@ -25,7 +25,6 @@ from ..scene.frame import Frame
 from ..scene.graph import Scene, scene_of
 from ..scene.light import Light, check_lights
 from ..scene.noise import Choice
-from ..scene.option_fields import renamed
 from ..scene.orbit import State
 from ..scene.viewpoint import View
 from .background import CHOICE_CHECK, RATE, Background, OpenDialog, Recorder, Work, save_new
@@ -100,7 +99,6 @@ class Viewer(Session):
         For anything that cannot be shown.
     """
 
-    @renamed(window_size="size")
     def __init__(
         self,
         source: Frame | Scene | PointCloud | Iterable[Frame],

@@ -6,8 +6,9 @@ import subprocess
 
 import pytest
 
-from pointshade_gl.bench import against
-from pointshade_gl.bench.command import bench_against
+from pointshade_gl.bench.command import research
+
+against = research("against", "speed_against")
 
 LAPS = [{"ms": 10.0, "cpu_ms": 20.0}, {"ms": 12.0, "cpu_ms": 24.0}, {"ms": 11.0, "cpu_ms": 22.0}]
 
@@ -73,7 +74,7 @@ def test_ratios_are_those_of_now_to_stored_figures(tmp_path, monkeypatch, capsys
     row, other = against.compare(str(stored), 0, 3, lambda: None)[:2]
     assert (row["before_ms"], row["now_ms"], row["ratio"], row["cpu_ratio"]) == (22, 11, 0.5, 2)
     assert other["before_ms"] is None and other["ratio"] is None
-    said = bench_against(str(stored), True, 0)
+    said = against.bench_against(str(stored), True, 0)
     assert str(stored) in said and "0.50" in capsys.readouterr().out
 
 

@@ -9,10 +9,9 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from pointshade_gl.bench import command, forms, measure, speed
-from pointshade_gl.bench.against import read_jobs
+from pointshade_gl.bench import command, measure, speed
 from pointshade_gl.bench.charts import pareto_front, place_labels, who_holds
-from pointshade_gl.bench.command import bench_speed
+from pointshade_gl.bench.command import bench_speed, research
 from pointshade_gl.bench.measure import CONDITIONS, STRESSES, Measurement, Plan, angle, breaking_point, generator
 from pointshade_gl.bench.scenes import MIDDLE, SCENES, make_scene, standard_camera
 from pointshade_gl.cli.main import command_line
@@ -208,8 +207,9 @@ class TestCommand:
 
     @pytest.mark.system
     def test_only_measures_what_is_named_and_images_adds_pictures(self, tmp_path, monkeypatch):
-        monkeypatch.setattr(forms, "SAMPLES", (1, 2))
-        monkeypatch.setattr(forms, "YAWS", (30,))
+        research("images", "lit_pictures")
+        monkeypatch.setattr("lit_forms.SAMPLES", (1, 2))
+        monkeypatch.setattr("lit_forms.YAWS", (30,))
         named = ("--only", "star", "--only", "auto", "--only", "kinect")
         done = run("--quick", *named, "--images", "-o", tmp_path)
         assert done.exit_code == 0, done.output
@@ -238,6 +238,23 @@ class TestCommand:
         monkeypatch.setattr(measure.Measurement, "stability", interrupt)
         assert run("--quick", "--only", "star", "-o", tmp_path).exit_code != 0
         assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("line", "option", "script"),
+    [
+        (["--views"], "views", "several_views"),
+        (["--images", "--quick"], "images", "lit_pictures"),
+        (["--speed", "--against", "HEAD~1"], "against", "speed_against"),
+    ],
+)
+def test_research_needs_a_clone(tmp_path, monkeypatch, line, option, script):
+    assert (command.RESEARCH / f"{script}.py").is_file()
+    monkeypatch.setattr(command, "RESEARCH", tmp_path)
+    error = run(*line, "-o", tmp_path / "out").exception
+    place = f"(tests/benchmarks/{script}.py)"
+    assert isinstance(error, ValueError) and not (tmp_path / "out").exists()
+    assert str(error).endswith(f"{option} is research: run it in a clone of the repository {place}")
 
 
 def test_an_unknown_name_lists_the_known_ones(tmp_path):
@@ -298,13 +315,14 @@ class TestSpeed:
     def test_the_command_writes_and_says_on_what(self, renderer, tmp_path, monkeypatch, capsys):
         monkeypatch.setattr(speed, "SIZES", ((40, 30), (80, 60)))
         monkeypatch.setattr(speed, "TOLERANCES", (0.0, 1e-5))
-        monkeypatch.setattr(speed, "measure_jobs", lambda *_: {"first picture": {"ms": 1.0, "cpu_ms": 2.0}})
+        against = research("against", "speed_against")
+        monkeypatch.setattr(against, "measure_jobs", lambda *_: {"first picture": {"ms": 1.0, "cpu_ms": 2.0}})
         said = bench_speed(tmp_path / "out", quick=True, device=0)
         assert renderer.context.renderer in said
         results = json.loads((tmp_path / "out" / "speed.json").read_text())
         assert [stage["name"] for stage in results["stages"]] == list(speed.stage_bytes(1, 1))
         assert all(stage["ms"] > 0 and stage["limit_ms"] > 0 for stage in results["stages"])
-        assert read_jobs(tmp_path / "out" / "speed.json") == {"first picture": {"ms": 1, "cpu_ms": 2}}
+        assert against.read_jobs(tmp_path / "out" / "speed.json") == {"first picture": {"ms": 1, "cpu_ms": 2}}
         assert results["cold_start_s"] > 0 and len(results["points"]) in (2, 4)
         with Image.open(tmp_path / "out" / "speed.png") as image:
             assert image.width > 1000

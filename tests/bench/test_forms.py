@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench import forms
-from pointshade_gl.bench.forms import LARGEST, MIDDLE, Truth, outline, outline_distance, source_frames, trace_seen
+from pointshade_gl.bench.command import research
 from pointshade_gl.bench.scenes import standard_camera
+
+research("images", "lit_pictures")  # makes its neighbours known
+import lit_forms as forms  # noqa: E402
+from lit_forms import LARGEST, MIDDLE, Truth, outline, outline_distance, source_frames, trace_seen  # noqa: E402
 
 SOURCE = standard_camera(64, 48)
 

@@ -7,18 +7,17 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.bench import command
-from pointshade_gl.bench import several_views as views
+from pointshade_gl.bench.command import research
 from pointshade_gl.bench.measure import generator
-from pointshade_gl.bench.several_views import BenchStage, ViewsPlan, views_chart
 from pointshade_gl.scene.appearance import NORMALS_AT
 
-TINY = ViewsPlan((64, 48), (1, 2, 3), 3, 1)
+views = research("views", "several_views")
+TINY = views.ViewsPlan((64, 48), (1, 2, 3), 3, 1)
 
 
 @pytest.fixture(scope="module")
 def stage():
-    return BenchStage(TINY)
+    return views.BenchStage(TINY)
 
 
 def test_any_first_few_cameras_look_from_all_sides():
@@ -82,7 +81,7 @@ def test_the_images_of_a_renderer_are_counted_until_they_are_released():
 @pytest.mark.system
 def test_the_command_writes_what_it_measured(renderer, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(views, "QUICK_VIEWS", TINY)
-    said = command.bench_views(tmp_path / "out", quick=True, seed=3, device=0)
+    said = views.bench_views(tmp_path / "out", quick=True, seed=3, device=0)
     assert "up to 3 views" in said and renderer.context.renderer in said
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"chart.png", "results.json"}
     results = json.loads((tmp_path / "out" / "results.json").read_text())
@@ -96,4 +95,4 @@ def test_the_command_writes_what_it_measured(renderer, tmp_path, monkeypatch, ca
     assert "ms a pair" in capsys.readouterr().out
     with Image.open(tmp_path / "out" / "chart.png") as image:
         assert image.width == 1800 and np.asarray(image.convert("L")).std() > 5
-    assert views_chart(results)[:4] == b"\x89PNG"  # a kept file is drawn again
+    assert views.views_chart(results)[:4] == b"\x89PNG"  # a kept file is drawn again

@@ -15,12 +15,13 @@ from typing import Any
 
 import moderngl
 import numpy as np
+from speed_against import measure_jobs
+from speed_jobs import NOISE, ball_and_wall
 
 import pointshade_gl as ps
 from pointshade_gl.bench.charts import wide_console
 from pointshade_gl.bench.command import write
 from pointshade_gl.bench.speed import SIZES, measure_speed, show_speed, speed_chart
-from pointshade_gl.bench.speed_jobs import NOISE, ball_and_wall
 from pointshade_gl.gpu.context.context import _cuda_numbers, egl_device
 from pointshade_gl.gpu.context.software_driver import wants_software
 
@@ -119,6 +120,7 @@ def probe_speed(report: Path) -> None:
     with ps.Renderer() as renderer:
         sizes = SIZES[:2] if renderer.context.is_software else SIZES[:4]
     results = measure_speed(0, 3, sizes, lambda: None)
+    results["jobs"] = measure_jobs(0, 3)
     write(report, {}, results, "speed.json")
     show_speed(results, wide_console())
     try:

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.tracing import Hits, decode, encode, plane, shade, sphere, trace
+from pointshade_gl.bench.tracing import Hits, decode, encode, plane, sphere, trace
 from pointshade_gl.estimation.light_fit import FoundLight, describe_light, fit_light
 from pointshade_gl.estimation.photo_shading import find_gains
 from pointshade_gl.gpu.surface.source_colors import gain_map
 
+from ..benchmarks.traced_light import shade
 from ..reference import lit_sample
 from ..reference import unlighting as unlit
 from ..reference.resolve_pass import surface_map_of

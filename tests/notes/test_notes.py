@@ -13,7 +13,6 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.cli.commands import render_command as cli_render
-from pointshade_gl.notes import notes as module
 from pointshade_gl.notes.notes import few_notes, print_note, print_warning, silence
 
 from ..support import frames
@@ -172,7 +171,6 @@ HOOKED = {  # calls that print a note unless they get `notes`: a renderer, unpos
     "save_page": lambda _, __, path, **more: ps.save_page(path / "a.html", path, **more),
     "show": lambda _, __, path, **more: ps.show(path, **more),
     "map": lambda _, __, path, **more: list(ps.batch.map([str(path)], workers=1, **more)),
-    "an older name": lambda renderer, frames, _, **more: renderer.render(frames[0], size=2.0, **more),
 }
 
 
@@ -183,7 +181,6 @@ def test_what_may_print_a_note_takes_notes(tmp_path, unposed, monkeypatch, capsy
     (tmp_path / "intrinsics.txt").write_text("131 131 79.5 59.5")
 
     def call(**more):
-        monkeypatch.setattr(module, "_renamed", set())  # what is told only once is new
         with ps.Renderer() as renderer:
             HOOKED[name](renderer, unposed, tmp_path, **more)
         return notes(capsys)

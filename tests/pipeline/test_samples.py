@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.forms import co_visible
-from pointshade_gl.bench.tracing import as_frame, decode, encode, shade, sphere_and_wall, trace
+from pointshade_gl.bench.tracing import as_frame, decode, encode, sphere_and_wall, trace
 from pointshade_gl.scene import shadow_cameras
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.sample_pattern import ball_point, light_part, moved_light, pixel_offset
 from pointshade_gl.scene.settings import Finish
 
+from ..benchmarks.traced_light import co_visible, shade
 from ..reference import sample_mean as developed
 from ..reference.render import render as mirror_render
 from ..support import frames

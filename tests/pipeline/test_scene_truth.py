@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.forms import co_visible, near_edge
-from pointshade_gl.bench.tracing import as_frame, decode, encode, patch, shade, sphere_and_wall, trace
+from pointshade_gl.bench.tracing import as_frame, decode, encode, patch, sphere_and_wall, trace
 
+from ..benchmarks.traced_light import co_visible, near_edge, shade
 from ..support.drivers import need_compute
 from ..truth.measures import occluder
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.forms import co_visible, near_edge
 from pointshade_gl.bench.tracing import as_frame, sphere_and_wall, trace
 from pointshade_gl.estimation.multi_view import importances, primary_shares
 from pointshade_gl.gpu.points.set_merge import target_estimator
 from pointshade_gl.scene.appearance import NORMALS_AT, SHADINGS
 
+from ..benchmarks.traced_light import co_visible, near_edge
 from ..support import frames
 from ..support.compare import compare_images
 from ..support.drivers import need_compute

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.tracing import as_frame, decode, encode, patch, shade, sphere, trace
+from pointshade_gl.bench.tracing import as_frame, decode, encode, patch, sphere, trace
 
+from ..benchmarks.traced_light import shade
 from ..support.drivers import need_compute
 from ..truth.measures import occluder
 

@@ -9,9 +9,10 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.bench.tracing import Hits, encode, plane, shade, sphere, trace, waves
+from pointshade_gl.bench.tracing import Hits, encode, plane, sphere, trace, waves
 from pointshade_gl.scene.orbit import State
 
+from ..benchmarks.traced_light import shade
 from ..renderer.test_lifetime import alive
 from ..renderer.test_renderer import living_objects
 from ..support import frames

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.forms import co_visible, score_picture
-from pointshade_gl.bench.tracing import as_frame, decode, encode, shade, sphere_and_wall, trace
+from pointshade_gl.bench.tracing import as_frame, decode, encode, sphere_and_wall, trace
 
+from ..benchmarks.traced_light import co_visible, score_picture, shade
 from ..support.drivers import need_compute
 
 CAMERA = ps.Camera(394, 394, 239.5, 179.5, 480, 360)

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.forms import co_visible, near_edge
 from pointshade_gl.bench.scenes import near_depth_edge
-from pointshade_gl.bench.tracing import Hits, decode, encode, plane, shade, trace
+from pointshade_gl.bench.tracing import Hits, decode, encode, plane, trace
 from pointshade_gl.scene.appearance import Look
 from pointshade_gl.scene.visible import finer_camera
 
+from ..benchmarks.traced_light import co_visible, near_edge, shade
 from ..reference.upsample import guide_colors, snapped, upsampled
 from ..support import frames
 from ..support.compare import compare_images

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.forms import co_visible
 from pointshade_gl.bench.tracing import as_frame, encode, plane, trace
 
+from ..benchmarks.traced_light import co_visible
 from ..support.drivers import need_compute
 
 SOURCE = ps.Camera(262, 262, 159.5, 119.5, 320, 240)

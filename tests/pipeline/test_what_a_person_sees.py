@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.tracing import as_frame, encode, patch, plane, shade, trace
+from pointshade_gl.bench.tracing import as_frame, encode, patch, plane, trace
 
+from ..benchmarks.traced_light import shade
 from ..support.places import FAILURES
 from ..truth import kept
 from ..truth.cases import cases, grey

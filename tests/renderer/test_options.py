@@ -3,7 +3,7 @@
 import ast
 import inspect
 import re
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -19,7 +19,6 @@ from pointshade_gl.scene.appearance import LookOptions
 from pointshade_gl.scene.option_fields import option_of
 from pointshade_gl.scene.settings import FinishOptions
 from pointshade_gl.scene.viewpoint import MoveOptions
-from pointshade_gl.viewer import Viewer
 
 from ..support import frames
 
@@ -134,59 +133,19 @@ def test_a_request_is_drawn_as_its_options_are(renderer):
     assert (renderer.render(RenderRequest.seen(frame, view)) == renderer.render(request)).all()
 
 
-@pytest.fixture
-def told(monkeypatch):
-    """Notes about new names, as if none had been printed before."""
+def test_a_new_name_is_noted_once(monkeypatch):
     monkeypatch.setattr(notes, "_renamed", set())
     with notes.taken() as found:
-        yield found
+        for _ in range(2):
+            notes.note_new_name("Look", "Appearance")
+    assert found == ["Look is called Appearance now: the older name goes with the next version"]
 
 
-@pytest.mark.parametrize(
-    ("make", "new"),
-    [
-        (lambda: (ps.Look(size=2), ps.Look(point_size=2)), "point_size"),
-        (lambda: (replace(ps.Look(point_size=3), size=2), ps.Look(point_size=2)), "point_size"),
-        (lambda: (ps.Look(point_size=2).size, 2), "point_size"),
-        (lambda: (ps.PointObject(frames.sphere(), size=2).look, ps.Look(point_size=2)), "point_size"),
-        (lambda: (ps.View(size=(8, 6)).picture_size, (8, 6)), "picture_size"),
-        (lambda: (ps.View(picture_size="half").size, "half"), "picture_size"),
-    ],
-)
-def test_older_names_are_understood_and_one_note_names_the_new_one(told, make, new):
-    for _ in range(2):
-        made, expected = make()
-        assert made == expected
-    assert told == [f"size is called {new} now: the older name goes with the next version"]
-
-
-def test_older_names_in_render_and_in_the_window(told, renderer):
-    frame = frames.sphere()
-    assert (renderer.render(frame, size=3) == renderer.render(frame, point_size=3)).all()
-    assert (renderer.render_depth(frame, size=3) == renderer.render_depth(frame, point_size=3)).all()
+def test_the_names_of_0_1_are_gone(renderer, typed):
     with pytest.raises(TypeError, match="unexpected keyword argument 'size'"):
-        renderer.render(frame, size=3, point_size=2)
-    with pytest.raises(TypeError, match="window_size must be a width and a height"):
-        Viewer(frame, size=640)
-    assert [note.split(":")[0] for note in told] == ["size is called point_size now", "size is called window_size now"]
-
-
-@pytest.mark.parametrize(
-    ("line", "new"),
-    [
-        ("render vase --samples 1 --size 40x30 -o a.png", "--picture-size"),
-        ("depth vase --size half -o a.png", "--picture-size"),
-        ("view vase --size big", "--window-size"),
-    ],
-)
-def test_older_names_on_the_command_line(typed, tmp_path, monkeypatch, line, new):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(notes, "_renamed", set())
-    code, _, errors = typed(line)
-    assert f"note: --size is called {new} now: the older name goes with the next version\n" in errors
-    assert code == 0 if "view" not in line else "--window-size takes WIDTHxHEIGHT" in errors
-    monkeypatch.setattr(notes, "_renamed", set())
-    assert "is called" not in typed(f"{line} --quiet")[2] and "--size " not in typed("render --help")[1]
+        renderer.render(frames.sphere(), size=3)
+    code, _, errors = typed("render vase --size 40x30 -o a.png")
+    assert code == 2 and "--size (did you mean --picture-size?)" in errors
 
 
 def test_the_command_line_has_every_option():

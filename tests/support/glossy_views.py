@@ -10,7 +10,9 @@ import numpy as np
 import pointshade_gl as ps
 from pointshade_gl.bench.measure import add_kinect_noise, generator, round_disparity
 from pointshade_gl.bench.scenes import box, pose_at, standard_camera
-from pointshade_gl.bench.tracing import Array, Hits, TracedSurface, encode, moved_surface, plane, shade, sphere, trace
+from pointshade_gl.bench.tracing import Array, Hits, TracedSurface, encode, moved_surface, plane, sphere, trace
+
+from ..benchmarks.traced_light import shade
 
 PIVOT = (0.0, 0.05, 1.6)
 VIEWS = (-30, 6), (-15, 14), (0, 4), (15, 12), (30, 8)  # yaw and pitch, degrees

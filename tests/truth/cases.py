@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import pointshade_gl as ps
-from pointshade_gl.bench.tracing import Hits, as_frame, encode, patch, plane, shade, sphere_and_wall, trace
+from pointshade_gl.bench.tracing import Hits, as_frame, encode, patch, plane, sphere_and_wall, trace
 
+from ..benchmarks.traced_light import shade
 from .files import MATTE
 from .kept import FINE, WRONG, at_size, scene, wrong
 from .measures import occluder

@@ -59,20 +59,24 @@ def info(
 @spread
 def bench(options: BenchOptions, device: Device = 0, quiet: Quiet = False) -> None:
     """Measure the speed, accuracy and robustness of every estimator: charts and results.json."""
-    from ...bench import command
+    from ...bench.command import bench as bench_estimators
+    from ...bench.command import bench_speed, research
 
     quick, output = options.quick, options.output
     if options.against is not None and not options.speed:
         raise ValueError(f"{option('against')} compares speeds: add {option('speed', True)}")
     if options.against is not None:
-        known = command.bench_against(options.against, quick, device)
+        about = research("against", "speed_against").bench_against(options.against, quick, device)
     elif options.speed:
-        known = command.bench_speed(output, quick, device)
+        about = bench_speed(output, quick, device)
     elif options.views:
-        known = command.bench_views(output, quick, options.seed, device)
+        about = research("views", "several_views").bench_views(output, quick, options.seed, device)
+    elif options.images:
+        script = research("images", "lit_pictures")
+        about = script.bench_images(output, quick, options.only or [], options.seed, device)
     else:
-        known = command.bench(output, quick, options.only or [], options.images, options.seed, device)
-    print(known)
+        about = bench_estimators(output, quick, options.only or [], options.seed, device)
+    print(about)
 
 
 _KINECT_STEP = 0.0025, 0.0034  # between these lies 1/z's rounding of a first Kinect, in 1/m

@@ -1,4 +1,7 @@
-"""Compares the speed of this version with another: a commit, run beside it, or figures stored by `bench --speed`."""
+"""Compares the speed of this version with another: a commit, run beside it, or figures stored by `bench --speed`.
+
+Run by hand: pointshade bench --speed --against REV|FILE [--quick], in a clone.
+"""
 
 from __future__ import annotations
 
@@ -16,14 +19,40 @@ from pathlib import Path
 from statistics import median, quantiles
 from typing import Any
 
-from ..notes.words import option
+from rich.console import Console
+from speed_jobs import JOBS
 
-JOBS = (
-    "new frame", "new view", "new light", "flat shading", "shadow", "noisy frame", "large frame", "first picture"
-)  # fmt: skip
+from pointshade_gl.bench import command
+from pointshade_gl.bench.charts import new_table, wide_console
+from pointshade_gl.notes.words import option
+
 WARM_UP = 2  # rounds that are not counted: they compile shaders
 HERE = Path(__file__).resolve().parents[2]  # the folder that holds the package
 Times = dict[str, list[dict[str, float]]]  # by job: {"ms", "cpu_ms"} of every round; no round if it cannot be done
+
+
+def bench_against(against: str, quick: bool, device: int) -> str:
+    """Prints how long this version takes beside a commit, or beside figures stored by `bench_speed`; writes no file.
+
+    Returns one line about it. Raises ValueError for what is neither.
+    """
+    rounds = 8 if quick else 20
+    with command.progress() as advance:
+        rows = compare(against, device, rounds, advance)
+    show_comparison(rows, against, wide_console())
+    return f"this version against {against}: medians of {rounds} rounds"
+
+
+def show_comparison(rows: list[dict[str, Any]], against: str, console: Console) -> None:
+    """Prints how long each job took before and now. Ratios above 1: it has become slower."""
+    columns = "before", "now", "now/before", "half of the rounds", "CPU time now/before"
+    table = new_table(f"milliseconds, {against} and this version", "job", *columns)
+    for row in rows:
+        ratio, cpu = (f"{row[key]:.2f}" if row[key] else "-" for key in ("ratio", "cpu_ratio"))
+        spread = f"{row['spread'][0]:.2f} to {row['spread'][1]:.2f}" if row["spread"] else "-"
+        before, now = (f"{row[key]:.3g}" if row[key] else "-" for key in ("before_ms", "now_ms"))
+        table.add_row(row["job"], before, now, ratio, spread, cpu)
+    console.print(table)
 
 
 class Worker:
@@ -39,7 +68,7 @@ class Worker:
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, text=True,
         )  # fmt: skip
         try:
-            package = Path(self._hear())
+            package = Path(self._answer())
             assert package.parent == folder.resolve(), f"{name} has run {package}"
         except BaseException:
             self.end()
@@ -50,9 +79,9 @@ class Worker:
         assert self._process.stdin is not None
         self._process.stdin.write(job + "\n")
         self._process.stdin.flush()
-        return self._hear()
+        return self._answer()
 
-    def _hear(self) -> Any:
+    def _answer(self) -> Any:
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         if not line:

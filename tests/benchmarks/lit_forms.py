@@ -1,4 +1,4 @@
-"""Compares what is drawn of points with ray-traced truth: estimators, shadings, forms, samples, angles, sizes."""
+"""Compares the forms of points, and numbers of samples, with ray-traced truth: angles, sizes; where splats are lit."""
 
 from __future__ import annotations
 
@@ -7,20 +7,16 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from statistics import median
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from rich.console import Console
+from traced_light import decibels, shade
 
-from ..renderer.renderer import Renderer
-from ..scene.appearance import FRAME_SPLATS, NOT_LIT, SHADINGS, Material, Shading, Splat
-from ..scene.camera import Camera, moved, orbit_pose
-from ..scene.frame import Frame
-from ..scene.light import Light
-from ..scene.noise import Method
-from .measure import CONDITIONS, clocked, generator
-from .scenes import box, pose_at, standard_camera
-from .tracing import (
-    NEIGHBOURS,
+from pointshade_gl.bench.charts import INK, brief, headline, new_figure, new_table, plain, png
+from pointshade_gl.bench.measure import clocked
+from pointshade_gl.bench.scenes import box, pose_at, standard_camera
+from pointshade_gl.bench.tracing import (
     Array,
     Hits,
     TracedSurface,
@@ -28,15 +24,21 @@ from .tracing import (
     encode,
     moved_surface,
     plane,
-    shade,
     sphere,
-    sphere_and_wall,
     trace,
 )
+from pointshade_gl.renderer.renderer import Renderer
+from pointshade_gl.scene.appearance import FRAME_SPLATS, Material, Shading
+from pointshade_gl.scene.camera import Camera, orbit_pose
+from pointshade_gl.scene.frame import Frame
+from pointshade_gl.scene.light import Light
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 LARGEST = 4  # pixels of the largest view on each side of a pixel of the source
 RAYS = 2  # on each side of a pixel of that view
-ROWS = 128  # of rays that are traced at once
+BAND_ROWS = 128  # of rays that are traced at once
 SEEN = 1e-4  # share of the distance by which a point may lie behind the first surface and still be seen
 
 
@@ -94,8 +96,8 @@ def trace_seen(source: Camera, pose: Array, light: Light, material: Material) ->
 
 def _bands(camera: Camera) -> Iterator[Camera]:
     """Cameras that see some rows of its picture each, from the top."""
-    for first in range(0, camera.height, ROWS):
-        yield replace(camera, cy=camera.cy - first, height=min(ROWS, camera.height - first))
+    for first in range(0, camera.height, BAND_ROWS):
+        yield replace(camera, cy=camera.cy - first, height=min(BAND_ROWS, camera.height - first))
 
 
 def _trace_band(camera: Camera, source: Camera, pose: Array, light: Light, material: Material) -> Truth:
@@ -131,70 +133,7 @@ def _means(values: Array, by: int) -> Array:
     return values.reshape(height, by, width, by, *values.shape[2:]).mean((1, 3))
 
 
-SAME_DEPTH = 0.01  # two depths that differ by less than this share belong to one surface
-TOGETHER = 1 << 22  # pairs of pixels that are compared at once
-
-
-@dataclass(frozen=True)
-class PictureScore:
-    """Scores of one picture.
-
-    psnr   dB, of the drawn pixels that the source saw, more than 2 pixels away from any edge of a surface
-    holes  share of the co-visible pixels where nothing was drawn
-    spill  share of the drawn pixels that show one surface where another one or nothing belongs
-    """
-
-    psnr: float
-    holes: float
-    spill: float
-
-
-def decibels(error: np.ndarray) -> float:
-    """PSNR of a picture that is off by so many of 255 steps."""
-    return float(10 * np.log10(255**2 / max((error**2).mean(), 1e-12)))
-
-
-def near_edge(hits: Hits, reach: int = 2) -> np.ndarray:
-    """Pixels within `reach` of another surface or of the empty background."""
-    edge = np.zeros(hits.surface.shape, bool)
-    for a, b in NEIGHBOURS:
-        step = hits.surface[a] != hits.surface[b]
-        edge[a] |= step
-        edge[b] |= step
-    for _ in range(reach - 1):
-        grown = np.pad(edge, 1)
-        edge = grown[1:-1, 1:-1] | grown[:-2, 1:-1] | grown[2:, 1:-1] | grown[1:-1, :-2] | grown[1:-1, 2:]
-    return edge
-
-
-def co_visible(hits: Hits, source: Hits, camera: Camera, pose: np.ndarray) -> np.ndarray:
-    """Pixels of `hits` that the source saw too: all four source pixels round the point show its surface there."""
-    points = moved(hits.points, np.linalg.inv(pose))
-    seen = (hits.surface >= 0) & (points[..., 2] > 0)
-    z = np.where(seen, points[..., 2], 1)
-    u, v = (np.floor(part).astype(int) for part in camera.pixel_at(points[..., 0], points[..., 1], z))
-    for du, dv in ((0, 0), (1, 0), (0, 1), (1, 1)):
-        column, row = np.clip(u + du, 0, camera.width - 1), np.clip(v + dv, 0, camera.height - 1)
-        seen &= (column == u + du) & (row == v + dv) & (source.surface[row, column] == hits.surface)
-        seen &= abs(source.depth[row, column] - z) < SAME_DEPTH * z
-    return seen
-
-
-def score_picture(
-    image: np.ndarray, surface: np.ndarray, truth: np.ndarray, hits: Hits, seen: np.ndarray
-) -> PictureScore:
-    """Compares a picture with the truth.
-
-    image    (h, w, 4) uint8
-    surface  (h, w) number of the surface that each pixel shows, -1 for none
-    truth    (h, w, 3) sRGB, 0..255, of `hits`
-    seen     (h, w) from `co_visible`
-    """
-    drawn = image[..., 3] > 0
-    judged = drawn & seen & ~near_edge(hits)
-    error = image[judged][:, :3].astype(float) - np.round(truth[judged])
-    spill = (surface[drawn] != hits.surface[drawn]).mean()
-    return PictureScore(decibels(error), float((seen & ~drawn).sum() / seen.sum()), float(spill))
+MOST_PAIRS = 1 << 22  # of pixels that are compared at once
 
 
 def outline(mask: np.ndarray) -> np.ndarray:
@@ -208,7 +147,7 @@ def outline_distance(drawn: np.ndarray, true: np.ndarray) -> float:
     ours, theirs = outline(drawn).astype(np.float32), outline(true).astype(np.float32)
     if not len(ours) or not len(theirs):
         return float(np.hypot(*drawn.shape))
-    parts = np.array_split(ours, -(-len(ours) * len(theirs) // TOGETHER))
+    parts = np.array_split(ours, -(-len(ours) * len(theirs) // MOST_PAIRS))
     nearest = [np.sqrt(((part[:, None] - theirs) ** 2).sum(-1).min(1)) for part in parts]
     return float(np.concatenate(nearest).mean())
 
@@ -346,62 +285,92 @@ def psnr(image: np.ndarray, truth: Truth) -> float:
     return decibels(error) if judged.any() else 0.0
 
 
-SPOILED = "clean", "1mm-noise", "kinect"
-SHAPES: tuple[Splat, ...] = "footprint", "round"  # of splats; meshes: forms.py
-LIT: tuple[Shading, ...] = tuple(shading for shading in SHADINGS if shading not in NOT_LIT)
-PICTURE_LIGHT, YAW = Light(position=(-1.0, -1.0, -0.5)), 15
+FORMS = {"footprint": "#3d9463", "round": "#3f7fb5", "mesh": "#d03a2b"}
+WAYS = {MADE: "^", RESOLVED: "v", PHONG: "o"}
+LIT_COLOR = "#8a4f9e"
+CHART_ROWS = (  # key, scale of the view, factor, label of the axis
+    ("psnr", SCALES[0], 1, "a quarter the size\nPSNR, dB"),
+    ("psnr", SCALES[1], 1, "the source's size\nPSNR, dB"),
+    ("psnr", SCALES[2], 1, "four times the size\nPSNR, dB"),
+    ("holes", 1, 100, "the source's size\nholes, %"),
+    ("spill", 1, 100, "the source's size\nspill, %"),
+    ("outline", 1, 1, "the source's size\noutline, pixels off"),
+)
 
 
-def turned(source: Hits, camera: Camera) -> tuple[Array, Hits, Array, np.ndarray]:
-    """The sphere and the wall from the side: pose, what is hit, that in sRGB (0..255) by LIGHT, what the source saw."""
-    pose = orbit_pose(None, (0, 0, 1.8), YAW)
-    hits = trace(sphere_and_wall(), camera, pose)
-    truth = encode(shade(hits, PICTURE_LIGHT, Material(), pose[:3, 3]))
-    return pose, hits, truth, co_visible(hits, source, camera, np.eye(4))
+def form_chart(results: dict[str, Any]) -> bytes:
+    """A PNG: a row of panels for each measure and size, a column for each angle; last, where splats are lit."""
+    forms = results["forms"]
+    yaws = list(dict.fromkeys(row["yaw"] for row in forms["rows"]))
+    figure = new_figure(11.5)
+    panels = figure.subplots(len(CHART_ROWS) + 1, len(yaws), sharex="row", sharey="row", squeeze=False)
+    for (key, scale, factor, label), row in zip(CHART_ROWS, panels, strict=False):
+        row[0].set_ylabel(label, fontsize=7.5)
+        for yaw, axes in zip(yaws, row, strict=True):
+            for form, color in FORMS.items():
+                own = [r for r in forms["rows"] if (r["yaw"], r["scale"], r["splat"]) == (yaw, scale, form)]
+                ms, values = [r["ms"] for r in own], [factor * r[key] for r in own]
+                axes.plot(ms, values, color=color, lw=1, alpha=0.6)
+                axes.scatter(ms, values, [6 + 8 * r["samples"] ** 0.5 for r in own], color=color, zorder=3)
+        if key != "psnr":
+            row[0].set_ylim(
+                bottom=0, top=1.1 * max(factor * r[key] for r in forms["rows"] if r["scale"] == scale) + 1e-9
+            )
+    panels[-1][0].set_ylabel("splats by GL points\nPSNR, dB", fontsize=7.5)
+    for yaw, axes in zip(yaws, panels[-1], strict=True):
+        for row in forms["lit"]:
+            if row["yaw"] == yaw:
+                axes.plot(row["ms"], row["psnr"], WAYS[row["way"]], color=LIT_COLOR, ms=5, fillstyle=_fill(row["way"]))
+    for yaw, axes in zip(yaws, panels[0], strict=True):
+        axes.set_title(f"turned by {yaw}°" if yaw else "own camera", fontsize=9, fontweight="bold", color=INK)
+    for axes in panels.flat:
+        _set_clock(axes)
+    width, height = forms["size"]
+    where = results["gl"]["renderer"].split(" (")[0]
+    figure.supxlabel(f"milliseconds for a new view of {width}x{height} points ({where}, wall clock)", fontsize=8.5)
+    _legend(figure)
+    return png(figure)
 
 
-def count_pictures(methods: Sequence[Method], rounds: int) -> int:
-    """How many times `measure_pictures` will call `advance`."""
-    return len(SPOILED) * len(methods) * len(LIT) * len(SHAPES) * (rounds + 1)
+def _fill(way: str) -> Any:
+    return "none" if way == RESOLVED else "full"
 
 
-def measure_pictures(
-    renderer: Renderer,
-    size: tuple[int, int],
-    methods: Sequence[Method],
-    rounds: int,
-    seed: int,
-    advance: Callable[[], None],
-) -> dict[str, Any]:
-    """PSNR and milliseconds of a sphere before a wall, seen from 15 degrees to the side: {condition: [row, ...]}.
+def _set_clock(axes: Axes) -> None:
+    from matplotlib.ticker import LogLocator
 
-    The time is that of `Renderer.render`, from arrays to array, by the wall clock: the median of interleaved rounds.
-    """
-    camera = standard_camera(*size)
-    source = trace(sphere_and_wall(), camera)
-    pose, hits, truth, seen = turned(source, camera)
-    colors = as_frame(source, camera).color
-    numbers = np.repeat(source.surface[..., None] + 1, 3, -1).astype(np.uint8)
-    found: dict[str, Any] = {"size": list(size), "yaw": YAW, "rows": {}}
-    for name in SPOILED:
-        depth = CONDITIONS[name].spoil(source.depth, CONDITIONS[name].strength, generator(seed, name, "picture"))
-        frame, numbered = Frame(colors, depth, camera), Frame(numbers, depth, camera)
-        shown = {
-            splat: renderer.render(numbered, pose=pose, shading="none", splat=splat)[..., 0].astype(int) - 1
-            for splat in SHAPES
-        }
-        jobs = list(product(methods, LIT, SHAPES))
-        laps: dict[tuple[Method, Shading, Splat], list[float]] = {job: [] for job in jobs}
-        rows = []
-        for turn in range(rounds + 1):  # the first one warms up; its pictures are scored
-            for job in jobs:
-                method, shading, splat = job
-                options: dict[str, Any] = {"normals": method, "shading": shading, "splat": splat}
-                image, ms = clocked(partial(renderer.render, frame, PICTURE_LIGHT, pose=pose, **options))
-                laps[job].append(ms)
-                if turn == 0:
-                    score = score_picture(image, shown[splat], truth, hits, seen)
-                    rows.append({"method": method, "shading": shading, "splat": splat} | vars(score))
-                advance()
-        found["rows"][name] = [row | {"ms": median(laps[job][1:])} for job, row in zip(jobs, rows, strict=True)]
-    return found
+    plain(axes)
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 3)))
+    axes.minorticks_off()
+    axes.xaxis.set_major_formatter("{x:g}")
+
+
+def _legend(figure: Any) -> None:
+    from matplotlib.lines import Line2D
+
+    entries = [Line2D([], [], color=color, lw=2, label=form) for form, color in FORMS.items()]
+    entries += [Line2D([], [], color=INK, lw=0, marker="o", ms=3, label="dots from left: 1, 4, 16 samples")]
+    entries += [
+        Line2D([], [], color=LIT_COLOR, lw=0, marker=mark, ms=5, fillstyle=_fill(way), label=way)
+        for way, mark in WAYS.items()
+    ]
+    headline(figure, "Forms of points, and samples, against ray-traced truth", entries)
+
+
+def show_forms(forms: dict[str, Any], console: Console) -> None:
+    """Prints PSNR, holes, spill and outline of each form at the source's size, and where splats are lit."""
+    yaws = list(dict.fromkeys(row["yaw"] for row in forms["rows"]))
+    angles = [f"{yaw}°" for yaw in yaws]
+    title = "forms at the source's size: PSNR dB / holes % / spill % / pixels that the outline is off"
+    table = new_table(title, "form", "samples", "ms", *angles)
+    rows = {(row["splat"], row["samples"], row["yaw"]): row for row in forms["rows"] if row["scale"] == 1}
+    for splat, samples in dict.fromkeys(key[:2] for key in rows):
+        own = [rows[splat, samples, yaw] for yaw in yaws]
+        cells = [f"{r['psnr']:.1f}/{100 * r['holes']:.2f}/{100 * r['spill']:.2f}/{r['outline']:.2f}" for r in own]
+        table.add_row(splat, str(samples), brief(median(r["ms"] for r in own)), *cells)
+    console.print(table)
+    table = new_table("splats by GL points: milliseconds to draw and light them / PSNR dB", "lit", *angles)
+    for way in dict.fromkeys(row["way"] for row in forms["lit"]):
+        table.add_row(way, *(f"{brief(r['ms'])}/{r['psnr']:.1f}" for r in forms["lit"] if r["way"] == way))
+    console.print(table)

@@ -1,4 +1,7 @@
-"""Measures several views of one thing, and shows it as tables and as a chart."""
+"""Measures several views of one thing, and shows it as tables and as a chart.
+
+Run by hand: pointshade bench --views [--quick] [-o FOLDER], in a clone.
+"""
 
 from __future__ import annotations
 
@@ -7,28 +10,31 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
 import moderngl
 import numpy as np
 from rich.console import Console
+from traced_light import SAME_DEPTH, decibels, near_edge, shade
 
-from ..estimation.multi_view import COMPARED
-from ..renderer.renderer import Renderer
-from ..scene.appearance import NORMALS_AT, Material, NormalsAt
-from ..scene.camera import Camera, orbit_pose
-from ..scene.frame import Frame
-from ..scene.graph import Scene
-from ..scene.light import Light
-from ..scene.node import Node
-from ..scene.objects import PointObject
-from .charts import INK, brief, headline, new_figure, new_table, plain, png, title
-from .forms import SAME_DEPTH, decibels, near_edge
-from .measure import add_kinect_noise, angle, clocked, generator, round_disparity
-from .scenes import box, pose_at, standard_camera
-from .speed import peak_memory_mb
-from .tracing import Array, Hits, TracedSurface, encode, moved_surface, plane, shade, sphere, trace, waves
+from pointshade_gl.bench import command
+from pointshade_gl.bench.charts import INK, brief, headline, new_figure, new_table, plain, png, title, wide_console
+from pointshade_gl.bench.measure import add_kinect_noise, angle, clocked, generator, round_disparity
+from pointshade_gl.bench.scenes import box, pose_at, standard_camera
+from pointshade_gl.bench.speed import peak_memory_mb
+from pointshade_gl.bench.tracing import Array, Hits, TracedSurface, encode, moved_surface, plane, sphere, trace, waves
+from pointshade_gl.estimation.multi_view import COMPARED
+from pointshade_gl.notes.notes import silence
+from pointshade_gl.renderer.renderer import Renderer
+from pointshade_gl.scene.appearance import NORMALS_AT, Material, NormalsAt
+from pointshade_gl.scene.camera import Camera, orbit_pose
+from pointshade_gl.scene.frame import Frame
+from pointshade_gl.scene.graph import Scene
+from pointshade_gl.scene.light import Light
+from pointshade_gl.scene.node import Node
+from pointshade_gl.scene.objects import PointObject
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,6 +60,18 @@ class ViewsPlan:
 
 FULL_VIEWS = ViewsPlan((640, 480), (1, 2, 4, 8, 16, 30), 5, 3)
 QUICK_VIEWS = ViewsPlan((160, 120), (1, 2, 4, 8), 3, 3)
+
+
+def bench_views(output: Path, quick: bool, seed: int, device: int) -> str:
+    """Writes results.json and chart.png of several views to a folder; prints tables. Returns one line about them."""
+    command.prepare(output)
+    plan = QUICK_VIEWS if quick else FULL_VIEWS
+    silence()  # poses are wrong on purpose
+    with command.progress(steps_of(plan)) as advance:
+        results = measure_views(device, plan, seed, advance)
+    command.write(output, {"chart.png": views_chart(results)}, results)
+    show_views(results, wide_console())
+    return f"{output}: chart.png, results.json: up to {max(plan.counts)} views on {results['gl']['renderer']}"
 
 
 def things() -> list[TracedSurface]:

@@ -20,6 +20,9 @@ import numpy as np
 import pointshade_gl as ps
 
 NOISE = 0.002  # metres
+JOBS = (
+    "new frame", "new view", "new light", "flat shading", "shadow", "noisy frame", "large frame", "first picture"
+)  # fmt: skip
 
 
 class Jobs:
@@ -110,17 +113,17 @@ def ball_and_wall(width: int, height: int) -> tuple:
 
 
 def answer(device: int) -> None:
-    """First says which package runs here. null says that it cannot do a job."""
+    """First prints which package runs here; null stands for a job that it cannot do."""
     jobs = Jobs(device)
-    say(str(Path(ps.__file__).resolve().parent))
+    put(str(Path(ps.__file__).resolve().parent))
     for line in sys.stdin:
         try:
-            say(jobs.run(line.strip()))
+            put(jobs.run(line.strip()))
         except Exception:
-            say(None)
+            put(None)
 
 
-def say(what: object) -> None:
+def put(what: object) -> None:
     sys.stdout.write(json.dumps(what) + "\n")
     sys.stdout.flush()
 

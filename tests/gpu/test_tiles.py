@@ -33,7 +33,7 @@ def cut(monkeypatch):
     def use(renderer, largest_side=208):
         monkeypatch.setattr(tiling, "LARGEST_WHOLE", 100)
         monkeypatch.setattr(renderer._pipeline.gpu_scene.tiles, "largest_side", largest_side)
-        renderer.steps.forget()
+        renderer._pipeline.gpu_scene.drawn = {}  # so that its objects are prepared anew
 
     return use
 

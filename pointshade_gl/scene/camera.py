@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
+from weakref import ref
 
 import numpy as np
 from numpy.typing import NDArray
@@ -301,7 +302,10 @@ class Eye(NamedTuple):
         return cls(camera, pose, NEAR * distance)
 
 
-_proved: NDArray[np.float64] | None = None  # the last pose that was found right, which is asked about again at once
+IDENTITY = frozen(np.eye(4))
+_proved: dict[
+    int, ref[NDArray[np.float64]]
+] = {}  # poses that were found right, by their ids
 
 
 def check_pose(pose: AnyArray | None, name: str = "pose") -> NDArray[np.float64]:
@@ -310,17 +314,20 @@ def check_pose(pose: AnyArray | None, name: str = "pose") -> NDArray[np.float64]
     Raises ValueError unless it is a rotation and a translation (to 1 %, so that rounded text files pass), TypeError for
     anything but numbers.
     """
-    global _proved
-    if _proved is not None and pose is _proved:
-        return _proved
-    matrix = np.eye(4) if pose is None else check_matrix(pose, name)
+    if pose is None:
+        return IDENTITY
+    known = _proved[id(pose)]() if id(pose) in _proved else None
+    if known is not None and known is pose:
+        return known
+    matrix = check_matrix(pose, name)
     rotation = matrix[:3, :3]
     if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-6 or not is_orthogonal(rotation, 0.01):
         raise ValueError(f"{name} must be camera-to-world: a rotation and a translation above the row (0, 0, 0, 1)")
     if np.linalg.det(rotation) < 0:
         raise ValueError(f"{name} mirrors: its rotation has determinant -1; OpenCV axes are x right, y down, z forward")
-    _proved = frozen(matrix)
-    return _proved
+    key = id(matrix)
+    _proved[key] = ref(matrix, lambda _: _proved.pop(key, None))
+    return frozen(matrix)
 
 
 def view_matrix(source_pose: NDArray[np.float64], target_pose: NDArray[np.float64]) -> NDArray[np.float64]:

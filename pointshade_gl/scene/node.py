@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..checks.arguments import check_flag, is_a, items_of
 from ..checks.foreign_arrays import Numbers
 from ..notes.words import shown
-from .camera import check_matrix, is_rotation, moved
+from .camera import IDENTITY, check_matrix, is_rotation, moved
 from .cloud import PointCloud
 from .light import Light
 from .objects import Mesh, PointObject
@@ -61,7 +61,7 @@ class Node(Value):
 
     content: Content | tuple[Content, ...] | None = None
     name: str = ""
-    transform: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
+    transform: NDArray[np.float64] = field(default_factory=lambda: IDENTITY)
     children: tuple[Node, ...] = ()
     visible: bool = True
     shadow: bool = True
@@ -89,14 +89,8 @@ class Node(Value):
                 got = shown(item)
                 known = "a PointObject, a PointCloud, a Mesh, a Light or several"
                 raise TypeError(f"{where}: its content must be {known}, got {got}")
-        matrix = check_matrix(self.transform, f"{where}: its transform")
-        if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-9:
-            raise ValueError(
-                f"{self.title}: the last row of its transform must be (0, 0, 0, 1), got {matrix[3].tolist()}"
-            )
-        if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
-            raise ValueError(f"{self.title}: its transform has a scale of zero")
-        object.__setattr__(self, "transform", frozen(matrix))
+        if self.transform is not IDENTITY:
+            object.__setattr__(self, "transform", _check_transform(self.transform, where))
         object.__setattr__(self, "children", check_nodes(self.children, f"{where}: its children"))
         for name in ("visible", "shadow"):
             object.__setattr__(self, name, check_flag(getattr(self, name), f"{where}: {name}"))
@@ -112,6 +106,15 @@ class Node(Value):
     def title(self) -> str:
         """Return what messages call the node."""
         return f"node {shown(self.name)}"
+
+
+def _check_transform(transform: Numbers, where: str) -> Matrix:
+    matrix = check_matrix(transform, f"{where}: its transform")
+    if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-9:
+        raise ValueError(f"{where}: the last row of its transform must be (0, 0, 0, 1), got {matrix[3].tolist()}")
+    if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
+        raise ValueError(f"{where}: its transform has a scale of zero")
+    return frozen(matrix)
 
 
 def check_nodes(nodes: Any, name: str) -> tuple[Node, ...]:

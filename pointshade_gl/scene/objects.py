@@ -182,7 +182,7 @@ class PointObject(DrawnValue):
         more = items_of(others)
         if more is None:
             raise TypeError(f"others must be a sequence of frames, got {shown(others)}")
-        frame, *rest = check_frames((*check_frames(frame), *more))
+        frame, *rest = check_frames((*check_frames(frame), *more) if more else frame)
         if rest:
             uniform(look)
         if rest and look.splat == "mesh":
@@ -265,6 +265,8 @@ def uniform(look: Look) -> Look:
 
 def check_frames(frames: Frame | Sequence[Frame]) -> tuple[Frame, ...]:
     """One frame or several as a tuple. Raises TypeError for anything else, ValueError for none or too many."""
+    if type(frames) is Frame:
+        return (frames,)
     items = [frames] if isinstance(frames, Frame) else frames
     if any(isinstance(one, PointCloud) for one in (items if is_a(items, Sequence) else [items])):
         raise TypeError("a point cloud is no frame: draw it alone, or put it into a Node of a Scene as it is")

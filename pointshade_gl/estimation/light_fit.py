@@ -33,16 +33,12 @@ class LightPairs(NamedTuple):
 
 
 class Reach(NamedTuple):
-    """Which pixels may be a pair.
+    """Which pixels may be a pair."""
 
-    way        standard deviations of the way between them, from and to, shares of the picture's longer side
-    hue        difference of chromaticity between two materials
-    connected  whether they lie on one surface, all the way
-    """
-
+    # standard deviations of the way between them, from and to, shares of the picture's longer side
     way: tuple[float, float]
-    hue: float
-    connected: bool
+    hue: float  # difference of chromaticity between two materials
+    connected: bool  # whether they lie on one surface, all the way
 
 
 # The straight line between the pixels of a pair stays on one surface: no texture follows the normals of a rounded
@@ -117,18 +113,12 @@ MISSED = 0.25, 0.4  # what other functions of the normals say beside the judge's
 
 @dataclass(frozen=True)
 class FoundLight:
-    """The light in a picture: a surface with normal n receives ambient + max(n . direction, 0), up to a factor.
+    """The light in a picture: a surface with normal n receives ambient + max(n . direction, 0), up to a factor."""
 
-    direction  (3,) unit, towards the light, camera axes
-    ambient    strength of the ambient light over that of the directional light
-    strength   0..1: how far the picture shows that this is its light, and how far it is divided out
-    why        what speaks against it, if the strength is not 1
-    """
-
-    direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
-    ambient: float = 1e3
-    strength: float = 0.0
-    why: str = ""
+    direction: tuple[float, float, float] = (0.0, 0.0, -1.0)  # (3,) unit, towards the light, camera axes
+    ambient: float = 1e3  # strength of the ambient light over that of the directional light
+    strength: float = 0.0  # 0..1: how far the picture shows that this is its light, and how far it is divided out
+    why: str = ""  # what speaks against it, if the strength is not 1
 
     @property
     def tells(self) -> bool:

@@ -186,15 +186,11 @@ Mask = NDArray[np.bool_]
 
 
 class FramePoints(NamedTuple):
-    """The points of a frame.
-
-    surface     (h, w, 4) unit normal and depth, camera axes; depth 0 where there is no point
-    is_trusted  (h, w) whether other frames do not contradict a point
-    """
+    """The points of a frame."""
 
     frame: Frame
-    surface: NDArray[np.float32]
-    is_trusted: Mask
+    surface: NDArray[np.float32]  # (h, w, 4) unit normal and depth, camera axes; depth 0 where there is no point
+    is_trusted: Mask  # (h, w) whether other frames do not contradict a point
 
 
 def kept_once(every: Sequence[FramePoints], band: float) -> list[Mask]:

@@ -63,16 +63,11 @@ MOSTLY = 0.5  # share of certain blocks from which on the weak evidence is enoug
 
 
 class Structure(NamedTuple):
-    """Where depth varies by fine structure, not by noise; (rows, columns) of blocks each.
+    """Where depth varies by fine structure, not by noise; (rows, columns) of blocks each."""
 
-    found   blocks that hold structure: their own level is not that of the noise
-    uneven  blocks where growth with distance is structure, not noise that neighbours share
-    noise   share of the level measured between neighbours that is noise, 0 to 1
-    """
-
-    found: Mask
-    uneven: Mask
-    noise: Array
+    found: Mask  # blocks that hold structure: their own level is not that of the noise
+    uneven: Mask  # blocks where growth with distance is structure, not noise that neighbours share
+    noise: Array  # share of the level measured between neighbours that is noise, 0 to 1
 
 
 def neighbours3(values):

@@ -118,18 +118,12 @@ GAINS = np.log(0.4), np.log(20)
 
 @dataclass(frozen=True, eq=False)
 class PhotoSamples:
-    """Samples of a photograph and of what it shows.
+    """Samples of a photograph and of what it shows."""
 
-    colors    (h, w, 4) float32: linear RGB and 1; 0.5 where clipped, 0 where unknown
-    surfaces  (h, w, 4) float32: unit normals, camera axes, towards the camera, and depth; 0 where unknown
-    rays      (h, w, 3) float32 from the camera through the samples, z = 1
-    size      of the whole frame, in samples
-    """
-
-    colors: Array
-    surfaces: Array
-    rays: Array
-    size: tuple[float, float]
+    colors: Array  # (h, w, 4) float32: linear RGB and 1; 0.5 where clipped, 0 where unknown
+    surfaces: Array  # (h, w, 4) float32: unit normals, camera axes, towards the camera, and depth; 0 where unknown
+    rays: Array  # (h, w, 3) float32 from the camera through the samples, z = 1
+    size: tuple[float, float]  # of the whole frame, in samples
 
     @cached_property
     def unclipped(self) -> Array:
@@ -252,31 +246,20 @@ BRIGHTEST = np.log(0.8)  # albedo of all but a hundredth of the picture
 
 
 class LitPhoto(NamedTuple):
-    """What was found of one of the photographs.
+    """What was found of one of the photographs."""
 
-    light   that it was taken under
-    gains   (h, w) float32: log of what linear light is multiplied by, so that the albedo remains
-    weight  (h, w) float32: how much its albedo says there
-    """
-
-    light: FoundLight
-    gains: Array
-    weight: Array
+    light: FoundLight  # that it was taken under
+    gains: Array  # (h, w) float32: log of what linear light is multiplied by, so that the albedo remains
+    weight: Array  # (h, w) float32: how much its albedo says there
 
 
 class _Agreement(NamedTuple):
-    """What n photographs agree on under their lights.
+    """What n photographs agree on under their lights."""
 
-    albedo     (h, w), log
-    exposures  (n,), log, over their mean
-    shadings   (n, h, w), log
-    weights    (n, h, w): less where a photograph contradicts the others
-    """
-
-    albedo: Array
-    exposures: Array
-    shadings: Array
-    weights: Array
+    albedo: Array  # (h, w), log
+    exposures: Array  # (n,), log, over their mean
+    shadings: Array  # (n, h, w), log
+    weights: Array  # (n, h, w): less where a photograph contradicts the others
 
 
 def share_albedo(photos: Sequence[PhotoSamples]) -> list[LitPhoto]:

@@ -168,17 +168,13 @@ class Listing:
 
 
 class _SeenFolder(NamedTuple):
-    """A folder's files, and the folders in it, in natural order.
-
-    missed  why something in it is left out; "" if nothing is
-    inside  the same of its folders, once they were looked at
-    items   its files by what stands before their names, as seen from the folder that was asked for
-    """
+    """A folder's files, and the folders in it, in natural order."""
 
     files: list[Path]
     folders: list[Path]
-    missed: str
-    inside: list[_SeenFolder]
+    missed: str  # why something in it is left out; "" if nothing is
+    inside: list[_SeenFolder]  # the same of its folders, once they were looked at
+    # its files by what stands before their names, as seen from the folder that was asked for
     items: dict[str, list[ListedFile]]
 
 
@@ -225,17 +221,14 @@ _ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:[/\\]")
 
 @dataclass(frozen=True)
 class Folder:
-    """A folder, and what the files in it may name.
-
-    allow_outside  names in its files may leave it
-    root           its files must lie in here, also with links followed: the folder of a scene, which came as a whole.
-                   Without a root any link is followed: it is the user's own, perhaps to a data set on another disk.
-    listing        what lies in it and around it, looked at once
-    """
+    """A folder, and what the files in it may name."""
 
     path: Path
-    allow_outside: bool = False
+    allow_outside: bool = False  # names in its files may leave it
+    # its files must lie in here, also with links followed: the folder of a scene, which came as a whole. Without a root
+    # any link is followed: it is the user's own, perhaps to a data set on another disk.
     root: Path | None = None
+    # what lies in it and around it, looked at once
     listing: Listing = field(default_factory=Listing, compare=False, repr=False)
 
     def named(self, text: Any) -> Path:

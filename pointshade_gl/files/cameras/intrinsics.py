@@ -30,27 +30,18 @@ _SAME_VIEW = 0.02  # pictures whose aspect ratios differ by less may show the sa
 
 @dataclass(frozen=True)
 class Intrinsics:
-    """What a source states about a camera; None = nothing.
+    """What a source states about a camera; None = nothing."""
 
-    name          of the source, for messages
-    numbers       fx, fy, cx, cy in pixels, pixel centres at integers; fy is NaN if pixels are square, cx and cy are
-                  NaN if only the focal length is known
-    size          (width, height) of the picture that they are for; NORMALIZED fits any
-    depth_scale   raw depth values per metre
-    depth_kind    one of depth_kinds.KINDS
-    baseline      metres between the cameras of a disparity
-    doffs         pixels to add to a disparity, where the two principal points differ (Middlebury)
-    alternatives  other cameras of the same source, such as that of the colour picture
-    """
-
-    name: str
+    name: str  # of the source, for messages
+    # fx, fy, cx, cy in pixels, pixel centres at integers; fy is NaN if pixels are square, cx and cy are NaN if only the
+    # focal length is known
     numbers: Numbers
-    size: Size | None = None
-    depth_scale: float | None = None
-    depth_kind: str | None = None
-    baseline: float | None = None
-    doffs: float | None = None
-    alternatives: tuple[Intrinsics, ...] = ()
+    size: Size | None = None  # (width, height) of the picture that they are for; NORMALIZED fits any
+    depth_scale: float | None = None  # raw depth values per metre
+    depth_kind: str | None = None  # one of depth_kinds.KINDS
+    baseline: float | None = None  # metres between the cameras of a disparity
+    doffs: float | None = None  # pixels to add to a disparity, where the two principal points differ (Middlebury)
+    alternatives: tuple[Intrinsics, ...] = ()  # other cameras of the same source, such as that of the colour picture
 
 
 def merged(given: Intrinsics, filed: Intrinsics | None) -> Intrinsics:

@@ -39,17 +39,13 @@ _POSE_WORDS = {  # whether it leads to the world, and whether its camera has Ope
 
 
 class PoseList(NamedTuple):
-    """The poses of a file in its order, and what says to which frames they belong: names or time stamps, or neither.
-
-    metric   their unit is the metre; structure from motion has any unit
-    numbers  of the frames in their folder, counted from 0, in a file that this package wrote
-    """
+    """The poses of a file in its order, and what says to which frames they belong: names or time stamps, or neither."""
 
     poses: Matrices
     names: list[str] | None = None
     times: NDArray[np.float64] | None = None
-    metric: bool = True
-    numbers: list[int] | None = None
+    metric: bool = True  # their unit is the metre; structure from motion has any unit
+    numbers: list[int] | None = None  # of the frames in their folder, counted from 0, in a file that this package wrote
 
 
 @np.errstate(invalid="ignore", over="ignore")  # poses are checked later
@@ -333,20 +329,13 @@ _SCALES = (1 / 5, 1000 / 6553.5, 1 / 4, 1 / 10, 1000 / 256, 10.0)  # of depth ta
 
 @dataclass(frozen=True)
 class Reading:
-    """How poses and cameras are to be understood: as they are written, or in another convention that programs use.
+    """How poses and cameras are to be understood: as they are written, or in another convention that programs use."""
 
-    to_world    the pose is camera-to-world
-    axes        of the camera that the pose means, one of AXES
-    mirrored    fy has the other sign
-    scale       the depth is to be multiplied by this
-    pose_scale  the places of the poses are to be multiplied by this
-    """
-
-    to_world: bool = True
-    axes: str = "opencv"
-    mirrored: bool = False
-    scale: float = 1.0
-    pose_scale: float = 1.0
+    to_world: bool = True  # the pose is camera-to-world
+    axes: str = "opencv"  # of the camera that the pose means, one of AXES
+    mirrored: bool = False  # fy has the other sign
+    scale: float = 1.0  # the depth is to be multiplied by this
+    pose_scale: float = 1.0  # the places of the poses are to be multiplied by this
 
     def pose(self, pose: NDArray[np.float64]) -> NDArray[np.float64]:
         """Convert a pose as it is written to (4, 4) camera-to-world in OpenCV axes."""

@@ -23,36 +23,23 @@ _COLUMNS = ("positions", "normals", "colors", "intensity", "classes", "sizes", "
 
 @dataclass
 class FoundPoints:
-    """The points of a file. None = the file does not say.
+    """The points of a file. None = the file does not say."""
 
-    form        what the file is, for a report
-    positions   (n, 3) numbers
-    normals     (n, 3)
-    colors      (n, 3) of any scale
-    intensity   (n,) of any scale
-    classes     (n,) whole numbers, as LAS counts them
-    sizes       (n,) radii
-    confidence  (n,)
-    seen_from   (3,) or (n, 3) float64: where the scanner stood
-    origin      what the caller's own program wrote as the origin of the positions, which still contain it
-    up          which axis points up, how that is known, and whether there is doubt
-    front       which axis points towards the viewer, as seen with that up
-    """
-
-    form: str
-    positions: NDArray[Any]
-    normals: NDArray[Any] | None = None
-    colors: NDArray[Any] | None = None
-    intensity: NDArray[Any] | None = None
-    classes: NDArray[Any] | None = None
-    sizes: NDArray[Any] | None = None
-    confidence: NDArray[Any] | None = None
-    seen_from: NDArray[np.float64] | None = None
+    form: str  # what the file is, for a report
+    positions: NDArray[Any]  # (n, 3) numbers
+    normals: NDArray[Any] | None = None  # (n, 3)
+    colors: NDArray[Any] | None = None  # (n, 3) of any scale
+    intensity: NDArray[Any] | None = None  # (n,) of any scale
+    classes: NDArray[Any] | None = None  # (n,) whole numbers, as LAS counts them
+    sizes: NDArray[Any] | None = None  # (n,) radii
+    confidence: NDArray[Any] | None = None  # (n,)
+    seen_from: NDArray[np.float64] | None = None  # (3,) or (n, 3) float64: where the scanner stood
+    # what the caller's own program wrote as the origin of the positions, which still contain it
     origin: NDArray[np.float64] | None = None
-    up: Up | None = None
+    up: Up | None = None  # which axis points up, how that is known, and whether there is doubt
     up_from: str = ""
     up_is_guessed: bool = False
-    front: Up | None = None
+    front: Up | None = None  # which axis points towards the viewer, as seen with that up
 
     def __len__(self) -> int:
         return len(self.positions)

@@ -48,21 +48,14 @@ class DepthHints:
 
 @dataclass(frozen=True)
 class Coding:
-    """What the raw values of a depth picture mean.
-
-    scale    values per metre (see `to_metres`); None for z or inverse depth without any
-    why      how kind and scale were found, in a few words
-    repairs  what makes plain numbers of the raw values, in this order (see `depth_repairs`)
-    hints     what was given before
-    enlarged how many pixels along a side are one of the depth as it was made, see `enlarged_depth`
-    """
+    """What the raw values of a depth picture mean."""
 
     kind: str
-    scale: float | None
-    why: str
-    repairs: tuple[str, ...] = ()
-    hints: DepthHints | None = None
-    enlarged: int = 1
+    scale: float | None  # values per metre (see `to_metres`); None for z or inverse depth without any
+    why: str  # how kind and scale were found, in a few words
+    repairs: tuple[str, ...] = ()  # what makes plain numbers of the raw values, in this order (see `depth_repairs`)
+    hints: DepthHints | None = None  # what was given before
+    enlarged: int = 1  # how many pixels along a side are one of the depth as it was made, see `enlarged_depth`
 
 
 class Decoded(NamedTuple):
@@ -188,15 +181,11 @@ _SOLVE = np.linalg.pinv(_TERMS).T
 
 
 class Bending(NamedTuple):
-    """v'' v / v'^2 along the slope, a median over windows: 2 for z, 0 for inverse depth, negative for c - z.
-
-    error   the median's standard error
-    across  v'' v / v'^2 across the slope: 0 on planes, not on round objects
-    """
+    """v'' v / v'^2 along the slope, a median over windows: 2 for z, 0 for inverse depth, negative for c - z."""
 
     along: float
-    error: float
-    across: float
+    error: float  # the median's standard error
+    across: float  # v'' v / v'^2 across the slope: 0 on planes, not on round objects
 
     def is_surely(self, low: float, high: float) -> bool:
         """Return whether it lies between the two by more than twice its error."""

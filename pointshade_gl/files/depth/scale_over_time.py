@@ -49,20 +49,14 @@ class Small:
 
 
 class Matched(NamedTuple):
-    """How a picture agrees with an earlier one.
+    """How a picture agrees with an earlier one."""
 
-    agreeing  share of its blocks that are found there
-    places    (rows, columns, 2) how far (down, across) each block moved, in pixels of the small copies
-    pairs     values where colours agree
-    is_still  whether what agrees is where it was
-    growth    how much wider the earlier picture shows it, less 1
-    """
-
-    agreeing: float
+    agreeing: float  # share of its blocks that are found there
+    # (rows, columns, 2) how far (down, across) each block moved, in pixels of the small copies
     places: NDArray[np.int_] | None
-    pairs: MatchedPairs
-    is_still: bool
-    growth: float = 0.0
+    pairs: MatchedPairs  # values where colours agree
+    is_still: bool  # whether what agrees is where it was
+    growth: float = 0.0  # how much wider the earlier picture shows it, less 1
 
 
 def small_copy(values: NDArray[np.floating], colors: NDArray[np.uint8] | None) -> Small:
@@ -254,18 +248,12 @@ class Line(NamedTuple):
 
 @dataclass
 class FrameScale:
-    """Follows a film: `of` gives the line of each picture, which must come in their order.
+    """Follows a film: `of` gives the line of each picture, which must come in their order."""
 
-    focal       length in widths of the picture
-    is_inverse  whether values are inverse depth, up to a line
-    is_metric   whether they are metres, of which the factor alone may change, by up to a tenth
-    may_move    whether that is looked for where the camera moves, too
-    """
-
-    focal: float = 0.87
-    is_inverse: bool = True
-    is_metric: bool = False
-    may_move: bool = True
+    focal: float = 0.87  # length in widths of the picture
+    is_inverse: bool = True  # whether values are inverse depth, up to a line
+    is_metric: bool = False  # whether they are metres, of which the factor alone may change, by up to a tenth
+    may_move: bool = True  # whether that is looked for where the camera moves, too
     _infinity: FarOffset = field(default_factory=lambda: FarOffset())
     _earlier: list[Small] = field(default_factory=list)
     _last: Small | None = None

@@ -279,18 +279,13 @@ _OF_THE_SYSTEM = (("/", "proc"), ("/", "sys"))  # links in them lead to the whol
 
 
 class FrameFiles(NamedTuple):
-    """The files of one frame.
-
-    color   None: there is none, and the surface is light grey
-    valid   a mask or the confidence of the depth, where there is one
-    time    the depth's time stamp, if it has one
-    number  counted from 0 among the frames: which picture of a video is the colour, which frame of a container
-    """
+    """The files of one frame."""
 
     depth: Path
-    color: Path | None = None
-    valid: Path | None = None
-    time: float | None = None
+    color: Path | None = None  # None: there is none, and the surface is light grey
+    valid: Path | None = None  # a mask or the confidence of the depth, where there is one
+    time: float | None = None  # the depth's time stamp, if it has one
+    # counted from 0 among the frames: which picture of a video is the colour, which frame of a container
     number: int = 0
 
     @property

@@ -25,15 +25,11 @@ Poses = list[NDArray[np.float64] | None]
 
 
 class FoundPoses(NamedTuple):
-    """For each frame (4, 4) camera-to-world in OpenCV axes, unchecked, None without one.
-
-    source  the file that has them
-    metric  their unit is the metre; COLMAP's and those that follow from them have any unit
-    """
+    """For each frame (4, 4) camera-to-world in OpenCV axes, unchecked, None without one."""
 
     poses: Poses
-    source: str = ""
-    metric: bool = True
+    source: str = ""  # the file that has them
+    metric: bool = True  # their unit is the metre; COLMAP's and those that follow from them have any unit
 
 
 def find_poses(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> FoundPoses:

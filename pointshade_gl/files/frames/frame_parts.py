@@ -91,28 +91,19 @@ class LoadOptions(TypedDict, total=False):
 
 
 class FrameParts(NamedTuple):
-    """What belongs to one frame; files are read when it is assembled.
-
-    filed    the camera that lies beside the pictures
-    missing  why no camera is known
-    number   counted from 0: which picture of a video is the colour
-    contents reads what a container gives instead of a depth picture
-    path     the file that holds the depth; None for the caller's own array
-    coded    kind and scale of the depth, where its maker says them
-    maker    the network that makes the depth; "" for none
-    """
+    """What belongs to one frame; files are read when it is assembled."""
 
     depth: FilePath | NDArray[Any] | None
     color: FilePath | NDArray[Any] | None = None
-    filed: Intrinsics | None = None
+    filed: Intrinsics | None = None  # the camera that lies beside the pictures
     pose: NDArray[np.float64] | None = None
     valid: FilePath | NDArray[Any] | None = None
-    missing: str = ""
-    number: int = 0
-    contents: Callable[[], Contents] | None = None
-    path: Path | None = None
-    coded: tuple[str | None, float | None] = (None, None)
-    maker: str = ""
+    missing: str = ""  # why no camera is known
+    number: int = 0  # counted from 0: which picture of a video is the colour
+    contents: Callable[[], Contents] | None = None  # reads what a container gives instead of a depth picture
+    path: Path | None = None  # the file that holds the depth; None for the caller's own array
+    coded: tuple[str | None, float | None] = (None, None)  # kind and scale of the depth, where its maker says them
+    maker: str = ""  # the network that makes the depth; "" for none
 
     @property
     def name(self) -> str:
@@ -135,16 +126,13 @@ class FoundFiles(NamedTuple):
 
 
 class Assembled(NamedTuple):
-    """A frame, and how its files were understood.
-
-    stored  type and size of the depth as it is stored
-    """
+    """A frame, and how its files were understood."""
 
     frame: Frame
     found: FoundFiles
     camera_from: str
     coding: Coding
-    stored: str
+    stored: str  # type and size of the depth as it is stored
 
 
 def is_path(value: Any) -> TypeGuard[FilePath]:

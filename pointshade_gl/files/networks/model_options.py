@@ -27,26 +27,18 @@ Output = Literal["inverse", "metres", "canonical", "z", ""]
 
 @dataclass(frozen=True)
 class Family:
-    """Networks that want and give the same.
-
-    known_by   pattern in the names of the file and of its folders
-    pixels     what their input is: see NORMALIZATIONS
-    side       pixels of the input's shorter side, where the network takes any size
-    step       its sides are multiples of this
-    output     inverse depth without a scale; metres along the axis; metres for a focal length of CANONICAL pixels
-               (Metric3D); depth without a scale (z); "": its values show it
-    is_padded  a picture of another shape than the input's is bordered instead of stretched
-    outputs    names of outputs by which a file of any name is known
-    """
+    """Networks that want and give the same."""
 
     title: str
-    known_by: str
-    pixels: PixelsName = "imagenet"
-    side: int = 518
-    step: int = 14
+    known_by: str  # pattern in the names of the file and of its folders
+    pixels: PixelsName = "imagenet"  # what their input is: see NORMALIZATIONS
+    side: int = 518  # pixels of the input's shorter side, where the network takes any size
+    step: int = 14  # its sides are multiples of this
+    # inverse depth without a scale; metres along the axis; metres for a focal length of CANONICAL pixels (Metric3D);
+    # depth without a scale (z); "": its values show it
     output: Output = "metres"
-    is_padded: bool = False
-    outputs: frozenset[str] = frozenset()
+    is_padded: bool = False  # a picture of another shape than the input's is bordered instead of stretched
+    outputs: frozenset[str] = frozenset()  # names of outputs by which a file of any name is known
 
 
 CANONICAL = 1000.0  # pixels of focal length
@@ -90,18 +82,13 @@ _LARGEST = 16_384  # pixels a side
 
 @dataclass(frozen=True)
 class ModelOptions:
-    """A network and its input.
+    """A network and its input."""
 
-    model   an .onnx file, or a function of a photograph (h, w, 3) uint8
-    size    (width, height), or the shorter side alone with None; None: as the file says
-    pixels  what the input is; None: as the file says
-    cache   whether depth is kept beside the photograph
-    """
-
-    model: Model
+    model: Model  # an .onnx file, or a function of a photograph (h, w, 3) uint8
+    # (width, height), or the shorter side alone with None; None: as the file says
     size: tuple[int, int | None] | None = None
-    pixels: PixelsName | None = None
-    cache: bool = False
+    pixels: PixelsName | None = None  # what the input is; None: as the file says
+    cache: bool = False  # whether depth is kept beside the photograph
 
     @property
     def path(self) -> Path | None:

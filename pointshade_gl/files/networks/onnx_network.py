@@ -29,20 +29,13 @@ _CONFIGURATIONS = "preprocessor_config.json", "config.json"
 
 @dataclass(frozen=True)
 class ModelFacts:
-    """What is written; None = nothing.
+    """What is written; None = nothing."""
 
-    normalization  mean and deviation of pixels from 0 to 1
-    side           pixels of the input's shorter side
-    step           its sides are multiples of this
-    output         what the network gives
-    source         where it was read, for notes
-    """
-
-    normalization: tuple[Three, Three] | None = None
-    side: int | None = None
-    step: int | None = None
-    output: Output | None = None
-    source: str = ""
+    normalization: tuple[Three, Three] | None = None  # mean and deviation of pixels from 0 to 1
+    side: int | None = None  # pixels of the input's shorter side
+    step: int | None = None  # its sides are multiples of this
+    output: Output | None = None  # what the network gives
+    source: str = ""  # where it was read, for notes
 
 
 def facts_of(path: Path, metadata: Mapping[str, str]) -> ModelFacts:
@@ -141,12 +134,9 @@ _UNREADABLE = "is no network that ONNX Runtime can read"
 
 
 class InputShape(NamedTuple):
-    """Of the input: where its axes are, and its sides; None where the network takes any.
+    """Of the input: where its axes are, and its sides; None where the network takes any."""
 
-    rank   (n, 3, h, w) has 4; Depth Anything 3 has a 5th for several views
-    """
-
-    rank: int
+    rank: int  # (n, 3, h, w) has 4; Depth Anything 3 has a 5th for several views
     is_channels_last: bool
     height: int | None
     width: int | None

@@ -34,8 +34,10 @@ def shown_floor(frame: Frame, up: NDArray[np.float64], lean: float) -> NDArray[n
     up    (3,) unit; all in the frame's axes
     lean  degrees between the floor's normal and up, at most
     """
-    points, steepest = _samples(frame), math.cos(math.radians(lean))
-    rest = points
+    known = np.argwhere(frame.depth > 0)
+    v, u = known[:: max(len(known) // SAMPLES, 1)].T  # evenly spread over the picture
+    rest = points = frame.camera.unproject(frame.depth[v, u], np.stack([u, v], -1))
+    steepest = math.cos(math.radians(lean))
     for _ in range(ROUNDS):
         plane = _largest_plane(rest, up, steepest)
         if plane is None or len(_on(points, plane)) < SHARE * len(points):
@@ -47,13 +49,6 @@ def shown_floor(frame: Frame, up: NDArray[np.float64], lean: float) -> NDArray[n
             return plane - (0, 0, 0, np.quantile(own, TOP))
         rest = points[heights < -_reach(points)]
     return None
-
-
-def _samples(frame: Frame) -> Points:
-    """Some of the points, evenly spread over the picture."""
-    known = np.argwhere(frame.depth > 0)
-    v, u = known[:: max(len(known) // SAMPLES, 1)].T
-    return frame.camera.unproject(frame.depth[v, u], np.stack([u, v], -1))
 
 
 def _largest_plane(points: Points, up: NDArray[np.float64], steepest: float) -> NDArray[np.float64] | None:
@@ -69,16 +64,12 @@ def _largest_plane(points: Points, up: NDArray[np.float64], steepest: float) -> 
         return None
     best = planes[np.argmax([len(_on(points, plane)) for plane in planes])]
     for _ in range(ROUNDS):
-        best = _fitted(_on(points, best), up)
+        near = _on(points, best)
+        middle = near.mean(0)
+        normal = np.linalg.svd(near - middle, full_matrices=False)[2][2]  # by least squares
+        normal = normal if normal @ up > 0 else -normal
+        best = np.append(normal, -normal @ middle)
     return best if best[:3] @ up >= steepest else None
-
-
-def _fitted(points: Points, up: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Fit a plane, (4,), to points by least squares."""
-    middle = points.mean(0)
-    normal = np.linalg.svd(points - middle, full_matrices=False)[2][2]
-    normal = normal if normal @ up > 0 else -normal
-    return np.append(normal, -normal @ middle)
 
 
 def _heights(points: Points, plane: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -119,7 +110,12 @@ def lowest_point(frame: Frame, along: Array) -> float:
     heights = depth * (rays[0] * along[0] + rays[1][:, None] * along[1] + along[2])
     lowest = float(np.quantile(heights[depth > 0], SUNK))
     up, length = along / np.linalg.norm(along), float(np.linalg.norm(along))
-    bottoms = _bottoms(*_turned(depth, *rays, up), abs(camera.fx) + abs(camera.fy)) * length
+    (x, y), twice_focal = rays, abs(camera.fx) + abs(camera.fy)
+    if abs(up[0]) > abs(up[1]):  # turned upright
+        depth, x, y, up = depth.T, y, x, up[[1, 0, 2]]
+    if up[1] * (y[-1] - y[0]) > 0:
+        depth, y = depth[::-1], y[::-1]
+    bottoms = _bottoms(depth, x, y, up, twice_focal) * length
     return min(lowest, float(np.partition(bottoms, THIRD)[THIRD])) if len(bottoms) > THIRD else lowest
 
 
@@ -132,20 +128,12 @@ def lowest_main_point(cloud: PointCloud, along: Array) -> float:
     return float(np.quantile(some @ along, SUNK) + cloud.origin @ along) - below
 
 
-def _turned(depth: Array, x: Array, y: Array, up: Array) -> tuple[Array, Array, Array, Array]:
-    """Turn the depth image upright. Returns depth, rays of its columns and of its rows, up."""
-    if abs(up[0]) > abs(up[1]):
-        depth, x, y, up = depth.T, y, x, up[[1, 0, 2]]
-    if up[1] * (y[-1] - y[0]) > 0:
-        depth, y = depth[::-1], y[::-1]
-    return depth, x, y, up
-
-
 def _bottoms(depth: Array, x: Array, y: Array, up: Array, twice_focal: float) -> Array:
     """Return (n,) heights of the lower ends of objects in an upright image, including what goes on out of sight."""
     depth = np.pad(depth, ((DEEP, ALONG), (ALONG, ALONG)))
     x, y = np.pad(x, ALONG), np.pad(y, (DEEP, ALONG))
-    ends = _ends(depth)
+    ends = np.zeros(depth.shape, bool)  # where a surface ends downwards: the next pixel is missing, or farther away
+    ends[:-1] = (depth[:-1] > 0) & ((depth[1:] == 0) | (depth[1:] > (1 + STEP) * depth[:-1]))
     row, column = np.nonzero(ends)
     heights = _heights_in_rows(depth, x, y, up, row, column)
     first = np.argsort(heights)[: 4 * LOWEST]
@@ -175,19 +163,11 @@ def _alike(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.bool_]:
     return (a > 0) & (b > 0) & (np.abs(a - b) < STEP * np.minimum(a, b))
 
 
-def _ends(depth: Array) -> NDArray[np.bool_]:
-    """Return (h, w) where a surface ends downwards: the next pixel is missing, or farther away."""
-    here, below = depth[:-1], depth[1:]
-    ends = np.zeros(depth.shape, bool)
-    ends[:-1] = (here > 0) & ((below == 0) | (below > (1 + STEP) * here))
-    return ends
-
-
 def _edge(ends: NDArray[np.bool_], row: Index, column: Index) -> Array:
     """Return (n,) by how many pixels the outline runs below the ends, from a line through the middles of its steps."""
     off = np.arange(-ALONG, ALONG + 1)
-    around = ends[row[:, None, None] + off[:, None], column[:, None, None] + off]
-    known, end = around.any(1), (around * off[:, None]).sum(1) / np.maximum(around.sum(1), 1)
+    beside = ends[row[:, None, None] + off[:, None], column[:, None, None] + off]
+    known, end = beside.any(1), (beside * off[:, None]).sum(1) / np.maximum(beside.sum(1), 1)
     count, x, xx = known.sum(1), (known * off).sum(1), (known * off * off).sum(1)
     level = (xx * end.sum(1) - x * (end * off).sum(1)) / np.maximum(count * xx - x * x, 1)
     return np.clip(0.5 + level, 0, 0.5)
@@ -238,14 +218,12 @@ GIVEN_UP = 12.0  # and from a scene's up direction, or a given one
 LIGHT = Light(shadow=True, angle=12)  # from the viewer's upper left, unless others are given: a shadow needs one
 
 
-def up_of(source: Frame | Scene) -> NDArray[np.float64]:
-    """Return the direction that is up, (3,) unit, world: of a scene `Scene.upright`; of a frame, which has no known up
-    direction, the normal of the floor that it shows, or up in its picture."""
-    return up_and_floor(source)[0]
-
-
 def up_and_floor(source: Frame | Scene) -> tuple[NDArray[np.float64], bool]:
-    """Return the direction of `up_of`, and whether it is that of a floor which a frame shows."""
+    """Return the direction that is up, (3,) unit, world, and whether it is that of a floor which a frame shows.
+
+    Of a scene it is `Scene.upright`; of a frame, which has no known up direction, the normal of the floor that it
+    shows, or up in its picture.
+    """
     camera, pose = source.camera, np.asarray(source.pose)
     assert camera is not None, "only scenes without a frame have none"
     up = np.array([0, -np.sign(camera.fy), 0])

@@ -42,13 +42,9 @@ class Trial(NamedTuple):
 def try_poses(first: ReducedFrame, second: ReducedFrame, poses: Matrix, count: int = FIRST) -> Trial:
     """Return how poses fare, by so many points of each frame. poses: (n, 4, 4) the second's, in the first's axes."""
     parts = [poses[k : k + AT_ONCE] for k in range(0, len(poses), AT_ONCE)]
-    ways = [
-        [np.concatenate(one) for one in zip(*found, strict=True)]
-        for found in (
-            [_one_way(first, second, part, count) for part in parts],
-            [_one_way(second, first, inverted(part), count) for part in parts],
-        )
-    ]
+    there = [_one_way(first, second, part, count) for part in parts]
+    back = [_one_way(second, first, inverted(part), count) for part in parts]
+    ways = [[np.concatenate(one) for one in zip(*found, strict=True)] for found in (there, back)]
     seen, agreed, front, like, detail = ((one + other) / 2 for one, other in zip(*ways, strict=True))
     overlap = np.minimum(ways[0][0], ways[1][0])
     return Trial(overlap, agreed / np.maximum(seen, 1e-9), agreed, front, like, detail)
@@ -84,8 +80,8 @@ def _one_way(target: ReducedFrame, frame: ReducedFrame, poses: Matrix, count: in
 
 def _looks(frame: ReducedFrame, pixels: NDArray[np.intp]) -> tuple[Floats, Floats]:
     """Return blurred brightness at pixels, and what more blur takes away from less."""
-    wide = frame.blurred(BLURS - 1).value[pixels]
-    return wide, frame.blurred(0).value[pixels] - wide
+    wide = frame.blurred[BLURS - 1].value[pixels]
+    return wide, frame.blurred[0].value[pixels] - wide
 
 
 def _correlation(one: Floats, other: Floats, fits: Flags) -> Floats:
@@ -146,7 +142,7 @@ def find_patches(frame: ReducedFrame, radius: float) -> Patches:
     if frame.brightness is not None:
         gap = radius * abs(frame.camera.fx) / (RINGS * np.maximum(points[:, 2], 1e-6))  # pixels between two rings
         level = np.clip(np.log2(gap / 2).astype(int), 0, BLURS - 1)
-        every = np.stack([frame.blurred(k).value for k in range(BLURS)])
+        every = np.stack([frame.blurred[k].value for k in range(BLURS)])
         shown = every[level[:, None, None], pixels]
         usual = (shown * inside).sum((1, 2), keepdims=True) / np.maximum(inside.sum((1, 2), keepdims=True), 1)
         shown = np.where(inside, shown - usual, 0)
@@ -160,7 +156,7 @@ def _distinct(frame: ReducedFrame, radius: float) -> NDArray[np.intp]:
     normals, depth = frame.normals.reshape(*shape, 3), frame.points[:, 2].reshape(shape)
     strength = _corners(normals) / 2
     if frame.brightness is not None:
-        strength = strength + _corners(frame.blurred(1).value.reshape(*shape, 1))
+        strength = strength + _corners(frame.blurred[1].value.reshape(*shape, 1))
     is_large = (depth > 0) & (radius * abs(frame.camera.fx) > LEAST_PIXELS * depth)
     cell = max(int(np.sqrt(is_large.sum() / PLACES)), 2)
     rows, columns = (size // cell for size in shape)
@@ -290,11 +286,9 @@ def _refined(first: ReducedFrame, second: ReducedFrame, pose: Matrix) -> tuple[M
 
 
 def _verdict(trial: Trial, best: int, loose: int, rival: float, has_colors: bool) -> tuple[bool, str]:
-    """Return whether a pose is found, and why it is doubtful.
+    """Return whether pose number `best` of a trial is found, and why it is doubtful.
 
-    trial  of which it is number `best`
-    loose  motions that nothing fixes
-    rival  evidence for another pose, as a share of that for it
+    loose  motions that nothing fixes; rival: evidence for another pose, as a share of that for it
     """
     overlap, agreement, _, front, like, detail = (float(values[best]) for values in trial)
     front, colors = front / max(overlap, 1e-9), (like + detail) / 2 if has_colors else 1.0
@@ -363,13 +357,12 @@ def _joined(links: Links) -> tuple[dict[int, Matrix], dict[int, int]]:
 
 
 def _doubts(
-    frames: Sequence[ReducedFrame], links: Links, parents: Mapping[int, int], fits: Mapping[int, Fit]
+    frames: Sequence[ReducedFrame],
+    links: Links,
+    parents: Mapping[int, int],  # to which each frame was joined
+    fits: Mapping[int, Fit],  # of the frames that are placed
 ) -> list[str]:
-    """Return for each frame why its pose may be wrong or is not found; nothing if sure links lead to the first.
-
-    parents  to which each frame was joined
-    fits     of the frames that are placed
-    """
+    """Return for each frame why its pose may be wrong or is not found; nothing if sure links lead to the first."""
     sure = [(i, j) for (i, j), link in links.items() if link.is_sure and i in fits and j in fits]
     known, broken = {0}, set()
     for _ in frames:

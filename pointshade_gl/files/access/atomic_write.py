@@ -27,7 +27,7 @@ _FULL = tuple(getattr(errno, name) for name in ("ENOSPC", "EDQUOT", "EFBIG") if 
 def check_place(path: Path, only_read: bool = False) -> Path:
     """The path, if a file can be written there; a link's target counts. Raises OSError if it cannot.
 
-    only_read  perhaps nothing is to be written: then the folder may be read-only
+    With only_read perhaps nothing is to be written: then the folder may be read-only.
     """
     target = followed(path) if path.is_symlink() else path
     if not target.parent.is_dir():
@@ -49,25 +49,17 @@ def naming_written(path: FilePath) -> Iterator[None]:
     except OSError as error:
         if str(error).startswith("cannot write "):
             raise
-        origin = _origin(error)
+        origin = error  # the system's own error, if others have put it in their words since
+        while origin.strerror is None and isinstance(origin.__context__, OSError):
+            origin = origin.__context__
         reason = _NOT_OURS if origin.errno in _FORBIDDEN else origin.strerror or cut(error)
         named = type(error)(f"cannot write {path}: {reason}")
         named.errno = origin.errno
         raise named from error
 
 
-def _origin(error: OSError) -> OSError:
-    """The system's own error, if others have put it in their words since."""
-    while error.strerror is None and isinstance(error.__context__, OSError):
-        error = error.__context__
-    return error
-
-
 def error_of(reason: str) -> OSError:
-    """The system's error in what a program or a library says of a file that it could not write, else one that says it.
-
-    Libraries of C and other programs only give a text.
-    """
+    """The system's error in the text that a program gives of a file that it could not write, else one of that text."""
     found = (code for code in (*_FULL, *_FORBIDDEN) if os.strerror(code).lower() in reason.lower())
     code = next(found, None)
     return OSError(reason) if code is None else OSError(code, os.strerror(code))

@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from itertools import islice
+from itertools import accumulate, islice
 from operator import attrgetter
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -37,13 +37,14 @@ class ListedFile:
 
     @cached_property
     def suffix(self) -> str:
-        return suffix_of(self.name.rpartition("/")[2])
+        """Of its own name, with the dot, in lower case; "" without one."""
+        name = self.name.rpartition("/")[2]
+        return name[name.rfind(".") :] if "." in name else ""
 
     @cached_property
     def stem(self) -> str:
         """Of its own name, in lower case."""
-        name = self.name.rpartition("/")[2]
-        return name.removesuffix(self.suffix)
+        return self.name.rpartition("/")[2].removesuffix(self.suffix)
 
     @cached_property
     def level(self) -> int:
@@ -75,17 +76,12 @@ class ListedFile:
             if words & NEITHER:
                 return "other"
             if is_depth and words & {"color", "colour", "rgb"} and words is own:
-                return self._first_of_both()
+                first = re.search(r"depth|colou?r|rgb", self.stem)  # of depth_to_color.png and color_to_depth.png
+                is_first = first and first[0] == "depth"
+                return "shown depth" if "to" not in words else "depth" if is_first else "color"
             if is_depth or (is_color and self.suffix not in ONLY_DEPTH):
                 return "depth" if is_depth else "color"
         return ""
-
-    def _first_of_both(self) -> str:
-        """Of depth_to_color.png and color_to_depth.png; without the "to" it is a picture of depth in colours."""
-        if "to" not in self.words:
-            return "shown depth"
-        first = re.search(r"depth|colou?r|rgb", self.stem)
-        return "depth" if first and first[0] == "depth" else "color"
 
     @cached_property
     def is_registered(self) -> bool:
@@ -132,9 +128,9 @@ class Listing:
         self._seen: dict[Path, _SeenFolder] = {}
 
     def files(self, folder: Path, levels: int, suffixes: Collection[str] | None = None) -> list[ListedFile]:
-        """Return all files up to so many folders deep, in natural order: 2.png before 10.png. Hidden ones are left out.
+        """Return all files up to so many folders deep, in natural order, without hidden ones; only those with suffixes.
 
-        suffixes  in lower case, "" for none: only files with these
+        Suffixes are in lower case, "" for none.
         """
         found = self._walk(self._look(folder), "", levels)
         return sorted((item for item in found if suffixes is None or item.suffix in suffixes), key=_ORDER)
@@ -144,10 +140,7 @@ class Listing:
         return self._look(folder).folders
 
     def not_whole(self, folder: Path) -> list[str]:
-        """Return a sentence for each folder, of those looked at in this one and itself, of which something is left out.
-
-        Each begins with its path.
-        """
+        """Return a sentence, with its path, for each folder looked at in this one of which something is left out."""
         missed = ((path, seen.missed) for path, seen in self._seen.items() if seen.missed)
         return [f"{path} {why}" for path, why in missed if path.is_relative_to(folder)]
 
@@ -200,11 +193,6 @@ def _kind_of(entry: os.DirEntry[str]) -> str:
         return "folder" if entry.is_dir() else "file" if entry.is_file() else ""
     except OSError:
         return ""
-
-
-def suffix_of(name: str) -> str:
-    """Of a file's own name, with the dot; "" without one."""
-    return name[name.rfind(".") :] if "." in name else ""
 
 
 @_remembered
@@ -272,9 +260,8 @@ class Folder:
 def places_of(path: Path) -> list[Path]:
     """Where a path lies, from the root; then what it leads to, if there are links on the way.
 
-    What belongs to a file is known by names and neighbours. Those of the place where it lies come first: in a data set
-    that is made of links (git-annex, DVC) what they lead to has neither. Where nothing is found there, as beside a
-    single link to a data set on another disk, those of the file itself count.
+    Names and neighbours say what belongs to a file. Those of the place where it lies come first: in a data set of links
+    (git-annex, DVC) what they lead to has neither. Beside a single link to another disk those of the file itself count.
     """
     return list(dict.fromkeys((from_root(path), followed(path))))
 
@@ -290,9 +277,5 @@ def from_root(path: Path) -> Path:
 
 def _climbs(text: str) -> bool:
     """Whether a relative path goes above its start on the way, on any system."""
-    depth = 0
-    for part in re.split(r"[/\\]", text):
-        depth += {"..": -1, ".": 0, "": 0}.get(part, 1)
-        if depth < 0:
-            return True
-    return False
+    steps = ({"..": -1, ".": 0, "": 0}.get(part, 1) for part in re.split(r"[/\\]", text))
+    return min(accumulate(steps)) < 0

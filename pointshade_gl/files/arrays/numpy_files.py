@@ -9,7 +9,7 @@ import threading
 from array import array
 from collections.abc import Iterable, Sequence
 from io import BufferedIOBase, BytesIO
-from typing import Any, Protocol, cast
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.lib import format as npy
@@ -30,7 +30,7 @@ from ..access.content import (
     read_head,
     read_text,
 )
-from .compression import METHODS, Archive
+from .compression import Archive
 
 NUMPY = b"\x93NUMPY"
 _TO_BLANKS = str.maketrans(dict.fromkeys(",;[]()", " "))
@@ -47,19 +47,13 @@ def read_npy(path: FilePath, max_pixels: float = MAX_PIXELS, share: float | None
 
 def read_npz(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
     """The only array of an .npz file, or its depth; others stay packed. Raises ValueError for what `read_npy` does."""
-    import zipfile  # only here
-
-    # zipfile raises of everything for broken bytes
-    with open_regular(path) as file, naming(path, BROKEN), zipfile.ZipFile(file) as archive:
-        members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
-        listed = ", ".join([*members][:8]) + (" and more" if len(members) > 8 else "")
-        if len(members) != 1 and "depth" not in members:
-            raise ValueError(f"{path} must hold one array or one named depth, got {listed or 'none'}")
-        member = members["depth"] if len(members) > 1 else next(iter(members.values()))
-        if member.compress_type not in METHODS:
-            raise ValueError(f"{path} {BROKEN}: it is packed in another way than NumPy does it")
-        with archive.open(member) as stream:
-            depth = _read(cast(BufferedIOBase, stream), str(path), max_pixels, None)
+    archive = Archive(path, max_pixels)
+    members = {name.removesuffix(".npy"): name for name in archive.names}
+    listed = ", ".join([*members][:8]) + (" and more" if len(members) > 8 else "")
+    if len(members) != 1 and "depth" not in members:
+        raise ValueError(f"{path} must hold one array or one named depth, got {listed or 'none'}")
+    member = members["depth"] if len(members) > 1 else next(iter(members.values()))
+    depth = _read(archive.open(member), str(path), max_pixels, None)
     if len(members) > 1:
         note(f"{path} holds {listed}: depth is taken")
     return depth
@@ -176,15 +170,15 @@ _LISTED = 12
 
 def find_roles(names: Iterable[str]) -> dict[str, str]:
     """The best name for each role. Of names in groups, such as frame/depth, the last part counts."""
-    plain = {}
+    found: dict[str, str] = {}
     for name in names:
-        plain.setdefault(_plain(name.rpartition("/")[2]), name)
-    found = {role: [plain[_plain(name)] for name in known if _plain(name) in plain] for role, known in ROLES.items()}
-    return {role: matching[0] for role, matching in found.items() if matching}
+        found.setdefault(plain(name.rpartition("/")[2]), name)
+    keys = {role: next((key for key in map(plain, known) if key in found), None) for role, known in ROLES.items()}
+    return {role: found[key] for role, key in keys.items() if key is not None}
 
 
 def is_named(name: str, names: Sequence[str]) -> bool:
-    return _plain(name.rpartition("/")[2]) in map(_plain, names)
+    return plain(name.rpartition("/")[2]) in map(plain, names)
 
 
 def list_arrays(shapes: dict[str, tuple[int, ...]]) -> str:
@@ -193,7 +187,8 @@ def list_arrays(shapes: dict[str, tuple[int, ...]]) -> str:
     return ", ".join(listed) + (f" and {len(shapes) - _LISTED} more" if len(shapes) > _LISTED else "")
 
 
-def _plain(name: str) -> str:
+def plain(name: str) -> str:
+    """A name in lower case, letters and digits only."""
     return "".join(filter(str.isalnum, name.lower()))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,21 +22,11 @@ from .camera_files import read_colmap_images, read_transforms
 from .intrinsics import word
 
 _IN_LIST = re.compile(r"\.\d+\.")  # one of several values, such as the objects that a camera sees
-_POSE_WORDS = {  # whether it leads to the world, and whether its camera has OpenGL's axes
-    "cameraposearframe": (True, True),
-    "alignedpose": (True, False),
-    "camerapose": (True, False),
-    "pose": (True, False),
-    "cam2world": (True, False),
-    "c2w": (True, False),
-    "transformmatrix": (True, True),
-    "cameraviewtransform": (False, True),  # Omniverse
-    "camerartmatrix": (False, False),  # 2D-3D-S
-    "extrinsic": (False, False),
-    "extrinsics": (False, False),
-    "w2c": (False, False),
-    "rotationtranslationmatrix": (False, False),
-}
+_TO_WORLD = ("cameraposearframe", "alignedpose", "camerapose", "pose", "cam2world", "c2w", "transformmatrix")
+_TO_CAMERA = (  # cameraviewtransform: Omniverse's; camerartmatrix: 2D-3D-S'
+    "cameraviewtransform", "camerartmatrix", "extrinsic", "extrinsics", "w2c", "rotationtranslationmatrix",
+)  # fmt: skip
+_OF_OPENGL = ("cameraposearframe", "transformmatrix", "cameraviewtransform")  # in its axes
 
 
 class PoseList(NamedTuple):
@@ -136,18 +127,14 @@ def from_words(named: Named) -> PoseList | None:
     own = {name: numbers for name, numbers in named.items() if len(numbers) in (12, 16)}
     own = {name: numbers for name, numbers in own.items() if not _IN_LIST.search(name)} or own
     numbers = {word(name): numbers for name, numbers in reversed(own.items())}
-    for key, (to_world, is_opengl) in _POSE_WORDS.items():
-        if key in numbers:
-            pose = _by_rows(from_matrices(np.array([numbers[key]], np.float64)))
-            pose = pose if to_world else inverted(pose)
-            return PoseList(pose @ OPENGL if is_opengl else pose)
-    return None
-
-
-def _by_rows(poses: Matrices) -> Matrices:
-    """Transpose matrices whose translation is in the last row, as programs write them that multiply from the left."""
-    is_turned = (poses[:, :3, 3] == 0).all() and bool(poses[:, 3, :3].any())
-    return poses.transpose(0, 2, 1) if is_turned else poses
+    key = next((key for key in (*_TO_WORLD, *_TO_CAMERA) if key in numbers), None)
+    if key is None:
+        return None
+    pose = from_matrices(np.array([numbers[key]], np.float64))
+    if not pose[0, :3, 3].any() and pose[0, 3, :3].any():  # programs that multiply from the left write it so
+        pose = pose.transpose(0, 2, 1)
+    pose = pose if key in _TO_WORLD else inverted(pose)
+    return PoseList(pose @ OPENGL if key in _OF_OPENGL else pose)
 
 
 WRITTEN = "# pointshade_gl: number"  # with this the files begin that this package writes, in TUM's form
@@ -160,8 +147,9 @@ def load_pose(path: FilePath) -> NDArray[np.float64]:
 
 
 def pose_of(numbers: NDArray[np.float64], name: str) -> NDArray[np.float64]:
-    """(4, 4) camera-to-world from 16 or 12 numbers of a matrix, row by row, or from tx ty tz qx qy qz qw, which a time
-    stamp may precede. Raises ValueError, naming it, for anything else.
+    """(4, 4) camera-to-world from a matrix of 16 or 12 numbers, row by row, or from [time] tx ty tz qx qy qz qw.
+
+    Raises ValueError, with the name, for anything else.
     """
     if numbers.size in (12, 16):
         return check_pose(from_matrices(numbers.reshape(1, -1))[0], name)
@@ -181,8 +169,7 @@ def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
     if head.startswith(MATLAB):
         from ..arrays.matlab import read_matrix_mat  # only here
 
-        arrays = {name: array.ravel().tolist() for name, array in read_matrix_mat(path, max_pixels).items()}
-        return _checked(from_words(arrays), path, "arrays of other kinds")
+        return _checked(from_words(read_matrix_mat(path, max_pixels)), path, "arrays of other kinds")
     if head.startswith(NUMPY):
         array = read_npy(path, max_pixels)
         columns = array.shape[-2] * array.shape[-1] if array.ndim > 1 else 1
@@ -194,10 +181,7 @@ def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
         return PoseList(*read_colmap_images(path, max_pixels), metric=False)
     text = read_text(path, max_pixels)
     if text.lstrip()[:1] in ("{", "["):
-        try:
-            data = parse_json(text, max_pixels)
-        except ValueError as error:
-            raise ValueError(f"{path} {error}") from None
+        data = parse_json(text, max_pixels, path)
         return _checked(from_json(data, path, max_pixels), path, "JSON without poses")
     if (found := _from_colmap(text) or _from_named_rows(text)) is not None:
         return found
@@ -324,6 +308,7 @@ FAILS = 0.08
 _BETTER = 0.4  # another reading must leave less than this share of the error
 _POINTS = 4000  # of a view
 _SEEN = 0.15  # of them must lie in the other view
+_MOVED = 0.01  # poses that differ by less do not distinguish one reading from another
 _SCALES = (1 / 5, 1000 / 6553.5, 1 / 4, 1 / 10, 1000 / 256, 10.0)  # of depth taken as millimetres: 5000, 6553.5, ...
 
 
@@ -347,14 +332,14 @@ class Reading:
         return replace(camera, fy=-camera.fy) if self.mirrored else camera
 
     def __str__(self) -> str:
-        said = [
-            "" if self.to_world else "poses lead from the world to the camera",
-            "" if self.axes == "opencv" else f"the poses' cameras have the axes of {self.axes}",
-            "fy is negative" if self.mirrored else "",
-            "" if self.scale == 1 else f"a metre has {1000 / self.scale:g} depth units",
-            "" if self.pose_scale == 1 else f"the poses are {self.pose_scale:.4g} times as large",
-        ]
-        return ", ".join(part for part in said if part) or "as written"
+        changes = {
+            "poses lead from the world to the camera": not self.to_world,
+            f"the poses' cameras have the axes of {self.axes}": self.axes != "opencv",
+            "fy is negative": self.mirrored,
+            f"a metre has {1000 / self.scale:g} depth units": self.scale != 1,
+            f"the poses are {self.pose_scale:.4g} times as large": self.pose_scale != 1,
+        }
+        return ", ".join(text for text, is_made in changes.items() if is_made) or "as written"
 
 
 class Finding(NamedTuple):
@@ -371,33 +356,25 @@ def find_reading(frames: Sequence[Frame], may_scale: bool, metric_poses: bool) -
     may_scale     the units of the depth were guessed, so that another scale may be right
     metric_poses  the unit of the poses is the metre; else it is fitted to the depth
     """
-    pairs = [(frames[k], frames[k + 1]) for k in range(len(frames) - 1) if _moved(frames[k].pose, frames[k + 1].pose)]
+    with np.errstate(invalid="ignore"):  # infinite poses differ by NaN
+        pairs = [(a, b) for a, b in pairwise(frames) if abs(a.pose - b.pose).max() > _MOVED]
     if not pairs:
         return None
     written = _error(pairs, Reading())
     if written < _SURE:
         return Finding(Reading(), written, written)
-    scales = _SCALES if may_scale and metric_poses else ()
-    errors = [(_error(pairs, one), one) for one in _readings((1.0, *scales))]
+    scales = (1.0, *_SCALES) if may_scale and metric_poses else (1.0,)
+    choices = product(scales, (False, True), AXES, (True, False))  # those with the fewest changes first
+    readings = [Reading(to_world, axes, mirrored, scale) for scale, mirrored, axes, to_world in choices]
+    errors = [(_error(pairs, one), one) for one in readings]
     least = min(error for error, _ in errors)
-    # of those that fit alike the one with the fewest changes, which comes first
+    # of those that fit alike the one with the fewest changes
     error, best = next((error, one) for error, one in errors if error <= 1.1 * least)
     if error > AGREES and not metric_poses:
         error, best = _fit_pose_scale(pairs)
     if error < AGREES and error < _BETTER * written:
         return Finding(best, error, written)
     return Finding(Reading(), written, written) if written < 1 else None
-
-
-def _readings(scales: Sequence[float]) -> list[Reading]:
-    """Return all conventions of poses and cameras, those with the fewest changes first."""
-    return [
-        Reading(to_world, axes, mirrored, scale)
-        for scale in scales
-        for mirrored in (False, True)
-        for axes in AXES
-        for to_world in (True, False)
-    ]
 
 
 def _fit_pose_scale(pairs: Sequence[tuple[Frame, Frame]]) -> tuple[float, Reading]:
@@ -410,11 +387,6 @@ def _fit_pose_scale(pairs: Sequence[tuple[Frame, Frame]]) -> tuple[float, Readin
         error, best = min(((_error(pairs, one), one) for one in tried), key=lambda found: found[0])
         readings, step = [best], step ** (1 / 5)
     return error, best
-
-
-def _moved(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
-    """Return whether two poses differ enough to distinguish one reading from another."""
-    return bool(np.isfinite(a).all() and np.isfinite(b).all() and abs(a - b).max() > 0.01)
 
 
 def _error(pairs: Sequence[tuple[Frame, Frame]], reading: Reading) -> float:

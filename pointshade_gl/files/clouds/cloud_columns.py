@@ -14,7 +14,7 @@ from ...notes.notes import Note
 from ...notes.words import shown
 from ...scene.cloud import Up
 from ..access.content import CLOUD_TEXT, FilePath, check_limit, naming, read_bytes
-from ..arrays.numpy_files import parse_numbers
+from ..arrays.numpy_files import parse_numbers, plain
 
 ColorBy = Literal["rgb", "intensity", "class", "height"]
 COLOR_BY: tuple[ColorBy, ...] = get_args(ColorBy)
@@ -95,7 +95,7 @@ _PACKED = ("rgb", "rgba")  # a colour in one number of four bytes, as PCL stores
 
 def has_positions(names: Iterable[str]) -> bool:
     """Whether three of the names are those of positions."""
-    return _first_of(_THREES["positions"], {_plain(name) for name in names}) is not None
+    return _first_of(_THREES["positions"], {plain(name) for name in names}) is not None
 
 
 def found_in(columns: Mapping[str, NDArray[Any]], form: str) -> FoundPoints:
@@ -103,7 +103,7 @@ def found_in(columns: Mapping[str, NDArray[Any]], form: str) -> FoundPoints:
     known: dict[str, NDArray[Any]] = {}
     for name, column in columns.items():
         if column.ndim == 1:
-            known.setdefault(_plain(name), column)
+            known.setdefault(plain(name), column)
     threes = {role: _first_of(groups, known.keys()) for role, groups in _THREES.items()}
     if threes["positions"] is None:
         raise ValueError(f"it has no x, y and z, only {', '.join([*columns][:12]) or 'nothing'}")
@@ -127,10 +127,6 @@ def unpacked(colors: NDArray[Any]) -> NDArray[np.uint8]:
 
 def _first_of(groups: Iterable[Names], known: Iterable[str]) -> Names | None:
     return next((names for names in groups if set(names) <= set(known)), None)
-
-
-def _plain(name: str) -> str:
-    return "".join(filter(str.isalnum, name.lower()))
 
 
 COUNTS = (3, 4, 6, 7, 9)  # x y z, then an intensity, a colour, a normal, or two of them

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...checks.arguments import as_given, check_path
+from ...checks.arguments import as_given
 from ...checks.foreign_arrays import AnyArray, way_to
 from ...notes.notes import Note
 from ...notes.words import cut
@@ -58,9 +58,7 @@ class NotAPictureError(ValueError):
 
 def check_writable(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_image` cannot write there."""
-    path = check_path(path)
-    check_suffix(path, IMAGES)
-    return check_place(path)
+    return check_place(check_suffix(path, IMAGES))
 
 
 def save_image(path: FilePath, image: AnyArray, small: bool = False) -> None:

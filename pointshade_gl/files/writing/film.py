@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...checks.arguments import check_fps, check_path
+from ...checks.arguments import check_fps
 from ...checks.foreign_arrays import AnyArray
 from ...notes.words import option
 from ..access.atomic_write import check_place, error_of, hidden_beside, naming_written
@@ -26,8 +26,7 @@ BACKGROUND = (28, 28, 32)  # films have no alpha: where nothing was drawn they a
 
 def check_film(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if no `Film` can be written there."""
-    path = check_path(path)
-    check_suffix(path, FILMS, "the suffix of a film")
+    path = check_suffix(path, FILMS, "the suffix of a film")
     if path.suffix.lower() == ".mp4":
         _find_ffmpeg(path)
     return check_place(path)

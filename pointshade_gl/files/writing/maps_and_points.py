@@ -32,9 +32,7 @@ from ..pictures.picture_files import AXES, AxesName, normals_to_rgb, save_image,
 
 def check_depth_path(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_depth` cannot write there."""
-    path = check_path(path)
-    check_suffix(path, DEPTH_MAPS, "the suffix of depth")
-    return _check_map(path)
+    return _check_map(check_suffix(path, DEPTH_MAPS, "the suffix of depth"))
 
 
 def save_depth(path: FilePath, depth: AnyArray, notes: Note = print_note) -> None:
@@ -162,8 +160,7 @@ def _check_map(path: Path) -> Path:
 
 def check_points_path(path: FilePath, axes: str | None = None) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_points` cannot write there."""
-    path = check_path(path)
-    check_suffix(path, POINTS, "the suffix of a point cloud")
+    path = check_suffix(path, POINTS, "the suffix of a point cloud")
     if axes is not None:
         check_choice(option("axes"), axes, tuple(CLOUD_AXES))
         if path.suffix.lower() == ".glb":
@@ -224,9 +221,7 @@ _HEADER = f"{WRITTEN} tx ty tz qx qy qz qw: camera-to-world, axes of OpenCV (x r
 
 def check_poses_path(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_poses` cannot write there."""
-    path = check_path(path)
-    check_suffix(path, POSE_LISTS, "the suffix of poses")
-    return check_place(path)
+    return check_place(check_suffix(path, POSE_LISTS, "the suffix of poses"))
 
 
 def save_poses(path: FilePath, frames: Iterable[Frame], numbers: Sequence[int] | None = None) -> None:
@@ -277,8 +272,7 @@ def save_numbered_poses(path: Path, poses: Mapping[int, NDArray[np.float64]]) ->
 
 def check_found_path(path: Path) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_found_poses` cannot write there."""
-    check_suffix(path, FOUND_POSES, "the suffix of poses")
-    return check_place(path)
+    return check_place(check_suffix(path, FOUND_POSES, "the suffix of poses"))
 
 
 def save_found_poses(path: Path, poses: Mapping[str, NDArray[np.float64] | None]) -> None:

@@ -144,9 +144,9 @@ _SAME_SHAPE = 0.02
 
 
 def camera_from_exif(path: FilePath, max_pixels: float = MAX_PIXELS) -> Intrinsics | None:
-    """The camera of a picture with EXIF FocalLengthIn35mmFilm, upright, its principal point in the middle.
+    """The camera of a picture with EXIF FocalLengthIn35mmFilm, upright; None if it has none, or was cropped.
 
-    Whole millimetres make it right to a few per cent. None if the picture does not say it, or was cropped.
+    Its principal point is the middle. Whole millimetres make it right to a few per cent.
     """
     head = read_head(path)
     with open_regular(path) as file:
@@ -211,8 +211,7 @@ def _of_four(a: float, b: float, c: float, d: float) -> Numbers:
 def from_numbers(values: NDArray[np.float64], name: str) -> Intrinsics | None:
     """A camera of nothing but numbers: a focal length, four, a matrix, one with a baseline, a range or a size; or None.
 
-    With a size: `width height fx fy cx cy` (ARKitScenes; Matterport3D with five of distortion) or `fx fy cx cy width
-    height`.
+    `width height fx fy cx cy` is ARKitScenes' (Matterport3D adds five of distortion); or fx fy cx cy come first.
     """
     if values.size == 1 and values[0] > 1:
         return Intrinsics(name, (float(values[0]), math.nan, math.nan, math.nan))
@@ -282,8 +281,12 @@ def from_named(named: Named, name: str, of_color: bool = False) -> list[Intrinsi
     of_color  the colour camera first: the depth was brought to it
     """
     named = {_SENS.sub(r"\1.\2", key): numbers for key, numbers in named.items()}
-    grouped = _grouped(named)
-    groups = [(grouped.get(group, {}), _around(grouped, group)) for group in _groups(named, of_color)]
+    grouped: dict[str, dict[str, list[float]]] = {}  # by what stands before their last word
+    for key, numbers in named.items():
+        group, _, last = key.removesuffix(".data").rpartition(".")  # ROS and OpenCV put a matrix one level deeper
+        if not _OTHERS.search(last):
+            grouped.setdefault(group, {}).setdefault(word(last), numbers)
+    groups = [(grouped.get(group, {}), _with_above(grouped, group)) for group in _groups(named, of_color)]
     outside = next((numbers[0] for key, numbers in named.items() if word(key) in BASELINE), None)
     found = [_from_group(*words, name) for words in groups]
     found = [camera and replace(camera, baseline=camera.baseline or outside) for camera in found]
@@ -300,39 +303,26 @@ def _groups(named: Named, of_color: bool) -> list[str]:
     return sorted(own, key=lambda group: (bool(last.search(group)), not first.search(group), group.count(".")))
 
 
-def _grouped(named: Named) -> dict[str, dict[str, list[float]]]:
-    """The words of each group. ROS and OpenCV put the numbers of a matrix one level deeper, as `data`."""
-    found: dict[str, dict[str, list[float]]] = {}
-    for key, numbers in named.items():
-        group, _, last = key.removesuffix(".data").rpartition(".")
-        if not _OTHERS.search(last):
-            found.setdefault(group, {}).setdefault(word(last), numbers)
-    return found
-
-
-def _around(grouped: dict[str, dict[str, list[float]]], group: str) -> Words:
+def _with_above(grouped: dict[str, dict[str, list[float]]], group: str) -> Words:
     """The words of a group with what stands further up: sizes and units often do."""
-    levels = [grouped.get(group, {})]
-    while group:
-        group = group.rpartition(".")[0]
-        levels.append(grouped.get(group, {}))
-    return ChainMap(*levels)
+    parts = group.split(".") if group else []
+    return ChainMap(*(grouped.get(".".join(parts[:k]), {}) for k in range(len(parts), -1, -1)))
 
 
-def _from_group(words: Words, around: Words, name: str) -> Intrinsics | None:
+def _from_group(words: Words, with_above: Words, name: str) -> Intrinsics | None:
     sensor, lens = _first(words, SENSOR), _first(words, FOCAL)
     if sensor and lens and sensor > 0 and lens > 0:
         return Intrinsics(name, (lens / sensor, math.nan, 0.0, 0.0), NORMALIZED)
     if not any(key in words for key in (*FX, *FOCAL, *MATRIX, *LENS, "matrix")):
         return None
-    size = _size_of(around, name)
+    size = _size_of(with_above, name)
     numbers = _numbers_of(words, size)
     if numbers is None:
         return None
     if any(key in words for key in _CORNER):
         numbers = (numbers[0], numbers[1], numbers[2] - 0.5, numbers[3] - 0.5)
-    scale, each = _first(around, PER_METRE), _first(around, METRES_EACH)
-    baseline, doffs = _first(around, BASELINE), _first(around, DOFFS)
+    scale, each = _first(with_above, PER_METRE), _first(with_above, METRES_EACH)
+    baseline, doffs = _first(with_above, BASELINE), _first(with_above, DOFFS)
     if doffs is not None and baseline is not None:  # Middlebury, where the baseline is in millimetres
         baseline /= 1000
     if baseline is None:

@@ -221,15 +221,22 @@ def _all_numbers(words: list[str]) -> bool:
 def _from_header(header: list[str], rows: NDArray[np.float64]) -> PoseList | None:
     """A table whose columns have names, such as StrayScanner's odometry.csv: timestamp, frame, x, ..., qw."""
     columns = {re.sub(r"[^a-z0-9]", "", name.lower()): k for k, name in enumerate(header)}
-    place = [columns.get(f"t{axis}", columns.get(axis, columns.get(f"p{axis}"))) for axis in "xyz"]
-    turn = [columns.get(f"q{axis}") for axis in "xyzw"]
+
+    def column(*names: str) -> int | None:
+        return next((columns[name] for name in names if name in columns), None)
+
+    place = [column(f"t{axis}", axis, f"p{axis}") for axis in "xyz"]
+    turn = [column(f"q{axis}") for axis in "xyzw"]
     if None in place or None in turn or len(header) != rows.shape[1]:
         return None
     poses = from_quaternions(rows[:, place], rows[:, turn])  # type: ignore[index]
-    named = columns.get("frame", columns.get("index", columns.get("id")))
-    names = None if named is None else [f"{number:.0f}" for number in rows[:, named]]
-    time = columns.get("timestamp", columns.get("time"))
-    return PoseList(poses, names, None if time is None else rows[:, time])
+    named, time = column("frame", "index", "id"), column("timestamp", "time")
+    return PoseList(poses, None if named is None else _numbers(rows, named), None if time is None else rows[:, time])
+
+
+def _numbers(rows: NDArray[np.float64], column: int = 0) -> list[str]:
+    """Whole numbers by which frames are named."""
+    return [f"{number:.0f}" for number in rows[:, column]]
 
 
 def _from_rows(rows: NDArray[np.float64]) -> PoseList | None:
@@ -240,12 +247,12 @@ def _from_rows(rows: NDArray[np.float64]) -> PoseList | None:
     if columns == 7:
         return _from_seven(rows)
     if columns in (13, 17):
-        return PoseList(from_matrices(rows[:, 1:]), [f"{number:.0f}" for number in rows[:, 0]], rows[:, 0])
+        return PoseList(from_matrices(rows[:, 1:]), _numbers(rows), rows[:, 0])
     if columns in (12, 16):
         return PoseList(from_matrices(rows))
     if columns == 18:  # Virtual KITTI: frame, camera, world-to-camera
         rows = rows[rows[:, 1] == rows[0, 1]]
-        return PoseList(inverted(from_matrices(rows[:, 2:])), [f"{number:.0f}" for number in rows[:, 0]])
+        return PoseList(inverted(from_matrices(rows[:, 2:])), _numbers(rows))
     if columns == 4:
         is_square = len(rows) % 4 == 0 and (len(rows) % 3 or (rows[3::4, :3] == 0).all())
         side = 16 if is_square else 12
@@ -356,8 +363,8 @@ def find_reading(frames: Sequence[Frame], may_scale: bool, metric_poses: bool) -
     may_scale     the units of the depth were guessed, so that another scale may be right
     metric_poses  the unit of the poses is the metre; else it is fitted to the depth
     """
-    with np.errstate(invalid="ignore"):  # infinite poses differ by NaN
-        pairs = [(a, b) for a, b in pairwise(frames) if abs(a.pose - b.pose).max() > _MOVED]
+    with np.errstate(invalid="ignore"):  # of poses that are not finite
+        pairs = [(a, b) for a, b in pairwise(frames) if _MOVED < abs(a.pose - b.pose).max() < np.inf]
     if not pairs:
         return None
     written = _error(pairs, Reading())

@@ -9,7 +9,7 @@ import threading
 from array import array
 from collections.abc import Iterable, Sequence
 from io import BufferedIOBase, BytesIO
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.lib import format as npy
@@ -30,7 +30,7 @@ from ..access.content import (
     read_head,
     read_text,
 )
-from .compression import Archive
+from .compression import METHODS, Archive
 
 NUMPY = b"\x93NUMPY"
 _TO_BLANKS = str.maketrans(dict.fromkeys(",;[]()", " "))
@@ -47,13 +47,19 @@ def read_npy(path: FilePath, max_pixels: float = MAX_PIXELS, share: float | None
 
 def read_npz(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
     """The only array of an .npz file, or its depth; others stay packed. Raises ValueError for what `read_npy` does."""
-    archive = Archive(path, max_pixels)
-    members = {name.removesuffix(".npy"): name for name in archive.names}
-    listed = ", ".join([*members][:8]) + (" and more" if len(members) > 8 else "")
-    if len(members) != 1 and "depth" not in members:
-        raise ValueError(f"{path} must hold one array or one named depth, got {listed or 'none'}")
-    member = members["depth"] if len(members) > 1 else next(iter(members.values()))
-    depth = _read(archive.open(member), str(path), max_pixels, None)
+    import zipfile  # only here
+
+    # zipfile raises of everything for broken bytes
+    with open_regular(path) as file, naming(path, BROKEN), zipfile.ZipFile(file) as archive:
+        members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
+        listed = ", ".join([*members][:8]) + (" and more" if len(members) > 8 else "")
+        if len(members) != 1 and "depth" not in members:
+            raise ValueError(f"{path} must hold one array or one named depth, got {listed or 'none'}")
+        member = members["depth"] if len(members) > 1 else next(iter(members.values()))
+        if member.compress_type not in METHODS:
+            raise ValueError(f"{path} {BROKEN}: it is packed in another way than NumPy does it")
+        with archive.open(member) as stream:
+            depth = _read(cast(BufferedIOBase, stream), str(path), max_pixels, None)
     if len(members) > 1:
         note(f"{path} holds {listed}: depth is taken")
     return depth

@@ -9,19 +9,9 @@ from pathlib import Path
 
 from ...notes.notes import Note
 from ...notes.words import cut
+from ..access import known_names
 from ..access.content import MAX_PIXELS, followed, parse_object, read_text
 from ..access.folders import Folder, ListedFile, from_root, key_of, places_of
-from ..access.known_names import (
-    CAMERA_SUFFIXES,
-    CAMERAS,
-    DATA_SETS,
-    FRAME_CAMERAS,
-    NOT_A_CAMERA,
-    PICTURE_SUFFIXES,
-    REGISTERED,
-    TRANSFORMS,
-    DataSet,
-)
 from ..arrays.named_numbers import named_of
 from ..cameras.camera_files import read_intrinsics, read_transforms
 from ..cameras.intrinsics import Intrinsics, from_named, shows_the_same
@@ -49,7 +39,7 @@ class Cameras:
 
 def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> Cameras:
     """Find the cameras of a folder's frames; a note names the file. Raises ValueError for a bad intrinsics.json."""
-    items = _not_of_others(place.listing.files(place.path, 2, CAMERA_SUFFIXES), frames, place)
+    items = _not_of_others(place.listing.files(place.path, 2, known_names.CAMERA_SUFFIXES), frames, place)
     own = _one_each(items, frames, note, max_pixels)
     if own:
         return Cameras(None, own)
@@ -84,22 +74,24 @@ def _not_of_others(items: Sequence[ListedFile], frames: Sequence[FrameFiles], pl
     """Without the files of folders with pictures of their own, where frames lie beside those: another frame's."""
     if not frames or frames[0].depth.parent != place.path:
         return list(items)
-    others = {item.path.parent for item in place.listing.files(place.path, 2, PICTURE_SUFFIXES) if item.level}
+    others = {
+        item.path.parent for item in place.listing.files(place.path, 2, known_names.PICTURE_SUFFIXES) if item.level
+    }
     return [item for item in items if item.path.parent not in others]
 
 
 def _is_registered(folder: Path, frame: FrameFiles) -> bool:
     """Return whether the depth's name says that it was projected into the colour camera."""
     name = frame.depth.relative_to(folder) if frame.depth.is_relative_to(folder) else frame.depth.name
-    return REGISTERED.search(str(name).lower()) is not None
+    return known_names.REGISTERED.search(str(name).lower()) is not None
 
 
 def _by_rank(items: Sequence[ListedFile], of_color: bool = False) -> list[ListedFile]:
     """Files that may hold a camera: the best known names first, those nearest to the folder first among them."""
     found = []
     for item in items:
-        if not NOT_A_CAMERA.search(item.name):
-            rank = next((k for k, name in enumerate(CAMERAS) if name.fullmatch(item.name)), None)
+        if not known_names.NOT_A_CAMERA.search(item.name):
+            rank = next((k for k, name in enumerate(known_names.CAMERAS) if name.fullmatch(item.name)), None)
             if rank is not None:
                 other = r"depth" if of_color else r"colou?r|rgb"
                 found.append((rank, item.level, bool(re.search(other, item.name)), item))
@@ -115,8 +107,8 @@ def _in_parents(place: Folder, frames: Sequence[FrameFiles]) -> list[ListedFile]
         above += list(followed(frames[0].depth).parents)[: _PARENTS + 1]
     for one in dict.fromkeys(above):
         if one != one.parent:
-            items = place.listing.files(one, 0, CAMERA_SUFFIXES)
-            found += [item for item in _by_rank(items) if not TRANSFORMS.fullmatch(item.name)]
+            items = place.listing.files(one, 0, known_names.CAMERA_SUFFIXES)
+            found += [item for item in _by_rank(items) if not known_names.TRANSFORMS.fullmatch(item.name)]
     return found
 
 
@@ -124,7 +116,7 @@ def _one_each(
     items: Sequence[ListedFile], frames: Sequence[FrameFiles], note: Note, max_pixels: float
 ) -> list[Intrinsics | None]:
     """Return for each frame the camera in a file of its own; empty if fewer than half of several frames have one."""
-    files = own_files(items, frames, FRAME_CAMERAS, lambda item: NOT_A_CAMERA.search(item.name))
+    files = own_files(items, frames, known_names.FRAME_CAMERAS, lambda item: known_names.NOT_A_CAMERA.search(item.name))
     try:
         found = [read_intrinsics(path, lambda _: None, max_pixels) if path else None for path in files]
     except (ValueError, OSError):
@@ -136,7 +128,7 @@ def _one_each(
 
 def _in_transforms(item: ListedFile, frames: Sequence[FrameFiles], max_pixels: float) -> list[Intrinsics | None]:
     """The frames' own cameras in a transforms.json, where it has them."""
-    if not TRANSFORMS.fullmatch(item.path.name.lower()):
+    if not known_names.TRANSFORMS.fullmatch(item.path.name.lower()):
         return []
     entries = read_transforms(item.path, max_pixels)
     named = {Path(name).stem: one.camera for one in entries for name in (one.color, one.depth) if name and one.camera}
@@ -169,7 +161,7 @@ def _of_data_set(
     files = [(path, 3) for one in frames[:1] for path in (one.depth, one.color) if path]
     names += ["/".join(one.parts[-most:]) for path, most in [(folder, 2), *files] for one in places_of(path)]
     seen = "\n".join([*names, *heads]).lower()
-    for known in DATA_SETS:
+    for known in known_names.DATA_SETS:
         if re.search(known.known_by, seen) and _has_size(frames, known):
             numbers = ",".join(f"{number:g}" for number in known.numbers)
             note(
@@ -180,7 +172,7 @@ def _of_data_set(
     return None
 
 
-def _has_size(frames: Sequence[FrameFiles], known: DataSet) -> bool:
+def _has_size(frames: Sequence[FrameFiles], known: known_names.DataSet) -> bool:
     """Whether the first depth picture has a data set's size, as far as its first bytes say it. One may be missing."""
     first = next((one.depth for one in frames[:9] if one.depth.is_file()), None)
     size = None if first is None else png_size(first)

@@ -24,7 +24,7 @@ from ..finding.folder_frames import FrameFiles, check_folder, find_color
 from ..networks.model_options import Model, PixelsName, is_model
 from .assembly import assemble, find_filed
 from .frame_parts import Assembled, FrameParts, ReadOptions, check_registration, is_path
-from .sequences import first_readable, open_folder, open_frames
+from .sequences import first_readable, open_folder, open_frames, open_photographs
 
 
 def load_frame(
@@ -148,8 +148,6 @@ def _from_photo(
     source: FilePath | Folder | None, depth: Any, color: Any, options: ReadOptions, allow_outside: bool, note: Note
 ) -> Assembled:
     """A frame of a photograph that the caller gives as the colour."""
-    from .sequences import open_photographs  # only here
-
     if depth is not None:
         raise ValueError(f"pass {option('depth')} or {option('depth_model')}, not both")
     if source is not None:
@@ -200,10 +198,7 @@ class Examined(NamedTuple):
 
 
 def examine(source: FilePath | None, allow_outside: bool = False, **load_options: Any) -> Examined:
-    """Reads a frame as `load_frame` does, and raises as it does. Of a sequence that is its first readable frame.
-
-    load_options  those of `load_frame`, except notes
-    """
+    """Reads a frame with the options of `load_frame`, except notes, and raises as it does. Of a sequence: the first."""
     notes: list[str] = []
     color, depth = load_options.pop("color", None), load_options.pop("depth", None)
     options = ReadOptions(**load_options)

@@ -112,16 +112,13 @@ class FrameParts(NamedTuple):
 
 
 class FoundFiles(NamedTuple):
-    """Where a frame was found: its files (None for arrays), and the sequence that it belongs to.
-
-    frames  of the sequence; shown  which of them this is; poses  how many have one
-    """
+    """Where a frame was found: its files (None for arrays), and the sequence that it belongs to."""
 
     depth: str | None
     color: str | None
-    frames: int = 1
-    shown: int = 0
-    poses: int = 0
+    frames: int = 1  # of the sequence
+    shown: int = 0  # which of them this is
+    poses: int = 0  # how many have one
     poses_from: str = ""
 
 
@@ -159,10 +156,7 @@ def check_registration(frame: Frame, note: Note) -> None:
 
 
 def find_shift(frame: Frame) -> tuple[int, int] | None:
-    """Return by how many reduced pixels the colours are shifted right and down; None if they fit or show too few edges.
-
-    The cross-correlation of both pictures' edges has a clear maximum where they fit.
-    """
+    """Return by how many reduced pixels the colours are shifted right and down; None if they fit or have few edges."""
     height = round(_WIDTH * frame.depth.shape[0] / frame.depth.shape[1])
     if frame.color is None or min(height, _WIDTH) < 4 * _REACH:
         return None
@@ -170,6 +164,7 @@ def find_shift(frame: Frame) -> tuple[int, int] | None:
     steps[:_REACH] = steps[-_REACH:] = steps[:, :_REACH] = steps[:, -_REACH:] = 0
     if np.count_nonzero(steps) < _FEW or not edges.any():
         return None
+    # the cross-correlation of both pictures' edges has a clear maximum where they fit
     product = np.fft.irfft2(np.fft.rfft2(edges) * np.conj(np.fft.rfft2(steps)), s=steps.shape)
     found = np.roll(product, (_REACH, _REACH), (0, 1))[: 2 * _REACH + 1, : 2 * _REACH + 1]
     usual = median(found)
@@ -204,11 +199,10 @@ def _color_edges(color: NDArray[np.uint8], height: int) -> NDArray[np.float64]:
 def _changes(values: NDArray[np.floating]) -> NDArray[np.float64]:
     """The largest difference to one of four neighbours; 0 beside what is not finite."""
     result = np.zeros(values.shape)
-    for axis in (0, 1):
-        change = np.nan_to_num(abs(np.diff(values, axis=axis)), nan=0.0, posinf=0.0)
-        first, last = [(0, 0), (0, 0)], [(0, 0), (0, 0)]
-        first[axis], last[axis] = (1, 0), (0, 1)
-        result = np.maximum(result, np.maximum(np.pad(change, first), np.pad(change, last)))
+    for own, found in ((values, result), (values.T, result.T)):
+        change = np.nan_to_num(abs(np.diff(own, axis=0)), nan=0.0, posinf=0.0)
+        found[1:] = np.maximum(found[1:], change)
+        found[:-1] = np.maximum(found[:-1], change)
     return result
 
 
@@ -258,10 +252,3 @@ def what_else(path: Path) -> str | None:
             if not file.read(len(kind.head)).startswith(kind.head):
                 return None
     return f"{kind.title}: {kind.way_out.replace(_NETWORK, option(_NETWORK, 'FILE'))}"
-
-
-def check_readable(path: Path) -> None:
-    """Raises ValueError, with the way out, for a file of a kind that is known and not read."""
-    found = what_else(path)
-    if found:
-        raise ValueError(f"{path} is {found}")

@@ -36,7 +36,7 @@ from ..files.access.known_names import (
     builtin_folder,
     builtin_scene,
 )
-from ..files.clouds.recognise import CLOUD_SUFFIXES, is_cloud
+from ..files.clouds.load_cloud import CLOUD_SUFFIXES, is_cloud
 from ..files.finding.folder_frames import check_folder, find_frames, is_container
 from ..files.frame_sources import SCENE_FILES, is_scene
 from ..files.frames.frame_parts import ReadOptions

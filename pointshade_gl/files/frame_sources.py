@@ -25,8 +25,7 @@ from ..scene.objects import MOST_FRAMES
 from ..scene.option_fields import takes
 from .access.content import FilePath
 from .access.known_names import SCENES, builtin_folder, builtin_name
-from .clouds.load_cloud import LIMITS, AnyOptions, check_cloud_options, check_fitting, check_frame_options, load_cloud
-from .clouds.recognise import is_cloud
+from .clouds.load_cloud import AnyOptions, check_cloud_options, check_fitting, check_frame_options, is_cloud, load_cloud
 from .frames.frame_files import load_frame
 from .frames.frame_parts import LoadOptions, ReadOptions
 from .frames.sequences import FrameSequence, first_readable, open_frames
@@ -96,7 +95,7 @@ def load_any(source: FilePath | None, **load_options: Unpack[AnyOptions]) -> Fra
     """
     options: dict[str, Any] = {name: value for name, value in load_options.items() if value is not None}
     if is_scene(source):
-        check_fitting(options, LIMITS, f"{source} is a scene, which names the files of its frames")
+        check_fitting(options, (), f"{source} is a scene, which names the files of its frames")
         return load_scene(source, **options)
     if is_cloud(source):
         check_cloud_options(options, source)

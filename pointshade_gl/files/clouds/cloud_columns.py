@@ -181,9 +181,9 @@ _BOM = b"\xef\xbb\xbf"
 
 
 class Head(NamedTuple):
-    """What comes before the points. at: where they begin; separators: bytes that become blanks, and decimal commas."""
+    """What comes before the points."""
 
-    at: int
+    at: int  # where they begin
     columns: int
     names: list[str]
     counted: int | None
@@ -201,7 +201,8 @@ def read_text_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoin
         del data
         if any(sign in body for sign in (b"#", b"//", b"%", b"!")):
             body = re.sub(rb"(?:#|//|%|!)[^\r\n]*", b"", body)
-        table = _table_of_text(_plain_text(body, head), head)
+        body = body.replace(b",", b"." if head.has_decimal_commas else b" ").replace(b";", b" ")
+        table = _table_of_text(body, head)
         if head.counted is not None and head.counted != len(table):
             raise ValueError(f"its first line counts {head.counted} points, and it has {len(table)}")
         check_points(len(table), path, max_pixels)
@@ -219,8 +220,7 @@ def read_text_head(data: bytes) -> Head | None:
         words = _words(line[comment.end() :] if comment else line)
         numbers = None if comment else _numbers(line)
         if numbers is not None and len(numbers) >= 3:
-            has_commas = b";" in line and b"," in line
-            return Head(at, len(numbers), names, count, has_commas)
+            return Head(at, len(numbers), names, count, b";" in line and b"," in line)
         if comment is None and words:
             words_seen += 1
             if numbers is not None and len(numbers) == 1 and numbers[0] % 1 == 0 and count is None and not names:
@@ -245,13 +245,6 @@ def _numbers(line: bytes) -> list[float] | None:
         return [float(word) for word in _words(line)] or None
     except ValueError:
         return None
-
-
-def _plain_text(body: bytes, head: Head) -> bytes:
-    """The numbers with blanks between them."""
-    if head.has_decimal_commas:
-        return body.replace(b",", b".").replace(b";", b" ")
-    return body.translate(bytes.maketrans(b",;", b"  "))
 
 
 def _table_of_text(body: bytes, head: Head) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 from ...notes.notes import Note
 from ...notes.words import cut
@@ -21,20 +22,16 @@ from .folder_frames import FrameFiles, matches, own_files
 _PARENTS = 2  # folders above the frames' own in which their camera may lie: scene/seq-01, set/test/000048
 
 
-class Cameras:
-    """What a folder states about the camera of each of its frames.
+class Cameras(NamedTuple):
+    """What a folder states about the camera of each of its frames."""
 
-    shared   the camera of all frames; None if it is unknown, or if each frame has one of its own
-    missing  why there is none: the files that were looked at, for a sentence; else ""
-    """
-
-    def __init__(self, shared: Intrinsics | None, own: Sequence[Intrinsics | None] = (), missing: str = ""):
-        self.shared, self._own, self.missing = shared, own, missing
+    shared: Intrinsics | None  # the camera of all frames; None if it is unknown, or if each frame has one of its own
+    own: Sequence[Intrinsics | None] = ()
+    missing: str = ""  # why there is none: the files that were looked at, for a sentence; else ""
 
     def of(self, number: int) -> Intrinsics | None:
         """The camera of a frame, counted from 0."""
-        own = self._own[number] if number < len(self._own) else None
-        return own or self.shared
+        return (self.own[number] if number < len(self.own) else None) or self.shared
 
 
 def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> Cameras:
@@ -44,7 +41,11 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
     if own:
         return Cameras(None, own)
     failed: list[str] = []
-    of_color = bool(frames) and _is_registered(place.path, frames[0])
+    of_color = False  # whether the first depth's name says that it was projected into the colour camera
+    if frames:
+        depth = frames[0].depth
+        name = depth.relative_to(place.path) if depth.is_relative_to(place.path) else depth.name
+        of_color = known_names.REGISTERED.search(str(name).lower()) is not None
     for item in [*_nearest(_by_rank(items, of_color), frames), *_in_parents(place, frames)]:
         try:
             found = read_intrinsics(place.check(item.path), note, max_pixels, of_color)
@@ -78,12 +79,6 @@ def _not_of_others(items: Sequence[ListedFile], frames: Sequence[FrameFiles], pl
         item.path.parent for item in place.listing.files(place.path, 2, known_names.PICTURE_SUFFIXES) if item.level
     }
     return [item for item in items if item.path.parent not in others]
-
-
-def _is_registered(folder: Path, frame: FrameFiles) -> bool:
-    """Return whether the depth's name says that it was projected into the colour camera."""
-    name = frame.depth.relative_to(folder) if frame.depth.is_relative_to(folder) else frame.depth.name
-    return known_names.REGISTERED.search(str(name).lower()) is not None
 
 
 def _by_rank(items: Sequence[ListedFile], of_color: bool = False) -> list[ListedFile]:
@@ -161,8 +156,11 @@ def _of_data_set(
     files = [(path, 3) for one in frames[:1] for path in (one.depth, one.color) if path]
     names += ["/".join(one.parts[-most:]) for path, most in [(folder, 2), *files] for one in places_of(path)]
     seen = "\n".join([*names, *heads]).lower()
+    first = next((one.depth for one in frames[:9] if one.depth.is_file()), None)  # one may be missing
+    size = None if first is None else png_size(first)
     for known in known_names.DATA_SETS:
-        if re.search(known.known_by, seen) and _has_size(frames, known):
+        is_like = size is not None and known.is_resized and shows_the_same(known.size, size)
+        if (size in (None, known.size) or is_like) and re.search(known.known_by, seen):
             numbers = ",".join(f"{number:g}" for number in known.numbers)
             note(
                 f"no camera is in {folder}, which looks like {known.title}: its published camera ({numbers}) "
@@ -170,10 +168,3 @@ def _of_data_set(
             )
             return Intrinsics(known.title, known.numbers, known.size, known.depth_scale)
     return None
-
-
-def _has_size(frames: Sequence[FrameFiles], known: known_names.DataSet) -> bool:
-    """Whether the first depth picture has a data set's size, as far as its first bytes say it. One may be missing."""
-    first = next((one.depth for one in frames[:9] if one.depth.is_file()), None)
-    size = None if first is None else png_size(first)
-    return size in (None, known.size) or (size is not None and known.is_resized and shows_the_same(known.size, size))

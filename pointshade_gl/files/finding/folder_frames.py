@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -56,8 +56,10 @@ def best_group(
 
     ranked = sorted(groups.values(), key=rank) if len(groups) > 1 else list(groups.values())
     best = ranked[0]
-    if not partners and len(ranked) > 1:
-        _tell_others(folder, best, ranked[1:], what, note)
+    if rivals := [] if partners else [group[0] for group in ranked[1:] if group[0].level == best[0].level]:
+        taken, *others = (item.path.relative_to(folder).as_posix() for item in (best[0], *rivals))
+        listed = ", ".join(others[:3]) + (f" and {len(others) - 3} more" if len(others) > 3 else "")
+        note(f"{folder}: {taken} is taken as the {what}, not {listed}")
     if what == "colour" and partners and len(best) < len(partners):
         same = [group for group in ranked if group[0].path.parent == best[0].path.parent]
         best = [item for group in same for item in group]  # named one by one: kitchen.jpg, garden.jpg
@@ -81,15 +83,6 @@ def _best_form(forms: list[ListedFile], suffixes: tuple[str, ...]) -> ListedFile
 def _is_mapped(path: Path) -> bool:
     image = read_image(path)
     return image.ndim == 3 and image.dtype == np.uint8 and read_levels(image) is not None
-
-
-def _tell_others(
-    folder: Path, best: list[ListedFile], others: Iterable[list[ListedFile]], what: str, note: Note
-) -> None:
-    rivals = [group[0].path.relative_to(folder).as_posix() for group in others if group[0].level == best[0].level]
-    if rivals:
-        listed = ", ".join(rivals[:3]) + (f" and {len(rivals) - 3} more" if len(rivals) > 3 else "")
-        note(f"{folder}: {best[0].path.relative_to(folder).as_posix()} is taken as the {what}, not {listed}")
 
 
 def find_partners(
@@ -228,16 +221,10 @@ _SAME: tuple[tuple[Callable[[str], Any], bool], ...] = (
 )
 
 
-class Keyed(Protocol):
-    """A frame; `key` is what the names of its files have in common."""
-
-    @property
-    def key(self) -> str: ...
-
-
 def own_files(
-    items: Iterable[ListedFile], frames: Sequence[Keyed], words: frozenset[str], is_other: Callable[[ListedFile], Any]
-) -> list[Path | None]:
+    items: Iterable[ListedFile], frames: Sequence[FrameFiles], words: frozenset[str],
+    is_other: Callable[[ListedFile], Any],
+) -> list[Path | None]:  # fmt: skip
     """For each frame a file called or laid as its own, or named like it alone. Empty if most of several have none."""
     some = [(item, bool((item.words | item.folder_words | {item.suffix[1:]}) & words)) for item in items]
     some = [(item, is_called) for item, is_called in some if is_called or item.suffix in known_names.FRAME_SUFFIXES]
@@ -294,10 +281,9 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     """The frames of a folder in their order; none if it has no depth.
 
     Pictures are those that a list names (depth.txt and rgb.txt of TUM, associations.txt, transforms.json), else those
-    whose names say what they are (see known_names.py), in the folder itself before those in folders of it.
-    Depth and colour belong together by name, else by number, else by the nearest time stamp, else by order.
-
-    Raises ValueError if none of these fits, or if a list names files elsewhere.
+    whose names say what they are (see known_names.py), in the folder itself before those in folders of it. Depth and
+    colour belong together by name, else by number, else by the nearest time stamp, else by order. Raises ValueError if
+    none of these fits, or if a list names files elsewhere.
     """
     folder = place.path
     for levels in range(1, LEVELS + 1):
@@ -330,11 +316,8 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     alone = partners.count(None) if colors else 0
     if alone:
         note(f"{folder}: {alone} of {len(depths)} depth pictures have no colour picture and are left out")
-    kept = [one for one in zip(depths, partners, valid, strict=True) if one[1] or not colors]
-    return [
-        FrameFiles(item.path, mate.path if mate else None, mask, item.time, number)
-        for number, (item, mate, mask) in enumerate(kept)
-    ]
+    kept = enumerate(one for one in zip(depths, partners, valid, strict=True) if one[1] or not colors)
+    return [FrameFiles(one.path, mate.path if mate else None, mask, one.time, k) for k, (one, mate, mask) in kept]
 
 
 def find_color(place: Folder, depth: Path, note: Note) -> Path | None:
@@ -452,9 +435,8 @@ def _deep_grey(items: list[ListedFile]) -> list[ListedFile]:
 
 def _is_mask_of(item: ListedFile, depth: ListedFile) -> bool:
     """Return whether a mask or a confidence is about the depth: it is named so, or it lies beside a network's depth."""
-    if item.words & known_names.DEPTH or (item.words | item.folder_words) & known_names.CONFIDENCE:
-        return True
-    return item.stem == "mask" and item.path.parent == depth.path.parent
+    is_named = item.words & known_names.DEPTH or (item.words | item.folder_words) & known_names.CONFIDENCE
+    return bool(is_named) or (item.stem == "mask" and item.path.parent == depth.path.parent)
 
 
 def is_container(path: Path) -> bool:

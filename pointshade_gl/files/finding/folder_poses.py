@@ -38,9 +38,9 @@ def find_poses(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixe
     items = [item for item in place.listing.files(folder, 2, POSE_SUFFIXES) if not NOT_A_POSE.search(item.name)]
     taken = cache(lambda: {path for one in frames for path in (one.depth, one.color, one.valid)})
     single = own_files(items, frames, FRAME_POSES, lambda item: item.suffix == ".log" or item.path in taken())
-    single = single if _holds_a_pose(next((path for path in single if path), None), max_pixels) else []
-    if single:
-        first = _named(folder, next(path for path in single if path))
+    example = next((path for path in single if path), None)
+    if example and _holds_a_pose(example, max_pixels):
+        first = _named(folder, example)
         note(f"poses are read from files such as {first}")
         listed = [read_poses(path, max_pixels) if path else None for path in single]
         metric = all(one.metric for one in listed if one)
@@ -62,18 +62,17 @@ def _named(folder: Path, path: Path) -> str:
     return path.relative_to(folder).as_posix()
 
 
-def _holds_a_pose(path: Path | None, max_pixels: float) -> bool:
+def _holds_a_pose(path: Path, max_pixels: float) -> bool:
     """Whether it is a file with one pose, and not of another kind, such as a camera."""
     try:
-        return path is not None and len(read_poses(path, max_pixels).poses) == 1
+        return len(read_poses(path, max_pixels).poses) == 1
     except ValueError:
         return False
 
 
 def _by_rank(items: Sequence[ListedFile]) -> list[ListedFile]:
     """Files that may hold the poses of all frames, the best known names first."""
-    ranked = [(next((k for k, name in enumerate(POSES) if name.fullmatch(item.name)), None), item) for item in items]
-    return [item for _, item in sorted(((k, item) for k, item in ranked if k is not None), key=lambda pair: pair[0])]
+    return list(dict.fromkeys(item for name in POSES for item in items if name.fullmatch(item.name)))
 
 
 def match_poses(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: Note) -> Poses | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, TypeGuard, get_args
 
@@ -112,11 +113,7 @@ def how_to_make_depth() -> str:
 
 def is_model(value: Any) -> TypeGuard[Model]:
     """Return whether it is a network: a function, or the name of an .onnx file."""
-    return callable(value) or ((hasattr(value, "__fspath__") or isinstance(value, str)) and _is_named_so(value))
-
-
-def _is_named_so(value: FilePath) -> bool:
-    return str(value).lower().endswith(SUFFIX)
+    return callable(value) or (isinstance(value, str | PathLike) and str(value).lower().endswith(SUFFIX))
 
 
 def checked_options(model: Any, size: Any, pixels: Any, cache: bool) -> ModelOptions:

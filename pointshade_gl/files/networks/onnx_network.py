@@ -50,8 +50,10 @@ def facts_of(path: Path, metadata: Mapping[str, str]) -> ModelFacts:
     own = {name: _value(text) for name, text in metadata.items()}
     if own := {name: value for name, value in own.items() if name in _READ}:
         found, sources = found | own, ["its metadata", *sources]
-    return ModelFacts(_normalization(found), _side(found), _number(found, "ensure_multiple_of"), _output(found),
-                 " and ".join(sources))  # fmt: skip
+    step, kind = found.get("ensure_multiple_of"), str(found.get("depth_kind", found.get("depth_estimation_type", "")))
+    step = step if type(step) is int and 1 <= step <= 1024 else None
+    output = _OUTPUTS.get(kind.lower(), "metres" if found.get("model_type") in _METRIC_TYPES else None)
+    return ModelFacts(_normalization(found), _side(found), step, output, " and ".join(sources))
 
 
 _READ = (
@@ -69,17 +71,15 @@ def _configuration(path: Path) -> dict[str, Any]:
 
 
 def _value(text: str) -> Any:
+    """JSON, numbers with commas between them, or the text itself."""
     try:
         return json.loads(text)
     except ValueError:
-        return [float(one) for one in text.split(",")] if _are_numbers(text) else text
-
-
-def _are_numbers(text: str) -> bool:
+        pass
     try:
-        return len([float(one) for one in text.split(",")]) > 1
+        return [float(one) for one in text.split(",")] if "," in text else text
     except ValueError:
-        return False
+        return text
 
 
 def _normalization(found: Mapping[str, Any]) -> tuple[Three, Three] | None:
@@ -109,18 +109,6 @@ def _side(found: Mapping[str, Any]) -> int | None:
     sides: list[Any] = size if isinstance(size, list) else [size]
     known = [one for one in sides if type(one) in (int, float) and 1 <= one < _LARGEST]
     return int(min(known)) if known else None
-
-
-def _number(found: Mapping[str, Any], name: str) -> int | None:
-    value = found.get(name)
-    return value if type(value) is int and 1 <= value <= 1024 else None
-
-
-def _output(found: Mapping[str, Any]) -> Output | None:
-    said = str(found.get("depth_kind", found.get("depth_estimation_type", ""))).lower()
-    if said not in _OUTPUTS:
-        return "metres" if found.get("model_type") in _METRIC_TYPES else None
-    return _OUTPUTS[said]
 
 
 # The quickest of those that there are; TensorRT is left out, as it compiles for minutes.
@@ -198,8 +186,10 @@ class Network:
         """Return a photograph (h, w, 3) as the input has it."""
         from PIL import Image
 
-        width, height = self.size(options, photo.shape[1], photo.shape[0])
-        wide, high = _inside(photo, width, height) if self.family.is_padded else (width, height)
+        width, height = wide, high = self.size(options, photo.shape[1], photo.shape[0])
+        if self.family.is_padded:  # the photograph keeps its shape
+            scale = min(width / photo.shape[1], height / photo.shape[0])
+            wide, high = max(1, round(photo.shape[1] * scale)), max(1, round(photo.shape[0] * scale))
         left, top = (width - wide) // 2, (height - high) // 2
         canvas = Image.new("RGB", (width, height), _BORDER)
         canvas.paste(Image.fromarray(photo).resize((wide, high), Image.Resampling.BICUBIC), (left, top))
@@ -302,18 +292,9 @@ def _constant(path: Path, wanted: Any, names: list[str]) -> NDArray[Any]:
 def _like(side: int, step: int, width: int, height: int) -> tuple[int, int]:
     """Return sides in the ratio of the photograph's, multiples of a step; the shorter one is given."""
     scale = max(side / min(width, height), 1e-9)
-    longest = _LONGEST * side
-
-    def rounded(length: int) -> int:
-        return max(step, round(min(length * scale, longest) / step) * step)
-
-    return rounded(width), rounded(height)
-
-
-def _inside(photo: NDArray[np.uint8], width: int, height: int) -> tuple[int, int]:
-    """Return (columns, rows) of the photograph inside a picture of this size, its shape kept."""
-    scale = min(width / photo.shape[1], height / photo.shape[0])
-    return max(1, round(photo.shape[1] * scale)), max(1, round(photo.shape[0] * scale))
+    lengths = (min(length * scale, _LONGEST * side) for length in (width, height))
+    columns, rows = (max(step, round(length / step) * step) for length in lengths)
+    return columns, rows
 
 
 def _reason(error: Exception) -> str:

@@ -41,7 +41,7 @@ _REPEATED = b"\1\1\1"  # a colour that says how often the one before is repeated
 
 
 def read_radiance(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.float32]:
-    """Return (h, w, 3) linear RGB. Its EXPOSURE is not undone, as in most programs.
+    """Return (h, w, 3) linear RGB; EXPOSURE is not undone, as in most programs.
 
     Raises OSError if the path is not a file, ValueError for a broken or too large picture, and for colours in XYZ.
     """
@@ -230,12 +230,10 @@ def _size_of(part: dict[bytes, bytes]) -> tuple[int, int, int]:
 
 
 def _pick_channel(channels: dict[str, NDArray[Any]], name: str) -> str:
-    """Depth among EXR channels: the only one, one called depth or Z (not beside X: those are normals), Y or V, grey.
-
-    Y comes after all others: it is luminance in a picture with Z, or the same as Z in ours.
-    """
+    """Depth among EXR channels: the only one, one called depth or Z (not beside X: those are normals), Y or V, grey."""
     if len(channels) == 1:
         return next(iter(channels))
+    # Y comes after all others: it is luminance in a picture with Z, or the same as Z in ours
     for key in sorted(channels, key=lambda name: name.endswith("Y")):
         layer, _, last = key.rpartition(".")
         beside = f"{layer}.X" if layer else "X"
@@ -288,10 +286,7 @@ def load_environment(path: FilePath, *, max_pixels: float = MAX_PIXELS) -> Envir
 
 
 def find_environment(value: Any) -> Environment | None:
-    """Return the environment that an option names: a name, a file, or what `Environment` takes; None stays.
-
-    Raises ValueError, TypeError or OSError for anything else.
-    """
+    """Return the environment of an option: a name, a file, or what `Environment` takes; None stays. Else it raises."""
     if not is_a(value, str, PathLike) or value in NAMES:
         return check_environment(value)
     path = check_path(value)

@@ -130,10 +130,8 @@ def write_by_pillow(file: BinaryIO, image: Image.Image, kind: str) -> None:
 
 
 def encode_png(array: NDArray[Any]) -> bytes:
-    """A PNG of (h, w), (h, w, 3) or (h, w, 4), uint8 or uint16: rows less those above, run lengths and Huffman codes.
-
-    Pillow tries five filters a row: this takes 0.4 of the time of its quickest level, for files of the same size.
-    """
+    """A PNG of (h, w), (h, w, 3) or (h, w, 4), uint8 or uint16: rows less those above, run lengths, Huffman codes."""
+    # Pillow tries five filters a row: this takes 0.4 of the time of its quickest level, for files of the same size
     height, width = array.shape[:2]
     plain = np.ascontiguousarray(array.astype(array.dtype.newbyteorder(">"), copy=False))
     plain = plain.reshape(height, -1).view(np.uint8)
@@ -144,11 +142,10 @@ def encode_png(array: NDArray[Any]) -> bytes:
     kind = {1: 0, 3: 2, 4: 6}[1 if array.ndim == 2 else array.shape[2]]  # grey, RGB, RGBA
     header = struct.pack(">2I5B", width, height, 8 * array.itemsize, kind, 0, 0, 0)
     packed = packer.compress(rows.tobytes()) + packer.flush()
-    parts = [(b"IHDR", header), (b"tEXt", _OURS), (b"IDAT", packed), (b"IEND", b"")]
-    chunks = [
-        struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)) for name, data in parts
-    ]
-    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+    encoded = b"\x89PNG\r\n\x1a\n"
+    for name, data in ((b"IHDR", header), (b"tEXt", _OURS), (b"IDAT", packed), (b"IEND", b"")):
+        encoded += struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+    return encoded
 
 
 def is_ours(path: FilePath) -> bool:
@@ -276,10 +273,8 @@ def _check_webp(head: bytes, name: str, max_pixels: float) -> None:
 
 
 def normals_to_rgb(normals: AnyArray, axes: AxesName = "opengl", bits: int = 8) -> NDArray[Any]:
-    """Normals in colours, by default the usual ones: red = right, green = up, blue = towards the viewer.
+    """Normals (h, w, 3), unit, camera axes, NaN where missing, in colours that point along these axes, see AXES.
 
-    normals  (h, w, 3) float, unit, camera axes (x right, y down, z forward), NaN where missing
-    axes     which way red, green and blue point, see AXES
     Returns (h, w, 4) uint8 or uint16 with alpha 0 where missing: n = (0, 0, -1) gives (128, 128, 255, 255).
     """
     shown, known = turned_normals(normals, axes)

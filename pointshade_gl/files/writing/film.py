@@ -139,12 +139,9 @@ _DECODED = ["-f", "rawvideo", "-pix_fmt", "rgb24"]
 # half the time of the preset medium at crf 18, for a film a tenth larger and 0.1 to 0.3 dB below it
 _QUALITY = ["-c:v", "libx264", "-preset", "veryfast", "-crf", "17"]
 _ENCODED = [*_QUALITY, "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"]
-# players expect BT.709, and ffmpeg converts by BT.601 unless told otherwise
-_CONVERTED = [
-    "-vf",
-    "crop=trunc(iw/2)*2:trunc(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,"
-    "setparams=colorspace=bt709:color_primaries=bt709:color_trc=bt709",
-]
+# players expect BT.709, and ffmpeg converts by BT.601 if nothing else is asked for
+_BT709 = "scale=out_color_matrix=bt709:out_range=tv,setparams=colorspace=bt709:color_primaries=bt709:color_trc=bt709"
+_CONVERTED = ["-vf", f"crop=trunc(iw/2)*2:trunc(ih/2)*2,{_BT709}"]
 
 
 class _Mp4:
@@ -249,9 +246,8 @@ def _find_ffmpeg(path: Path) -> str:
     try:
         imageio_ffmpeg: Any = import_module("imageio_ffmpeg")  # only here: an optional extra
     except ImportError:
-        raise ValueError(
-            f"cannot write {path}: pip install 'pointshade-gl[video]' for .mp4; .gif works without"
-        ) from None
+        way_out = "pip install 'pointshade-gl[video]' for .mp4; .gif works without"
+        raise ValueError(f"cannot write {path}: {way_out}") from None
     try:
         return imageio_ffmpeg.get_ffmpeg_exe()
     except RuntimeError as error:

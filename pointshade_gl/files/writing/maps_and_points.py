@@ -94,8 +94,8 @@ def _millimetres(metres: NDArray[np.float32], path: Path, notes: Note) -> NDArra
     if lost and lost == known:
         raise ValueError(f"cannot write {path}: no depth lies within 1 mm to 65.535 m, use .exr, .tif or .npy")
     if lost:
-        range_ = "outside 1 mm to 65.535 m, which 16 bits hold"
-        notes(f"{path}: {lost} of {known} depths are {range_}, and become missing: .exr, .tif and .npy keep them")
+        limits = "outside 1 mm to 65.535 m, which 16 bits hold"
+        notes(f"{path}: {lost} of {known} depths are {limits}, and become missing: .exr, .tif and .npy keep them")
     return np.where(fits, rounded, 0).astype(np.uint16)
 
 
@@ -263,11 +263,11 @@ def save_poses(path: FilePath, frames: Iterable[Frame], numbers: Sequence[int] |
 
 def save_numbered_poses(path: Path, poses: Mapping[int, NDArray[np.float64]]) -> None:
     """Write poses (4, 4) as `save_poses` does, by the numbers of their frames."""
-    lines = (
-        " ".join([str(number), *(f"{value:.17g}" for value in (*pose[:3, 3], *quaternion_of(pose[:3, :3])))])
-        for number, pose in poses.items()
-    )
-    _write(path, _HEADER + "\n".join(lines) + "\n")
+    text = _HEADER
+    for number, pose in poses.items():
+        values = " ".join(f"{value:.17g}" for value in (*pose[:3, 3], *quaternion_of(pose[:3, :3])))
+        text += f"{number} {values}\n"
+    _write(path, text)
 
 
 def check_found_path(path: Path) -> Path:
@@ -280,14 +280,12 @@ def save_found_poses(path: Path, poses: Mapping[str, NDArray[np.float64] | None]
 
     .json is `{"name": [[...], ...], ...}`, .txt as `save_poses` writes it.
     """
-    known = {name: (k, pose) for k, (name, pose) in enumerate(poses.items()) if pose is not None}
+    known = [(k, name, pose) for k, (name, pose) in enumerate(poses.items()) if pose is not None]
     if path.suffix.lower() == ".json":
-        rows = (
-            f" {json.dumps(name, ensure_ascii=False)}: {json.dumps(one.tolist())}" for name, (_, one) in known.items()
-        )
+        rows = (f" {json.dumps(name, ensure_ascii=False)}: {json.dumps(pose.tolist())}" for _, name, pose in known)
         _write(path, "{\n" + ",\n".join(rows) + "\n}\n")
     else:
-        save_numbered_poses(path, dict(known.values()))
+        save_numbered_poses(path, {k: pose for k, _, pose in known})
 
 
 def _write(path: Path, text: str) -> None:

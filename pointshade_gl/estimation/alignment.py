@@ -175,15 +175,13 @@ class PosedFrames:
         self.scale = float(np.median([np.linalg.norm(frame.middle) for frame in frames])) or 1.0
         self.given = [pose.copy() for pose in poses]
         self.by_colors = True  # whether brightness leads, too
-        self.anchors = self._first_of_groups(poses) if known == 1 else set(range(known))
-
-    def _first_of_groups(self, poses: Sequence[Matrix]) -> set[int]:
-        """Return the first of each group of frames that overlap; frames alone are in none."""
-        linked = np.zeros((len(poses), len(poses)), bool)
-        for i, j in self.pairs(poses):
-            linked[i, j] = linked[j, i] = True
-        groups = [connected(linked, [k]) for k in range(len(poses)) if linked[k].any()]
-        return {int(np.argmax(group)) for group in groups} or {0}
+        self.anchors = set(range(known))
+        if known == 1:
+            linked = np.zeros((len(poses), len(poses)), bool)
+            for i, j in self.pairs(poses):
+                linked[i, j] = linked[j, i] = True
+            groups = [connected(linked, [k]) for k in range(len(poses)) if linked[k].any()]
+            self.anchors = {int(np.argmax(group)) for group in groups} or {0}
 
     def pairs(self, poses: Sequence[Matrix], without: Set[int] = frozenset()) -> list[Pair]:
         """Return the pairs (i, j) of frames of which i shows enough that j should show, too."""
@@ -383,10 +381,15 @@ def align(
     before = work.judged(poses, spread=after.spread)
     fits = []
     for k, pose in enumerate(found):
+        own: tuple[Matrix, ...] = ()
+        if len(loose):
+            sizes = np.linalg.norm(loose, axis=(1, 2))[:, None]
+            _, shares, motions = np.linalg.svd(loose[:, k] / sizes)
+            own = tuple(motions[: len(shares)][shares > OWN_SHARE])
         is_placed, leads = k not in kept and after.overlap[k] > 0, k in work.anchors
         spreads, agreed = (before.each[k], after.each[k]), (before.agreement[k], after.agreement[k])
         known = pose, is_placed, leads, work.moved(found, k), after.overlap[k], *spreads, *agreed
-        fits.append(Fit(*known, work.by_colors, _own_motions(loose, k)))
+        fits.append(Fit(*known, work.by_colors, own))
     return fits
 
 
@@ -436,11 +439,3 @@ def _outcasts(work: PosedFrames, poses: list[Matrix], without: Set[int]) -> set[
         if not bad.any():
             return found
         found |= set(np.flatnonzero(bad & (after.agreement <= np.median(after.agreement[bad]))).tolist())
-
-
-def _own_motions(loose: Matrix, k: int) -> tuple[Matrix, ...]:
-    """Return those motions (6,) of one frame, of length 1, that are not fixed."""
-    if not len(loose):
-        return ()
-    _, sizes, own = np.linalg.svd(loose[:, k] / np.linalg.norm(loose.reshape(len(loose), -1), axis=1)[:, None])
-    return tuple(own[: len(sizes)][sizes > OWN_SHARE])

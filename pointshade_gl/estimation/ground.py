@@ -119,15 +119,6 @@ def lowest_point(frame: Frame, along: Array) -> float:
     return min(lowest, float(np.partition(bottoms, THIRD)[THIRD])) if len(bottoms) > THIRD else lowest
 
 
-def lowest_main_point(cloud: PointCloud, along: Array) -> float:
-    """Return the lowest position of a cloud along an axis (3,), undersides of balls too, but for stray points."""
-    if not len(cloud):
-        return 0.0
-    some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
-    below = cloud.reach(0.5) * float(np.linalg.norm(along)) if cloud.splat == "ball" else 0.0
-    return float(np.quantile(some @ along, SUNK) + cloud.origin @ along) - below
-
-
 def _bottoms(depth: Array, x: Array, y: Array, up: Array, twice_focal: float) -> Array:
     """Return (n,) heights of the lower ends of objects in an upright image, including what goes on out of sight."""
     depth = np.pad(depth, ((DEEP, ALONG), (ALONG, ALONG)))
@@ -253,8 +244,12 @@ def _under(placed: Placed, up: NDArray[np.float64]) -> tuple[float, NDArray[np.f
     """Return the lowest position of a frame, a mesh or a cloud along up, world units (0 without points), and the ground
     plane under it, (4,)."""
     along, shift = placed.axes[:3, :3].T @ up, up @ placed.axes[:3, 3]
-    if isinstance(placed.content, PointCloud):
-        lowest = lowest_main_point(placed.content, along) + float(shift)
+    if isinstance(cloud := placed.content, PointCloud):
+        lowest = float(shift)
+        if len(cloud):  # but for stray points
+            some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
+            below = cloud.reach(0.5) * float(np.linalg.norm(along)) if cloud.splat == "ball" else 0.0
+            lowest += float(np.quantile(some @ along, SUNK) + cloud.origin @ along) - below
     elif not isinstance(placed.content, PointObject):
         lowest = float((placed.content.positions @ along).min(initial=0.0) + shift)
     elif (floor := _floor(placed, up)) is not None:

@@ -249,7 +249,9 @@ def _refined(light: Array, pairs: LightPairs, loss: Loss) -> tuple[Array, float]
     damping, (miss, one, two) = 1e-2, _miss(light, pairs)
     cost = float(pairs.weight @ loss.cost(miss))
     for _ in range(FIT_STEPS):
-        slopes, pull = _slopes(one, two, pairs), pairs.weight * loss.pull(miss)
+        lit, other = ((part > 0) / (1 + np.maximum(part, 0)) for part in (one, two))
+        slopes = pairs.one * lit[:, None] - pairs.two * other[:, None]  # of the differences, by the light
+        pull = pairs.weight * loss.pull(miss)
         curve = (slopes * pull[:, None]).T @ slopes
         step = np.linalg.solve(curve + damping * np.diag(np.diag(curve) + 1e-6), slopes.T @ (pull * miss))
         new = (light + step).astype(np.float32)
@@ -265,12 +267,6 @@ def _refined(light: Array, pairs: LightPairs, loss: Loss) -> tuple[Array, float]
         if is_done:
             break
     return light, cost
-
-
-def _slopes(one: Array, two: Array, pairs: LightPairs) -> Array:
-    """Return (n, 3) the derivatives of the differences with respect to the light, from n . light of both pixels."""
-    slopes = pairs.one * ((one > 0) / (1 + np.maximum(one, 0)))[:, None]
-    return slopes - pairs.two * ((two > 0) / (1 + np.maximum(two, 0)))[:, None]
 
 
 def describe_light(light: FoundLight) -> str:

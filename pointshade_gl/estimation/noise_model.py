@@ -94,7 +94,9 @@ def find_structure(near: Array, levels: Array, coarse: Array, rounded: bool, hid
     if rounded:
         seen = known & asked
         both = seen & (coarse >= 0)
-        busy = _is_busy(ring_grown[seen], grown[seen], coarse[both] / near[both])
+        growths = ring_grown[seen], grown[seen], coarse[both] / near[both]
+        ring, third, far_third = (float(np.median(values)) if values.size else 0.0 for values in growths)
+        busy = ring > FRAME_RING or (ring > WEAK_RING and (third > FRAME_GROWN or far_third > FRAME_COARSE))
         certain = ring_grown > (WEAK_RING if busy else ROUNDED_RING)
         likely, uneven = ring_grown > (WEAK_RING if busy else ROUNDED_WEAK_RING), np.full(known.shape, busy)
     else:
@@ -110,13 +112,6 @@ def find_structure(near: Array, levels: Array, coarse: Array, rounded: bool, hid
 def _growth(near: Array, far: Array, known: Mask) -> Array:
     ratio = np.where(known, far, 1.0).astype(np.float64) / np.where(known, near, 1.0)
     return np.exp(median3(np.log(ratio), known))
-
-
-def _is_busy(*growths: Array) -> bool:
-    """Return whether a rounded frame shows structure everywhere, from growth with distance."""
-    # of ring residuals, of third differences, and of these to COARSE pixels
-    ring, grown, coarse = (float(np.median(values)) if values.size else 0.0 for values in growths)
-    return ring > FRAME_RING or (ring > WEAK_RING and (grown > FRAME_GROWN or coarse > FRAME_COARSE))
 
 
 PATCH_PITCH, BLOCK_PATCHES = 8, 6  # pixels between patches, patches along a block: as in noise_levels.glsl

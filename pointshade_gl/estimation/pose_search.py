@@ -71,17 +71,12 @@ def _one_way(target: ReducedFrame, frame: ReducedFrame, poses: Matrix, count: in
     fits = (np.abs(behind) < BESIDE) & (apart < NEAR * depth) & (cosines > LEAST_COSINE)
     like = detail = np.zeros(len(poses))
     if frame.brightness is not None and target.brightness is not None:
-        (own, fine), (shown, fine_shown) = (_looks(*one) for one in ((frame, numbers), (target, pixels)))
-        like, detail = _correlation(own, shown, fits), _correlation(fine, fine_shown, fits)
+        own, shown = ([one.value[numbers] for one in frame.blurred], [one.value[pixels] for one in target.blurred])
+        like = _correlation(own[-1], shown[-1], fits)
+        detail = _correlation(own[0] - own[-1], shown[0] - shown[-1], fits)  # of what more blur takes away from less
     total = max(len(numbers), 1)
     shares = (one.sum(1) / total for one in (behind < FRONT, fits, behind < -FRONT))
     return *shares, like, detail
-
-
-def _looks(frame: ReducedFrame, pixels: NDArray[np.intp]) -> tuple[Floats, Floats]:
-    """Return blurred brightness at pixels, and what more blur takes away from less."""
-    wide = frame.blurred[BLURS - 1].value[pixels]
-    return wide, frame.blurred[0].value[pixels] - wide
 
 
 def _correlation(one: Floats, other: Floats, fits: Flags) -> Floats:
@@ -237,14 +232,19 @@ def find_link(first: ReducedFrame, second: ReducedFrame, one: Patches, other: Pa
         return Link(np.eye(4), 0.0, False, "too few points have depth")
     poses = _poses_of(one, other, pair_alike(one, other))
     rough = try_poses(first, second, poses).evidence(ROUGH)
-    refined = [_refined(first, second, poses[k]) for k in _different(poses, rough, second, DIFFERENT)]
-    poses = np.array([pose for pose, _ in refined])
+    refined, loose = [], []  # better poses, and how many motions nothing fixes
+    for k in _different(poses, rough, second, DIFFERENT):
+        start = [np.eye(4), poses[k]]
+        (_, pose), motions = PosedFrames([first, second], start).refine(start, {1}, levels=LEVELS[:2])
+        refined.append(pose)
+        loose.append(len(motions))
+    poses = np.array(refined)
     trial = try_poses(first, second, poses, CLOSELY)
     evidence = trial.evidence()
     best, *others = _different(poses, evidence, second, OTHER)
     rival = float(evidence[others[0]] / max(evidence[best], 1e-9)) if others else 0.0
     has_colors = first.brightness is not None and second.brightness is not None
-    return Link(poses[best], float(evidence[best]), *_verdict(trial, best, refined[best][1], rival, has_colors))
+    return Link(poses[best], float(evidence[best]), *_verdict(trial, best, loose[best], rival, has_colors))
 
 
 def is_same(pose: Matrix, other: Matrix, frame: ReducedFrame) -> bool:
@@ -276,13 +276,6 @@ def _apart(poses: Matrix, pose: Matrix, frame: ReducedFrame) -> Matrix:
     points, change = frame.points[some_points(frame, SPREAD)].astype(np.float64), poses - pose
     moved = points @ change[:, :3, :3].swapaxes(1, 2) + change[:, None, :3, 3]
     return np.sqrt((moved**2).sum(-1).mean(-1)) / max(float(np.linalg.norm(frame.middle)), 1e-9)
-
-
-def _refined(first: ReducedFrame, second: ReducedFrame, pose: Matrix) -> tuple[Matrix, int]:
-    """Return a better pose of the second frame beside the first, and how many motions nothing fixes."""
-    start = [np.eye(4), pose]
-    (_, refined), loose = PosedFrames([first, second], start).refine(start, {1}, levels=LEVELS[:2])
-    return refined, len(loose)
 
 
 def _verdict(trial: Trial, best: int, loose: int, rival: float, has_colors: bool) -> tuple[bool, str]:

@@ -24,7 +24,7 @@ from ..scene.graph import Scene
 from ..scene.objects import MOST_FRAMES
 from ..scene.option_fields import takes
 from .access.content import FilePath
-from .access.known_names import SCENES, builtin_folder, builtin_name
+from .access.known_names import SCENE_SUFFIXES, SCENES, builtin_folder, builtin_name
 from .clouds.load_cloud import AnyOptions, check_cloud_options, check_fitting, check_frame_options, is_cloud, load_cloud
 from .frames.frame_files import load_frame
 from .frames.frame_parts import LoadOptions, ReadOptions
@@ -35,7 +35,6 @@ from .networks.model_options import is_model
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-SCENE_FILES = (".gltf", ".glb")
 _END = object()  # of an iterator, which may give anything else, None included
 
 
@@ -198,7 +197,7 @@ def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:
     source : path or None
         A name; the file is not read.
     """
-    is_file = isinstance(source, str | PathLike) and str(source).lower().endswith(SCENE_FILES)
+    is_file = isinstance(source, str | PathLike) and str(source).lower().endswith(SCENE_SUFFIXES)
     return is_file or builtin_name(source) in SCENES
 
 

@@ -155,17 +155,14 @@ class FileSet:
                 raise IsADirectoryError(f"cannot write {target}: it is a folder")
             if target.parent.exists() and not target.parent.is_dir():
                 raise NotADirectoryError(f"cannot write {target}: {target.parent} is a file")
-            self._check_own(target.parent)
+            if target.parent != self.folder and target.parent.is_dir():
+                # a frame's folder holds nothing else: a reader might take another depth picture that is there
+                ours = {Path(one).name for one in self._names if (self.folder / one).parent == target.parent}
+                others = sorted({path.name for path in target.parent.iterdir()} - ours)
+                if others:
+                    listed = f"{', '.join(others[:3])}, not of this scene: move it away"
+                    raise FileExistsError(f"{target.parent} holds {listed}")
         for name in self._names:
             target = self.folder / name
             target.parent.mkdir(exist_ok=True)
             (self._hidden / name).replace(target)
-
-    def _check_own(self, parent: Path) -> None:
-        """Check that a frame's folder holds nothing else: a reader might take another depth picture that is there."""
-        if parent == self.folder or not parent.is_dir():
-            return
-        ours = {Path(name).name for name in self._names if (self.folder / name).parent == parent}
-        others = sorted({path.name for path in parent.iterdir()} - ours)
-        if others:
-            raise FileExistsError(f"{parent} holds {', '.join(others[:3])}, not of this scene: move it away")

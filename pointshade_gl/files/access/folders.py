@@ -226,12 +226,13 @@ class Folder:
         is_address = _ADDRESS.match(text)
         if is_address or (_ABSOLUTE.match(text) and not self.allow_outside):
             way_out = ", and nothing is fetched" if is_address else self._way_out()
-            raise ValueError(
-                f"{shown(text)} is an address or an absolute path, expected a path relative to {self._title}{way_out}"
-            )
+            expected = f"expected a path relative to {self._title}{way_out}"
+            raise ValueError(f"{shown(text)} is an address or an absolute path, {expected}")
         if self.allow_outside or ".." not in text:
             return self.path / text
-        if _climbs(text):
+        # whether it goes above its start on the way, on any system
+        steps = ({"..": -1, ".": 0, "": 0}.get(part, 1) for part in re.split(r"[/\\]", text))
+        if min(accumulate(steps)) < 0:
             raise ValueError(f"{shown(text)} leaves {self._title}{self._way_out()}")
         return self.path / os.path.normpath(text)  # a/.. is nothing here, also where a is a link
 
@@ -273,9 +274,3 @@ def from_root(path: Path) -> Path:
     for part in parts:
         here = here / part if part != ".." else (followed(here) if here.is_symlink() else here).parent
     return here
-
-
-def _climbs(text: str) -> bool:
-    """Whether a relative path goes above its start on the way, on any system."""
-    steps = ({"..": -1, ".": 0, "": 0}.get(part, 1) for part in re.split(r"[/\\]", text))
-    return min(accumulate(steps)) < 0

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ...notes.notes import Note
 from ...notes.words import shown
+from ...scene.camera import from_matrices
 from ..access.content import (
     FILE_BYTES,
     MAX_PIXELS,
@@ -298,9 +299,7 @@ def read_cam(path: FilePath, max_pixels: float = MAX_PIXELS) -> tuple[NDArray[np
     if len(data) != 4 + 8 * _CAMERA:
         raise ValueError(f"{path} has {len(data)} bytes, expected {4 + 8 * _CAMERA} of a .cam")
     numbers = np.frombuffer(data, "<f8", offset=4).astype(np.float64)
-    pose = np.eye(4)
-    pose[:3] = numbers[9:].reshape(3, 4)
-    return numbers[:9], pose
+    return numbers[:9], from_matrices(numbers[None, 9:])[0]
 
 
 _COLMAP_HEADER = re.compile(rb"(\d{1,9})&(\d{1,9})&(\d{1,9})&")

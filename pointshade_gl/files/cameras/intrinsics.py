@@ -191,7 +191,10 @@ def from_matrix(values: Sequence[float] | NDArray[np.float64]) -> Numbers | None
     """fx, fy, cx, cy of a 3x3, 3x4 or 4x4 matrix, by rows or by columns, or of four numbers; None for anything else."""
     array = np.asarray(values, np.float64).ravel()
     if array.size == 4:
-        return _of_four(*array.tolist())
+        a, b, c, d = array.tolist()
+        # OpenLORIS writes fx, cx, fy, cy: the two focal lengths are alike
+        is_crossed = abs(c) and abs(a / c - 1) < _SQUARE and abs(b) and abs(a / b - 1) > _APART
+        return (a, c, b, d) if is_crossed else (a, b, c, d)
     if array.size not in (9, 12, 16):
         return None
     k = array.reshape((3, -1) if array.size == 12 else (int(array.size**0.5), -1))[:3, :3]
@@ -200,12 +203,6 @@ def from_matrix(values: Sequence[float] | NDArray[np.float64]) -> Numbers | None
     if abs(k[2] - (0, 0, 1)).max() > 1e-6 or k[1, 0] != 0 or not (k[0, 0] and k[1, 1]):
         return None
     return float(k[0, 0]), float(k[1, 1]), float(k[0, 2]), float(k[1, 2])
-
-
-def _of_four(a: float, b: float, c: float, d: float) -> Numbers:
-    """fx, fy, cx, cy; or fx, cx, fy, cy, as OpenLORIS writes them: the two focal lengths are alike."""
-    is_crossed = abs(c) and abs(a / c - 1) < _SQUARE and abs(b) and abs(a / b - 1) > _APART
-    return (a, c, b, d) if is_crossed else (a, b, c, d)
 
 
 def from_numbers(values: NDArray[np.float64], name: str) -> Intrinsics | None:
@@ -286,21 +283,18 @@ def from_named(named: Named, name: str, of_color: bool = False) -> list[Intrinsi
         group, _, last = key.removesuffix(".data").rpartition(".")  # ROS and OpenCV put a matrix one level deeper
         if not _OTHERS.search(last):
             grouped.setdefault(group, {}).setdefault(word(last), numbers)
-    groups = [(grouped.get(group, {}), _with_above(grouped, group)) for group in _groups(named, of_color)]
+    # "" is the top; cameras that took neither picture are left out
+    names = dict.fromkeys(["", *(key.rpartition(".")[0] for key in named)])
+    own = [group for group in names if not _OTHERS.search(group)]
+    first, last = (_COLOR, _DEPTH) if of_color else (_DEPTH, _COLOR)
+    own.sort(key=lambda group: (bool(last.search(group)), not first.search(group), group.count(".")))
+    groups = [(grouped.get(group, {}), _with_above(grouped, group)) for group in own]
     outside = next((numbers[0] for key, numbers in named.items() if word(key) in BASELINE), None)
     found = [_from_group(*words, name) for words in groups]
     found = [camera and replace(camera, baseline=camera.baseline or outside) for camera in found]
     if not any(found):
         found = [_from_angles(words, name) for words, _ in groups]
     return [camera for camera in found if camera]
-
-
-def _groups(named: Named, of_color: bool) -> list[str]:
-    """The names under which other names lie; "" is the top. Cameras that took neither picture are left out."""
-    groups = dict.fromkeys(["", *(key.rpartition(".")[0] for key in named)])
-    own = [group for group in groups if not _OTHERS.search(group)]
-    first, last = (_COLOR, _DEPTH) if of_color else (_DEPTH, _COLOR)
-    return sorted(own, key=lambda group: (bool(last.search(group)), not first.search(group), group.count(".")))
 
 
 def _with_above(grouped: dict[str, dict[str, list[float]]], group: str) -> Words:
@@ -325,19 +319,14 @@ def _from_group(words: Words, with_above: Words, name: str) -> Intrinsics | None
     baseline, doffs = _first(with_above, BASELINE), _first(with_above, DOFFS)
     if doffs is not None and baseline is not None:  # Middlebury, where the baseline is in millimetres
         baseline /= 1000
-    if baseline is None:
-        baseline = _between(words)
+    for left, right in (("prect02", "prect03"), ("p2", "p3")) if baseline is None else ():
+        if len(words.get(left, ())) == len(words.get(right, ())) == 12 and words[left][0]:
+            # between KITTI's two colour cameras: the fourth number of a projection is -fx times its place
+            baseline = (words[left][3] - words[right][3]) / words[left][0]
+            break
     if scale and _BOP in words:
         scale = 1000 / scale  # BOP's is millimetres for each unit
     return Intrinsics(name, numbers, size, 1 / each if each else scale, None, baseline, doffs)
-
-
-def _between(words: Words) -> float | None:
-    """Metres between KITTI's two colour cameras: the fourth number of a projection is -fx times its place."""
-    for left, right in (("prect02", "prect03"), ("p2", "p3")):
-        if len(words.get(left, ())) == len(words.get(right, ())) == 12 and words[left][0]:
-            return (words[left][3] - words[right][3]) / words[left][0]
-    return None
 
 
 def _numbers_of(words: Words, size: Size | None) -> Numbers | None:

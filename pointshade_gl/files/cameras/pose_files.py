@@ -80,9 +80,8 @@ def _from_cells(data: Any) -> PoseList | None:
     """Polycam's camera of one frame: t_00 to t_23, camera-to-world in ARKit's axes."""
     if "t_00" not in data:
         return None
-    pose = np.eye(4)
-    pose[:3] = [[data[f"t_{row}{column}"] for column in range(4)] for row in range(3)]
-    return PoseList((pose @ OPENGL)[None])
+    cells = [data[f"t_{row}{column}"] for row in range(3) for column in range(4)]
+    return PoseList(from_matrices(np.array([cells], np.float64)) @ OPENGL)
 
 
 def _from_bop(named: Named) -> PoseList | None:
@@ -101,9 +100,9 @@ def _from_nerfies(data: Any) -> PoseList | None:
     """Nerfies' camera of one frame: the turn is world-to-camera, the position is the camera's."""
     if not {"orientation", "position"} <= data.keys():
         return None
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = np.array(data["orientation"], np.float64).reshape(3, 3).T, data["position"]
-    return PoseList(pose[None], metric=False)
+    turn = np.array(data["orientation"], np.float64).reshape(3, 3).T
+    place = np.array(data["position"], np.float64).reshape(3, 1)
+    return PoseList(from_matrices(np.hstack([turn, place]).reshape(1, 12)), metric=False)
 
 
 def _by_frame(data: Any) -> PoseList | None:
@@ -115,11 +114,9 @@ def _by_frame(data: Any) -> PoseList | None:
 
 def _from_named_matrices(data: Any) -> PoseList | None:
     """A matrix by the name of each frame, or a list of matrices."""
-    values = list(data.values()) if isinstance(data, dict) else data
-    rows = np.array(values, np.float64).reshape(len(values), -1)
-    if rows.shape[1] not in (12, 16):
-        return None
-    return PoseList(from_matrices(rows), list(data) if isinstance(data, dict) else None)
+    names = list(data) if isinstance(data, dict) else None
+    rows = np.array(data if names is None else list(data.values()), np.float64).reshape(len(data), -1)
+    return PoseList(from_matrices(rows), names) if rows.shape[1] in (12, 16) else None
 
 
 def from_words(named: Named) -> PoseList | None:

@@ -103,8 +103,11 @@ def load_cloud(
 @np.errstate(all="ignore")  # numbers of broken files are of any size; positions are checked
 def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointCloud, FoundPoints]:
     """As `load_cloud`, with what the file says."""
-    name = str(path)
-    found = _reader_for(path)(path, note, options.max_pixels)
+    name, head = str(path), read_head(path, 1024)
+    read = next((reader for is_kind, reader in _READERS if is_kind(head)), None)
+    is_bare = path.suffix.lower() == ".bin" or (b"\0" in head and path.suffix.lower() not in TEXTS)
+    read = read or (cloud_arrays.read_lidar_points if is_bare else read_text_points)
+    found = read(path, note, options.max_pixels)
     drop_invalid(found, name, note)
     keep_most(found, options.most, name, note)
     positions, origin = placed(found)
@@ -118,13 +121,6 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
     if found.confidence is not None and found.normals is not None:  # how sure each normal is, 0 to 1
         shares = np.nan_to_num(found.confidence.astype(np.float32), posinf=1).clip(0, 1)
     return PointCloud(positions, _units(found), colors, sizes, shares, origin, up, seen_from, front=front), found
-
-
-def _reader_for(path: Path) -> _Reader:
-    head = read_head(path, 1024)
-    known = next((reader for is_kind, reader in _READERS if is_kind(head)), None)
-    is_bare = path.suffix.lower() == ".bin" or (b"\0" in head and path.suffix.lower() not in TEXTS)
-    return known or (cloud_arrays.read_lidar_points if is_bare else read_text_points)
 
 
 _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (

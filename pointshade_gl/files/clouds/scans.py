@@ -155,9 +155,8 @@ def read_e57_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoint
 
 def _scan(file: Any, header: Any) -> dict[str, Any]:
     """The values of a scan's points, in the file's axes."""
-    names = [
-        name for name in (*_CARTESIAN, *_SPHERICAL, "intensity", *_COLORS, *_INVALID) if name in header.point_fields
-    ]
+    known = (*_CARTESIAN, *_SPHERICAL, "intensity", *_COLORS, *_INVALID)
+    names = [name for name in known if name in header.point_fields]
     is_spherical = not set(_CARTESIAN) <= set(names)
     if is_spherical and not set(_SPHERICAL) <= set(names):
         raise ValueError(f"a scan has no coordinates, only {', '.join([*header.point_fields][:12])}")
@@ -171,22 +170,17 @@ def _scan(file: Any, header: Any) -> dict[str, Any]:
         if name in data:
             good &= data[name] == 0
     columns = {name: column[good] for name, column in data.items()}
-    at = (
-        _of_sphere(*(columns[name] for name in _SPHERICAL))
-        if is_spherical
-        else np.stack([columns[n] for n in _CARTESIAN], -1)
-    )
+    at = np.stack([columns[name] for name in (_SPHERICAL if is_spherical else _CARTESIAN)], -1)
+    if is_spherical:
+        distance, azimuth, elevation = at.T
+        level = distance * np.cos(elevation)
+        at = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), distance * np.sin(elevation)], -1)
     seen_from = None
     if header.has_pose():
         turn, seen_from = np.asarray(header.rotation_matrix, float), np.asarray(header.translation, float)
         at = at @ turn.T + seen_from
     colors = np.stack([columns[name] for name in _COLORS], -1) if set(_COLORS) <= columns.keys() else None
     return {"positions": at, "intensity": columns.get("intensity"), "colors": colors, "seen_from": seen_from}
-
-
-def _of_sphere(distance: NDArray[Any], azimuth: NDArray[Any], elevation: NDArray[Any]) -> NDArray[np.float64]:
-    level = distance * np.cos(elevation)
-    return np.stack([level * np.cos(azimuth), level * np.sin(azimuth), distance * np.sin(elevation)], -1)
 
 
 def _joined(scans: list[dict[str, Any]], name: str) -> NDArray[Any] | None:

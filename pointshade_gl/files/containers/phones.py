@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tempfile
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -82,14 +82,18 @@ def _read(path: FilePath, data: bytes, photo: Any, note: Note) -> Contents:
         raw = np.ascontiguousarray(np.rot90(raw, -quarters))
     packet = next((found for found in _PACKET.findall(data) if b"AuxiliaryImageType" in found), b"")
     depth, kind, scale = _distances(raw, packet, photo.info["depth_images"][0].info["metadata"], str(path), note)
-    camera = _from_apple(packet, quarters, color.shape, str(path)) or _from_heif(photo, str(path))
+    camera = _from_apple(packet, quarters, color.shape, str(path))
+    matrix = photo.info.get("heif", {}).get("camera_intrinsic_matrix")
+    if camera is None and matrix:
+        fx, fy, cx, cy = (matrix[f"{name}_{axis}"] for name in ("focal_length", "principal_point") for axis in "xy")
+        camera = Intrinsics(str(path), (fx, fy, cx - _CORNER, cy - _CORNER), tuple(photo.size))
     if camera is None:
         exif[TURNED] = 1  # the picture is upright already
         camera = camera_of_lens(str(path), exif, (color.shape[1], color.shape[0]))
         if camera is not None:
             note(f"{path}: the camera is taken from the lens in EXIF, fx {camera.numbers[0]:.0f}")
     if camera is not None:
-        camera = Intrinsics(camera.name, camera.numbers, camera.size, scale, kind)
+        camera = replace(camera, depth_scale=scale, depth_kind=kind)
     return Contents(depth, color, camera, depth_kind=kind, depth_scale=scale)
 
 
@@ -124,14 +128,6 @@ def _from_apple(packet: bytes, quarters: int, shape: tuple[int, ...], name: str)
     across, down = shape[1] / width, shape[0] / height
     numbers = fx * across, fy * down, (cx + _CORNER) * across - _CORNER, (cy + _CORNER) * down - _CORNER
     return Intrinsics(name, numbers, (shape[1], shape[0]))
-
-
-def _from_heif(photo: Any, name: str) -> Intrinsics | None:
-    matrix = photo.info.get("heif", {}).get("camera_intrinsic_matrix")
-    if not matrix:
-        return None
-    fx, fy, cx, cy = (matrix[f"{name}_{axis}"] for name in ("focal_length", "principal_point") for axis in "xy")
-    return Intrinsics(name, (fx, fy, cx - _CORNER, cy - _CORNER), tuple(photo.size))
 
 
 def _number(packet: bytes, key: bytes) -> float | None:

@@ -350,7 +350,10 @@ def _read_values(
         return relative
     kind = hints.any_kind or "z"
     if (kind != "inverse" or hints.scale is not None) and not (kind == "disparity" and hints.has_baseline):
-        _note_negative(raw, name, note)
+        share = 0 if raw.dtype.kind == "u" else np.count_nonzero((raw < 0) & (raw > -np.inf)) / raw.size
+        if share:
+            way_out = f"pass {option('depth_kind', 'inverse')} if it is a network's output"
+            note(f"{share:.1%} of {name} is negative, and taken as missing; {way_out}")
     if hints.scale is not None:
         _check_passed(raw, name, kind, hints.scale, note)
         return Decoded(raw, Coding(kind, hints.scale, "as passed"))
@@ -370,14 +373,6 @@ def _read_values(
         note(f"{name} looks like a map of labels (few values, in flat areas), not like depth: pass another file")
     scale, why = _scale_of_floats(raw, note) if raw.dtype.kind == "f" else _scale_of_integers(raw, counts, note)
     return Decoded(raw, Coding(kind, scale, why))
-
-
-def _note_negative(raw: NDArray[Any], name: str, note: Note) -> None:
-    if raw.dtype.kind != "u" and (share := np.count_nonzero((raw < 0) & (raw > -np.inf)) / raw.size):
-        note(
-            f"{share:.1%} of {name} is negative, and taken as missing; "
-            f"pass {option('depth_kind', 'inverse')} if it is a network's output"
-        )
 
 
 def _check_passed(raw: NDArray[Any], name: str, kind: str, scale: float, note: Note) -> None:

@@ -123,7 +123,12 @@ def read_frame(
     if options.poses is not None and (source is None or depth is not None or color is not None):
         raise ValueError(f"{option('poses')} is about the frames of a folder: pass a folder alone, or leave it out")
     if options.depth_model is not None and (color is not None or depth is not None):
-        return _from_photo(source, depth, color, options, allow_outside, note)
+        if depth is not None:
+            raise ValueError(f"pass {option('depth')} or {option('depth_model')}, not both")
+        if source is not None:
+            raise ValueError(f"pass the photograph as {option('color')} or as the input, not both")
+        beside = Folder(check_path(color).parent if is_path(color) else Path(), allow_outside)
+        return open_photographs(beside, color, options, note).assembled(0)
     if source is None:
         if depth is None:
             raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
@@ -142,18 +147,6 @@ def read_frame(
         taken = Path(sequence.parts[index].name).name
         note(f"{path} is a sequence of {len(sequence)} frames: {taken} is taken{all_of_them()}")
     return read
-
-
-def _from_photo(
-    source: FilePath | Folder | None, depth: Any, color: Any, options: ReadOptions, allow_outside: bool, note: Note
-) -> Assembled:
-    """A frame of a photograph that the caller gives as the colour."""
-    if depth is not None:
-        raise ValueError(f"pass {option('depth')} or {option('depth_model')}, not both")
-    if source is not None:
-        raise ValueError(f"pass the photograph as {option('color')} or as the input, not both")
-    folder = check_path(color).parent if is_path(color) else Path()
-    return open_photographs(Folder(folder, allow_outside), color, options, note).assembled(0)
 
 
 def _parts(depth: Any, color: Any) -> FrameParts:

@@ -25,9 +25,8 @@ from ..cameras.pose_files import FAILS, Reading, find_reading
 from ..containers.container_contents import Contents
 from ..depth.depth_kinds import Coding, Decoded
 from ..depth.scale_over_time import FilmScale, ScaledFrame
-from ..finding.folder_cameras import Cameras
+from ..finding.folder_cameras import Cameras, FoundPoses, find_poses, given_poses
 from ..finding.folder_frames import FrameFiles, check_folder, find_color, find_frames, find_photographs, is_container
-from ..finding.folder_poses import FoundPoses, find_poses, given_poses
 from .assembly import assemble, find_filed, read_colors_of
 from .frame_parts import Assembled, FrameParts, ReadOptions, check_registration, is_path, what_else
 
@@ -324,8 +323,11 @@ def open_photographs(place: Folder, source: Any, options: ReadOptions, note: Not
             one and replace(one, depth_scale=None, depth_kind=None, baseline=None, doffs=None) for one in cameras_of
         ]
     poses = FoundPoses([None] * len(found))
-    if options.poses is not None:  # then there is a file or a folder
-        poses = given_poses(options.poses, Path(source), list(map(_files_of, found)), note, options.max_pixels)
+    if options.poses is not None:  # then there is a file or a folder; pictures of a video are called by their numbers
+        paths = [Path(one.color) for one in found]  # type: ignore[arg-type]
+        paths = [path / str(one.number) if _is_video(path) else path for path, one in zip(paths, found, strict=True)]
+        files = [FrameFiles(path, number=k) for k, path in enumerate(paths)]
+        poses = given_poses(options.poses, Path(source), files, note, options.max_pixels)
     found = [
         one._replace(filed=camera, pose=pose, maker=network.title)
         for one, camera, pose in zip(found, filed, poses.poses, strict=True)
@@ -335,12 +337,6 @@ def open_photographs(place: Folder, source: Any, options: ReadOptions, note: Not
     shown = _Shown(found, options, PhotoDepth(network, note, options.max_pixels), note)
     parts = [one._replace(contents=partial(shown.contents, index)) for index, one in enumerate(found)]
     return FrameSequence(place, parts, options, note, poses.source)
-
-
-def _files_of(parts: FrameParts) -> FrameFiles:
-    """Return the file of a photograph; that of a picture of a video is called by its number."""
-    path = Path(parts.color)  # type: ignore[arg-type]
-    return FrameFiles(path / str(parts.number) if _is_video(path) else path, number=parts.number)
 
 
 def _list(place: Folder, source: Any, options: ReadOptions, note: Note) -> list[FrameParts]:

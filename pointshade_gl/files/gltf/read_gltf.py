@@ -175,7 +175,10 @@ class _Reader:
                 ours, above = options(node.extras, _NODE_KEYS), self.parents[index]
                 # other programs draw it in the place of the point object above it
                 is_extra = switch(ours, "fallback", False) and above is not None and self.objects[above] is not None
-                content = () if is_extra else (*self._content(index, ours), *self.loose.pop(index, ()))
+                meshes = () if is_extra or node.mesh is None else self.meshes[node.mesh]
+                own = () if is_extra else (self.objects[index], *meshes, self._light(node, ours))
+                content = tuple(one for one in own if one is not None)
+                content += () if is_extra else tuple(self.loose.pop(index, ()))
                 children = tuple(child for k in node.children or () for child in built.pop(k))
                 if not children and above is not None and switch(ours, "content", False):
                     self.loose.setdefault(above, [])[:0] = content  # those below come last first
@@ -200,12 +203,6 @@ class _Reader:
                 raise
             self.note(f"{self._label(index)}: {error}: what other programs see is drawn in its place")
             return None
-
-    def _content(self, index: int, ours: dict[str, Any]) -> tuple[Any, ...]:
-        node = self._node(index)
-        meshes = () if node.mesh is None else self.meshes[node.mesh]
-        every = self.objects[index], *meshes, self._light(node, ours)
-        return tuple(one for one in every if one is not None)
 
     def _light(self, node: SimpleNamespace, ours: dict[str, Any]) -> Light | None:
         found = named_light(self.gltf, node, LIGHTS, "light")

@@ -94,15 +94,6 @@ def frame_surface(frame: Frame, most: int, step: Step | None = None, normals: Fl
     return TriangleSurface(positions * TO_GLTF, units * TO_GLTF, uv, corners)
 
 
-def frame_points(frame: Frame, most: int) -> tuple[Floats, tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Return points of a frame in the axes of a glTF camera, (n, 3), and their columns and rows."""
-    v, u = np.nonzero(frame.depth)
-    every = math.ceil(len(v) / most)
-    v, u = v[::every], u[::every]
-    (x, y), z = frame.camera.ray_at(u, v), frame.depth[v, u]
-    return np.stack([x * z, y * z, z], -1).astype(np.float32) * TO_GLTF, (u, v)
-
-
 def _slopes(w: Floats) -> Floats:
     """Return the slope of w from column to column, by the side that goes on more evenly; 0 without neighbours."""
     known = np.pad(w > 0, ((0, 0), (2, 2)))
@@ -231,8 +222,11 @@ def _file_of(color: NDArray[np.uint8], ours: Mapping[str, Any], document: GltfDo
 
 def _points(document: GltfDocument, frame: Frame, look: Look, most: int) -> dict[str, Any]:
     """Return the primitive of a frame's points, whose normals no program needs."""
-    positions, (u, v) = frame_points(frame, most)
-    held: dict[str, NDArray[Any]] = {"POSITION": positions}
+    v, u = np.nonzero(frame.depth)
+    every = math.ceil(len(v) / most)
+    v, u = v[::every], u[::every]
+    (x, y), z = frame.camera.ray_at(u, v), frame.depth[v, u]
+    held: dict[str, NDArray[Any]] = {"POSITION": np.stack([x * z, y * z, z], -1).astype(np.float32) * TO_GLTF}
     if frame.color is not None:
         (height, width), colors = frame.depth.shape, frame.color
         row = ((v + 0.5) * colors.shape[0] / height).astype(np.intp)

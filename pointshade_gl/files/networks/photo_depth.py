@@ -347,7 +347,15 @@ class PhotoDepth:
         size = photo.shape[1], photo.shape[0]
         check_pixels(*size, "the photograph", self._max_pixels)
         if self._options.path is None:
-            return self._called(photo, size)
+            function: Any = self._options.model
+            try:
+                given = function(photo)
+            except (MemoryError, KeyboardInterrupt):
+                raise
+            except Exception as error:
+                reason = cut(error) if is_expected(error) else f"{type(error).__name__}: {cut(error)}"
+                raise ValueError(f"{self._options.title} failed: {reason}") from error
+            return contents_of_function(given, self._options.title, size, self._note, self._max_pixels)
         place = place_of(beside, photo, self._options, focal) if self._options.cache and beside else None
         if place is not None and (found := kept(place, self._options.title)):
             return found
@@ -359,18 +367,6 @@ class PhotoDepth:
         if place is not None:
             keep(place, contents, self._note)
         return contents
-
-    def _called(self, photo: NDArray[np.uint8], size: tuple[int, int]) -> Contents:
-        """Return what a function makes of it."""
-        function: Any = self._options.model
-        try:
-            given = function(photo)
-        except (MemoryError, KeyboardInterrupt):
-            raise
-        except Exception as error:
-            reason = cut(error) if is_expected(error) else f"{type(error).__name__}: {cut(error)}"
-            raise ValueError(f"{self._options.title} failed: {reason}") from error
-        return contents_of_function(given, self._options.title, size, self._note, self._max_pixels)
 
     def _note_guesses(self, network: Network, size: tuple[int, int]) -> None:
         """Print what is guessed about a network."""

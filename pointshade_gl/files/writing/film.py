@@ -94,17 +94,14 @@ class Film:
         """
         picture = _flattened(image)
         with naming_written(self.path):
-            self._add(picture)
+            if self._writer is None:
+                kind = _Mp4 if self.path.suffix.lower() == ".mp4" else _Gif
+                self._writer = kind(self._temporary, picture.size, self.fps)
+            if picture.size != self._writer.shown:
+                from PIL import ImageOps
 
-    def _add(self, picture: Image.Image) -> None:
-        if self._writer is None:
-            kind = _Mp4 if self.path.suffix.lower() == ".mp4" else _Gif
-            self._writer = kind(self._temporary, picture.size, self.fps)
-        if picture.size != self._writer.shown:
-            from PIL import ImageOps
-
-            picture = ImageOps.pad(picture, self._writer.shown, color=BACKGROUND)
-        self._writer.add(picture)
+                picture = ImageOps.pad(picture, self._writer.shown, color=BACKGROUND)
+            self._writer.add(picture)
 
     def close(self) -> None:
         """Finish the file and put it in its place. A second call does nothing."""

@@ -49,7 +49,7 @@ def _contradicts(comparisons: Mapping[Pair, Comparison]) -> dict[Pair, bool]:
     known = {pair: ways for pair, ways in both_ways.items() if np.isfinite([one.apart for one in ways]).any()}
     if not known:
         return {}
-    # what lies nearer than a frame expects hides the rest from it: only the other frame can tell
+    # what lies nearer than a frame expects hides the rest from it: only the other frame can show it
     aparts = np.array([np.nanmax([one.apart for one in ways]) for ways in known.values()])
     spreads = np.array([min(one.spread for one in ways) for ways in known.values()])
     is_apart = aparts > np.clip(USUAL * np.quantile(aparts, 0.25, method="lower"), LEAST, MOST)

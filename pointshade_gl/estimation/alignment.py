@@ -29,7 +29,7 @@ Floats = NDArray[np.floating]
 
 
 class Equations(NamedTuple):
-    """What residuals of one pair of frames say about a motion of the first, (turns * radius, shift), world axes."""
+    """What residuals of one pair of frames ask of a motion of the first, (turns * radius, shift), world axes."""
 
     matrix: Matrix  # (6, 6)
     vector: Matrix  # (6,)
@@ -72,7 +72,7 @@ class Joint:
         self.vector = np.zeros(6 * count)
 
     def add(self, i: int, j: int, kind: int, found: Equations) -> None:
-        """Add what residuals of frame i in frame j say. kind: 0 of the geometry, 1 of the colours."""
+        """Add what residuals of frame i in frame j ask. kind: 0 of the geometry, 1 of the colours."""
         at, other = slice(6 * i, 6 * i + 6), slice(6 * j, 6 * j + 6)
         for sums, block in ((self.matrices[kind], found.matrix), (self.noises[kind], found.noise)):
             sums[at, at] += block
@@ -323,7 +323,7 @@ def _tukey(values: NDArray[np.floating]) -> Matrix:
 
 
 WELL_REGISTERED = 0.7  # correlation of textures from which on colours surely lie on the depth
-REGISTERED = 0.33  # and which they have at least where depth alone says that poses are right
+REGISTERED = 0.33  # and which they have at least where by depth alone poses are right
 ROUNDS = 4  # of placing frames again and solving all
 STEPS = len(LEVELS) + ROUNDS
 WORSE = 0.005  # by so much less agreement than with the given pose a frame gets that back
@@ -394,7 +394,7 @@ def align(
 
 
 def _are_registered(work: PosedFrames, poses: list[Matrix], free: Set[int]) -> bool:
-    """Return whether colours lie on the depth: where it alone says that poses are right, textures must agree, too."""
+    """Return whether colours lie on the depth: where poses are right by depth alone, textures must agree, too."""
     if not work.judged(poses).correlation < WELL_REGISTERED:
         return True
     work.by_colors = False

@@ -98,7 +98,7 @@ SIDE = 2  # ends on each side whose circles must agree: the median counts
 NEAREST, FARTHEST = -0.3, 1.3  # pixels from the last one to the outline of its circle
 STEEPEST = 2  # pixels that the last pixel of a surface is high, at most
 INNER = 4  # pixels over which that is measured
-ALONG = 3  # columns on each side that tell where between two pixels an edge runs
+ALONG = 3  # columns on each side that show where between two pixels an edge runs
 
 
 def lowest_point(frame: Frame, along: Array) -> float:

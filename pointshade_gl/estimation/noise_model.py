@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..scene.noise import FEW, Noise, NoiseWords
 
-PATIENCE = 3  # frames in a row that must say something else, unless they say it clearly
+PATIENCE = 3  # frames in a row that must differ, unless they differ clearly
 CLEARLY = 5.0  # times FEW, or a fifth of it
 STREAMS = 64  # that are remembered
 

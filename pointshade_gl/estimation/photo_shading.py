@@ -1,4 +1,4 @@
-"""How brightly each part of a photograph is lit, and what photographs under several lights say about one albedo."""
+"""How brightly each part of a photograph is lit, and what photographs under several lights show of one albedo."""
 
 from __future__ import annotations
 
@@ -101,8 +101,8 @@ DARKEST = 0.002  # linear light: darker differences are noise
 LEAST_AMBIENT = 0.03  # over direct light
 GRAZING = 0.05, 0.3  # n . l at which a sample begins to be lit, and is for certain
 SURE = 0.99  # of being lit: so sure a voter is
-SPREAD = 0.09  # squared deviation of log albedo: voters who differ more say little about one sample
-HUE = 3.0  # samples: standard deviation of what tells the hue of dark ones
+SPREAD = 0.09  # squared deviation of log albedo: voters who differ more count little for one sample
+HUE = 3.0  # samples: standard deviation of what shows the hue of dark ones
 GREY = 5e-4  # linear light: weaker colours are noise
 SHADOW, LIT = 5.0, 3.0  # samples: standard deviations of what neighbours share
 LARGEST = 0.5  # correction of log shading where the light reaches
@@ -240,7 +240,7 @@ class LitPhoto(NamedTuple):
 
     light: FoundLight  # that it was taken under
     gains: Array  # (h, w) float32: log of what linear light is multiplied by, so that the albedo remains
-    weight: Array  # (h, w) float32: how much its albedo says there
+    weight: Array  # (h, w) float32: how much its albedo counts there
 
 
 class _Agreement(NamedTuple):
@@ -269,7 +269,7 @@ def share_albedo(photos: Sequence[PhotoSamples]) -> list[LitPhoto]:
 
 
 def _agree(photos: Sequence[PhotoSamples], lights: Sequence[FoundLight]) -> _Agreement:
-    """Return what photographs agree on; the more light reaches a place in one of them, the more it says there."""
+    """Return what photographs agree on; the more light reaches a place in one of them, the more it counts there."""
     pairs = [find_shading(photo, light) for photo, light in zip(photos, lights, strict=True)]
     shadings, lit = (np.array(parts) for parts in zip(*pairs, strict=True))
     usable = np.array([p.is_known & (p.colors[..., 3] == 1) for p in photos])

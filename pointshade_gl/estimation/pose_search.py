@@ -1,4 +1,4 @@
-"""Finds the poses of a few frames of one thing of which nothing is known, and says how sure they are."""
+"""Finds the poses of a few frames of one thing of which nothing is known, and how sure they are."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def find_patches(frame: ReducedFrame, radius: float) -> Patches:
     """Return the surroundings of distinct places all over a frame.
 
     They are read on the tangent plane in metres, so that they are the same from any side and distance (as viewpoint
-    invariant patches: Wu et al. 2008); heights above it tell shapes without texture apart. radius: of a patch, m.
+    invariant patches: Wu et al. 2008); heights above it distinguish shapes without texture. radius: of a patch, m.
     """
     numbers = _distinct(frame, radius)
     points, normals = frame.points[numbers], frame.normals[numbers]
@@ -203,7 +203,7 @@ def pair_alike(first: Patches, second: Patches) -> PosePairs:
 
 REFINED = 8  # different poses that are refined
 DIFFERENT, OTHER = 0.15, 0.05  # shares of the distance by which poses differ, before and after they are refined
-SPREAD = 60  # points by which poses are told apart
+SPREAD = 60  # points by which poses are distinguished
 CLOSELY = 4000  # points by which refined poses are judged
 LEAST_OVERLAP, SURE_OVERLAP = 0.1, 0.25  # share of the points that both show
 LEAST_AGREEMENT, SURE_AGREEMENT = 0.8, 0.9  # share of those that lie on the other's surface

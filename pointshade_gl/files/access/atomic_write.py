@@ -43,7 +43,7 @@ def check_place(path: Path, only_read: bool = False) -> Path:
 
 @contextmanager
 def naming_written(path: FilePath) -> Iterator[None]:
-    """Every OSError inside says which file cannot be written, and why: the disk is full, the folder is read-only."""
+    """Every OSError inside names the file that cannot be written, and why: a full disk, a read-only folder."""
     try:
         yield
     except OSError as error:

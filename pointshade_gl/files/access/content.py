@@ -126,7 +126,7 @@ def read_head(path: FilePath, size: int = 64) -> bytes:
     """The first bytes of a file. Raises OSError if it is not one, ValueError if empty or a git-LFS pointer."""
     check_path(path)
     with open_regular(path, is_probed=True) as file:
-        # a file of the system says 0, and reading it may never end
+        # a file of the system has 0, and reading it may never end
         head = file.read(size) if os.fstat(file.fileno()).st_size else b""
     if not head:
         raise ValueError(f"{path} is empty, expected a file of more than 0 bytes")
@@ -141,7 +141,7 @@ def read_bytes(path: FilePath, max_pixels: float = MAX_PIXELS, share: float = FI
     with open_regular(path) as file:
         size = check_size(file, path, max_pixels, share)
         data = file.read(size + 1)
-    if len(data) > size:  # files of the system say 0 and go on for ever
+    if len(data) > size:  # files of the system have 0 and go on for ever
         raise ValueError(f"{path} has more bytes than its size says: is it still being written?")
     return data
 

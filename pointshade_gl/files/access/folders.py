@@ -1,4 +1,4 @@
-"""What lies in a folder and what its names say; and which files a file may name."""
+"""What lies in a folder and what its names mean; and which files a file may name."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _ROLE_WORD = re.compile(rf"(?:^|(?<=[\W_])|(?<=\d))(?:{'|'.join([*_PARTS, 'im'])
 
 @dataclass(frozen=True)
 class ListedFile:
-    """A file of a folder. Its name, and the folders that it lies in, say what it is for."""
+    """A file of a folder. Its name, and the folders that it lies in, show what it is for."""
 
     path: Path
     name: str  # relative to the folder, in lower case, with slashes
@@ -67,7 +67,7 @@ class ListedFile:
 
     @cached_property
     def role(self) -> str:
-        """What it is: depth, shown depth (a picture of it, for the eye), color, other; "" if the name does not say."""
+        """Its kind: depth, shown depth (a picture of it, for the eye), color, other; "" if unknown."""
         own = self.words - ANY_PICTURE if self.folder_words & DEPTH else self.words
         for words in (own, self.folder_words):
             is_depth, is_color = bool(words & DEPTH), bool(words & COLOR)
@@ -85,7 +85,7 @@ class ListedFile:
 
     @cached_property
     def is_registered(self) -> bool:
-        """Whether its name says that it is depth which was brought to the colour's camera."""
+        """Whether by its name it is depth which was brought to the colour's camera."""
         return REGISTERED.search(self.name) is not None
 
     @cached_property
@@ -106,7 +106,7 @@ class ListedFile:
 
 @_remembered
 def key_of(stem: str) -> str:
-    """A name without its suffix, in lower case, without the words that say what the file is for."""
+    """A name without its suffix, in lower case, without the words for what the file is."""
     return _ROLE_WORD.sub("", _BITS.sub("", stem)).strip("._- ")
 
 
@@ -261,7 +261,7 @@ class Folder:
 def places_of(path: Path) -> list[Path]:
     """Where a path lies, from the root; then what it leads to, if there are links on the way.
 
-    Names and neighbours say what belongs to a file. Those of the place where it lies come first: in a data set of links
+    Names and neighbours show what belongs to a file. Those where it lies come first: in a data set of links
     (git-annex, DVC) what they lead to has neither. Beside a single link to another disk those of the file itself count.
     """
     return list(dict.fromkeys((from_root(path), followed(path))))

@@ -114,7 +114,7 @@ NOT_A_POSE = re.compile(r"annotated|object|(^|[/_])ob(j|ject)?s?[_/]")  # of obj
 
 
 class DataSet(NamedTuple):
-    """A data set whose folders hold no camera: how it is known, and what its web page says."""
+    """A data set whose folders hold no camera: how it is known, and what its web page states."""
 
     title: str
     known_by: str  # pattern in the folder's path, or in the names and first lines of its lists
@@ -147,7 +147,7 @@ DATA_SETS = (
 
 
 class SetCoding(NamedTuple):
-    """How the pictures of a data set hold depth, where no file says so: known by the names of files and folders."""
+    """How the pictures of a data set hold depth, where no file states it: known by the names of files and folders."""
 
     title: str
     known_by: str  # pattern

@@ -127,7 +127,7 @@ def unpack_lzfse(data: bytes, size: int, name: str) -> bytes:
 
 
 def _declared_size(data: bytes) -> int:
-    """The sum of what all blocks say. Raises ValueError or struct.error if they do not end in the data."""
+    """The sum of the sizes that all blocks state. Raises ValueError or struct.error if they do not end in the data."""
     at = total = 0
     while (kind := data[at : at + 4]) != _END:
         (raw,) = struct.unpack_from("<I", data, at + 4)

@@ -66,7 +66,7 @@ class _Dataset:
 
 
 MATLAB_5 = b"MATLAB 5.0"
-_HEADER = 128  # bytes before the first element; the last two of them say the order of bytes
+_HEADER = 128  # bytes before the first element; the last two of them give the order of bytes
 _START = 4096  # bytes of an element that hold its flags, its sides and its name
 _ARRAY, _PACKED = 14, 15
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}

@@ -192,7 +192,7 @@ def read_transforms(path: Path, max_pixels: float = MAX_PIXELS) -> list[CameraEn
     per_metre = scale if isinstance(scale, int | float) and scale > 0 else 1.0
     shared = from_named(named_of({key: value for key, value in data.items() if key != "frames"}), str(path))
     entries = [_entry(frame, per_metre, path) for frame in frames]
-    if shared:  # it may say the unit of the depth for all
+    if shared:  # it may state the unit of the depth for all
         entries = [one._replace(camera=merged(one.camera, shared[0])) if one.camera else one for one in entries]
     return sorted(entries, key=lambda one: natural(one.color or one.depth or ""))
 

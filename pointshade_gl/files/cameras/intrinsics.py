@@ -154,7 +154,7 @@ def camera_from_exif(path: FilePath, max_pixels: float = MAX_PIXELS) -> Intrinsi
         try:
             with opened_picture(file, head) as image:
                 return camera_of_lens(str(path), image.getexif(), image.size)
-        except Exception:  # broken bytes make Pillow raise of everything: then the picture does not say it
+        except Exception:  # broken bytes make Pillow raise of everything: then the picture has none
             return None
 
 

@@ -30,7 +30,7 @@ _OF_OPENGL = ("cameraposearframe", "transformmatrix", "cameraviewtransform")  # 
 
 
 class PoseList(NamedTuple):
-    """The poses of a file in its order, and what says to which frames they belong: names or time stamps, or neither."""
+    """The poses of a file in its order, and what assigns them to frames: names or time stamps, or neither."""
 
     poses: Matrices
     names: list[str] | None = None
@@ -120,7 +120,7 @@ def _from_named_matrices(data: Any) -> PoseList | None:
 
 
 def from_words(named: Named) -> PoseList | None:
-    """Read one matrix among other values of a frame, by a name that says what it is; the first of the table wins."""
+    """Read one matrix among other values of a frame, by a name that is known; the first of the table wins."""
     own = {name: numbers for name, numbers in named.items() if len(numbers) in (12, 16)}
     own = {name: numbers for name, numbers in own.items() if not _IN_LIST.search(name)} or own
     numbers = {word(name): numbers for name, numbers in reversed(own.items())}
@@ -237,7 +237,7 @@ def _numbers(rows: NDArray[np.float64], column: int = 0) -> list[str]:
 
 
 def _from_rows(rows: NDArray[np.float64]) -> PoseList | None:
-    """A row for each pose: its length says which form it has."""
+    """A row for each pose: its length shows which form it has."""
     columns = rows.shape[1]
     if columns == 8 or (columns == 9 and _are_turns(rows[:, 4:8])):  # RTAB-Map adds the number of a node
         return PoseList(from_quaternions(rows[:, 1:4], rows[:, 4:8]), None, rows[:, 0])

@@ -272,7 +272,7 @@ def vertices_of(cloud: PointCloud) -> NDArray[np.void]:
 
 
 def comments_of(cloud: PointCloud) -> list[str]:
-    """What the header says about a cloud beside its points, for `read_ply_points`."""
+    """What the header holds of a cloud beside its points, for `read_ply_points`."""
     lines = [f"{_UP} {cloud.up}"]
     if cloud.front:
         lines.append(axes_in_words(cloud.up, cloud.front))
@@ -288,13 +288,13 @@ def _text(numbers: NDArray[np.float64]) -> str:
 
 
 def _as_commented(found: FoundPoints, comments: list[str]) -> FoundPoints:
-    said = {first: rest for first, _, rest in (line.partition(" ") for line in comments)}
+    stated = {first: rest for first, _, rest in (line.partition(" ") for line in comments)}
     for up in UPS:
-        if said.get(_UP) == up:
+        if stated.get(_UP) == up:
             found.up, found.up_from = up, "its header says so"
             found.front = next((one for one in map(front_in_words, comments) if one and one[-1] != up[-1]), None)
     for name in (_ORIGIN, _SEEN_FROM):
-        numbers = split_numbers(said.get(name, "")) or []
+        numbers = split_numbers(stated.get(name, "")) or []
         if len(numbers) == 3 and np.isfinite(numbers).all() and found.up:  # our own
             setattr(found, name, np.array(numbers))
     return found

@@ -23,7 +23,7 @@ _COLUMNS = ("positions", "normals", "colors", "intensity", "classes", "sizes", "
 
 @dataclass
 class FoundPoints:
-    """The points of a file. None = the file does not say."""
+    """The points of a file. None = the file has none."""
 
     form: str  # what the file is, for a report
     positions: NDArray[Any]  # (n, 3) numbers

@@ -102,7 +102,7 @@ def load_cloud(
 
 @np.errstate(all="ignore")  # numbers of broken files are of any size; positions are checked
 def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointCloud, FoundPoints]:
-    """As `load_cloud`, with what the file says."""
+    """As `load_cloud`, with what the file holds."""
     name, head = str(path), read_head(path, 1024)
     read = next((reader for is_kind, reader in _READERS if is_kind(head)), None)
     is_bare = path.suffix.lower() == ".bin" or (b"\0" in head and path.suffix.lower() not in TEXTS)

@@ -49,7 +49,7 @@ def keep_most(found: FoundPoints, most: int | None, name: str, note: Note) -> No
 
 
 def placed(found: FoundPoints) -> tuple[NDArray[np.floating], NDArray[np.float64]]:
-    """Positions (n, 3), and the origin (3,) that they count from: zero, where float32 tells points apart from there.
+    """Positions (n, 3), and the origin (3,) that they count from: zero, where float32 distinguishes points from there.
 
     Else the origin is the middle, in whole units. Positions stay float64 only where float32 loses points even so.
     """
@@ -212,7 +212,7 @@ def _some(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _bytes(colors: NDArray[Any]) -> NDArray[np.uint8]:
-    """Colours of 8 bits, of 16 bits, of 0 to 1 or of 0 to 255: the largest value says which."""
+    """Colours of 8 bits, of 16 bits, of 0 to 1 or of 0 to 255: the largest value shows which."""
     if colors.dtype == np.uint8 or not colors.size:
         return colors.astype(np.uint8, copy=False)
     largest = np.nanmax(colors)

@@ -152,7 +152,7 @@ class Assembly:
         return numbers.reshape(rows, -1)[k if rows > 1 else 0]
 
     def _scale(self) -> float | None:
-        """Raw values per metre; below 1 the file says metres per raw value, as RealSense does."""
+        """Raw values per metre; below 1 the file has metres per raw value, as RealSense does."""
         numbers = self._numbers("scale", 0)
         scale = 0.0 if numbers is None else float(numbers[0])
         return None if not 0 < scale < math.inf else 1 / scale if scale < 1 else scale

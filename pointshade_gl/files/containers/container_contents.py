@@ -19,14 +19,14 @@ SURE = 0.1  # of the median confidence: what has less is not used
 
 @dataclass(frozen=True, eq=False)
 class Contents:
-    """One frame out of a container: its own values, nothing scaled. None = the file does not say."""
+    """One frame out of a container: its own values, nothing scaled. None = the file has none."""
 
     depth: NDArray[Any]  # (h, w) raw numbers
     color: NDArray[np.uint8] | None = None  # (h', w', 3|4)
     # in this package's pixels (centres at integers); `size` is the picture they belong to
     intrinsics: Intrinsics | None = None
     pose: NDArray[np.float64] | None = None  # (4, 4) camera-to-world, OpenCV axes, unchecked
-    # (h, w), False where the file's mask or confidence says that the depth is not to be used
+    # (h, w), False where the depth is not to be used by the file's mask or confidence
     valid: NDArray[np.bool_] | None = None
     # (h, w, 3) unit, OpenCV camera axes, towards the camera, NaN where missing
     normals: NDArray[np.float32] | None = None

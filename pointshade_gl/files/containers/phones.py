@@ -68,7 +68,7 @@ def _read(path: FilePath, data: bytes, photo: Any, note: Note) -> Contents:
     from PIL import Image
 
     exif = Image.Exif()
-    with suppress(Exception):  # Pillow raises of everything for broken bytes: then EXIF says nothing
+    with suppress(Exception):  # Pillow raises of everything for broken bytes: then EXIF holds nothing
         exif.load(photo.info.get("exif") or b"")
         exif.get_ifd(EXIF)
     quarters = _QUARTERS.get(exif.get(TURNED, 1), 0)
@@ -230,7 +230,7 @@ class _Recording:
         return depth, valid
 
     def _camera(self, row: int, color: NDArray[Any] | None) -> Intrinsics:
-        """Of the colour picture, which may be larger than the metadata say."""
+        """Of the colour picture, which may be larger than in the metadata."""
         each, k = self.metadata.get("perFrameIntrinsicCoeffs"), self.metadata.get("K")
         if isinstance(each, list) and row < len(each):
             fx, fy, cx, cy = self._numbers(each[row], 4, "perFrameIntrinsicCoeffs")

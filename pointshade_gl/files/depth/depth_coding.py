@@ -61,7 +61,7 @@ _DISPARITY = re.compile(r"(?:^|[^a-z])disp(?:arity|arities)?(?:[^a-z]|$)")  # in
 _DEPTH_NAME = re.compile(r"depth|disp")
 _MIDDLE = 2.0  # metres: where the middle of a depth without a scale is put
 _KITTI = 256.0  # raw values a pixel of disparity
-_GAP = 0.1  # of the range of all other values: between them and a 0 that says missing
+_GAP = 0.1  # of the range of all other values: between them and a 0 that means missing
 _END = 1966  # codes, 3 % of 16 bits
 _FLAT, _BENT, _ROUND = 0.8, 0.5, 0.5  # bending: of inverse depth at most, of depth at least; across to along on planes
 

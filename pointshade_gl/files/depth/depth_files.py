@@ -69,7 +69,7 @@ def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> ND
 
 
 def read_raw(path: FilePath, width: int, height: int, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
-    """(h, w) values of a file without a header, such as depth.bin or depth.raw, of a size that the camera's file says.
+    """(h, w) values of a bare file, such as depth.bin or depth.raw, of the size that the camera's file states.
 
     The file's size decides the type: 1 and 2 bytes are unsigned integers, 4 and 8 floating point; 4 bytes that make no
     sensible float are integers. Little-endian; `depth_coding.decode` sees swapped ones. Raises ValueError for others.

@@ -1,4 +1,4 @@
-"""Converts raw depth to metres along the optical axis; tells its kind by planes, and enlarged depth by its edges."""
+"""Converts raw depth to metres along the axis; recognises its kind by planes, and enlarged depth by its edges."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Decides which raw depth values are distances, and in which unit, where nobody says."""
+"""Decides which raw depth values are distances, and in which unit, where nobody states it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ...notes.notes import Note
 from ...scene.frame import LEAST_SHARE, MOST_SHARE, far_plane
 from ...scene.values import median
 
-FAR = 65500  # from here on a 16-bit value says "missing": 65535 in ScanNet and 7-Scenes, 65504 the largest half
+FAR = 65500  # from here on a 16-bit value means "missing": 65535 in ScanNet and 7-Scenes, 65504 the largest half
 _BLOCK = 2**18  # pixels of a block: its numbers fit into the processor's cache
 
 Values = NDArray[np.float64]

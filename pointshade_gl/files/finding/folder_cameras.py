@@ -50,7 +50,7 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
     if own:
         return Cameras(None, own)
     failed: list[str] = []
-    of_color = False  # whether the first depth's name says that it was projected into the colour camera
+    of_color = False  # whether, by its name, the first depth was projected into the colour camera
     if frames:
         depth = frames[0].depth
         name = depth.relative_to(place.path) if depth.is_relative_to(place.path) else depth.name

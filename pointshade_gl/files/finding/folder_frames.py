@@ -203,7 +203,7 @@ def matches(keys: Sequence[str], items: Iterable[ListedFile]) -> list[Path | Non
     items = [item for item in items if item.key]
     for same, is_part in _SAME:
         if is_part and len({same(key) for key in keys}) < len(keys):
-            continue  # it does not tell one frame from another
+            continue  # it does not distinguish frames
         named = {same(item.key): item.path for item in items}
         named.pop(None, None)
         found = [named.get(same(key)) for key in keys] if named else []
@@ -281,7 +281,7 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     """The frames of a folder in their order; none if it has no depth.
 
     Pictures are those that a list names (depth.txt and rgb.txt of TUM, associations.txt, transforms.json), else those
-    whose names say what they are (see known_names.py), in the folder itself before those in folders of it. Depth and
+    whose names are known (see known_names.py), in the folder itself before those in folders of it. Depth and
     colour belong together by name, else by number, else by the nearest time stamp, else by order. Raises ValueError if
     none of these fits, or if a list names files elsewhere.
     """

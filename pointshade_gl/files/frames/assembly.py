@@ -45,7 +45,7 @@ def choose_camera(parts: FrameParts, options: ReadOptions, note: Note) -> Intrin
     source, name = _given_camera(parts, options, note), parts.name
     if source is None or not name or options.depth_scale or options.depth_kind or source.depth_scale:
         return source
-    # what neither its file nor the caller says about the depth is that of a data set known by names
+    # what neither its file nor the caller states about the depth is that of a data set known by names
     seen = "\n".join("/".join(one.parts[-_NAMES:]) for one in places_of(Path(name))).lower()
     known = next((one for one in CODINGS if re.search(one.known_by, seen)), None)
     if known is None or source.depth_kind:

@@ -1,4 +1,4 @@
-"""Loads frames, and says what files and folders hold."""
+"""Loads frames, and examines what files and folders hold."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ from ..networks.model_options import Model, ModelOptions, PixelsName, checked_op
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """What the caller says about frames; see `load_frame`."""
+    """What the caller gives with frames; see `load_frame`."""
 
     intrinsics: FilePath | AnyArray | Camera | None = None
     fov: float | None = None
@@ -102,7 +102,7 @@ class FrameParts(NamedTuple):
     number: int = 0  # counted from 0: which picture of a video is the colour
     contents: Callable[[], Contents] | None = None  # reads what a container gives instead of a depth picture
     path: Path | None = None  # the file that holds the depth; None for the caller's own array
-    coded: tuple[str | None, float | None] = (None, None)  # kind and scale of the depth, where its maker says them
+    coded: tuple[str | None, float | None] = (None, None)  # kind and scale of the depth, where its maker states them
     maker: str = ""  # the network that makes the depth; "" for none
 
     @property
@@ -139,7 +139,7 @@ def is_path(value: Any) -> TypeGuard[FilePath]:
 _WIDTH = 160  # pixels to which both are reduced
 _REACH = 10  # pixels of those in each direction that are searched
 _STEP = 0.06  # change of log z that is a step
-_FEW = 150  # steps that are too few to tell
+_FEW = 150  # steps that are too few to decide
 _CLEAR = 3.3  # how far the best shift must stand out from all others, in their standard deviations
 _BETTER = 1.15  # how much better it must be than none
 _NEAR = 2  # pixels: no shift

@@ -364,7 +364,7 @@ class _Shown:
         self._parts, self._options, self._depth, self._note = parts, options, depth, note
 
     def contents(self, index: int) -> Contents:
-        """Return a photograph's depth. A film has one camera: what the network says of its first picture."""
+        """Return a photograph's depth. A film has one camera: what the network gives for its first picture."""
         found, size, focal = self._seen(index)
         if focal is not None:
             return replace(found, intrinsics=None)

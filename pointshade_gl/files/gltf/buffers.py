@@ -104,8 +104,8 @@ def _plain(value: Any, kind: type, place: str) -> Any:
 LIGHTS, UNLIT, QUANTIZED = "KHR_lights_punctual", "KHR_materials_unlit", "KHR_mesh_quantization"
 IMAGE_BASED = "EXT_lights_image_based"
 KNOWN = (LIGHTS, IMAGE_BASED, UNLIT, QUANTIZED)
-SPECULAR = "KHR_materials_specular"  # written for other programs: our own values say it better
-GENERATOR = "pointshade_gl"  # what our files say of who wrote them
+SPECULAR = "KHR_materials_specular"  # written for other programs: our own values are nearer
+GENERATOR = "pointshade_gl"  # what our files name as their writer
 _MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
 
 
@@ -178,7 +178,7 @@ FAR = 1e30  # nothing in a scene is larger, and its cube still is a number
 
 
 @contextmanager
-def telling(part: str) -> Iterator[None]:
+def naming_part(part: str) -> Iterator[None]:
     """Every ValueError, TypeError and OSError inside begins with the part's name. Deep nesting is a ValueError."""
     try:
         yield
@@ -250,7 +250,7 @@ class GltfParts:
     def array(self, index: Any, types: tuple[str, ...]) -> NDArray[Any]:
         """(n, width) values of an accessor of one of the types; normalised integers become float32."""
         accessor = pick(self.gltf.accessors, index, "accessor")
-        with telling(f"accessor {index}"):
+        with naming_part(f"accessor {index}"):
             if accessor.type not in types or accessor.componentType not in _TYPES:
                 kind = f"{cut(accessor.type)} of component type {accessor.componentType}"
                 raise ValueError(f"is {kind}, expected {' or '.join(types)}")
@@ -266,7 +266,7 @@ class GltfParts:
         """(h, w, 3|4) uint8 of an image."""
         image = pick(self.gltf.images, index, "image")
         if index not in self._pictures:
-            with telling(label("image", index, image.name)):
+            with naming_part(label("image", index, image.name)):
                 self._pictures[index] = self._decoded(image)
         return self._pictures[index]
 
@@ -320,7 +320,7 @@ class GltfParts:
     def _view(self, index: Any) -> tuple[memoryview, int | None]:
         """The bytes of a buffer view, and the distance of its elements."""
         view = pick(self.gltf.bufferViews, index, "buffer view")
-        with telling(f"buffer view {index}"):
+        with naming_part(f"buffer view {index}"):
             data = self._buffer(view.buffer)
             start, length = view.byteOffset or 0, view.byteLength
             if length is None or length < 1 or start < 0 or start + length > len(data):
@@ -330,7 +330,7 @@ class GltfParts:
     def _buffer(self, index: Any) -> memoryview:
         buffer = pick(self.gltf.buffers, index, "buffer")
         if index not in self._buffers:
-            with telling(f"buffer {index}"):
+            with naming_part(f"buffer {index}"):
                 data = self._blob if buffer.uri is None else self._fetch(buffer.uri)
                 if data is None or (buffer.uri is None and index != 0):
                     raise ValueError("has no uri, and the file has no binary chunk for it")

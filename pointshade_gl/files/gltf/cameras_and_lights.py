@@ -16,7 +16,7 @@ from ...scene.environment import WIDEST, Environment, reduced
 from ...scene.light import LUX, Light, Vector, unit
 from ...scene.values import srgb_to_linear
 from ..access.content import check_pixels
-from .buffers import IMAGE_BASED, GltfParts, named_light, numbers, options, switch, telling
+from .buffers import IMAGE_BASED, GltfParts, named_light, naming_part, numbers, options, switch
 
 Matrix = NDArray[np.float64]
 FLIP = np.diag([1.0, -1.0, -1.0, 1.0])  # between the axes of a glTF camera and ours, either way
@@ -30,7 +30,7 @@ _DIRECTIONAL, _FALLING = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
 def read_camera(camera: SimpleNamespace, max_pixels: float) -> Camera:
-    """A perspective camera, 480 pixels high unless its extras say otherwise. Raises ValueError."""
+    """A perspective camera, 480 pixels high unless its extras have its numbers. Raises ValueError."""
     view = camera.perspective
     if view is None:
         raise ValueError("has no perspective")
@@ -383,7 +383,7 @@ def read_environment(
     index, light = found
     if not isinstance(light, dict):
         raise ValueError(f"image-based light {index} must be an object, got {shown(light)}")
-    with telling(f"image-based light {index}"):
+    with naming_part(f"image-based light {index}"):
         turn = turn_of(light.get("rotation", (0, 0, 0, 1)))
         intensity = numbers(light.get("intensity", 1), (), "intensity").item()
         if intensity < 0:

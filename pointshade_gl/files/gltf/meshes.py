@@ -12,7 +12,7 @@ from ...notes.words import cut
 from ...scene.cloud import PointCloud
 from ...scene.objects import Mesh
 from ...scene.values import linear_to_bytes, srgb_to_linear
-from .buffers import UNLIT, GltfParts, label, numbers, options, pick, telling
+from .buffers import UNLIT, GltfParts, label, naming_part, numbers, options, pick
 from .cameras_and_lights import Matrix
 from .stored_points import read_material
 
@@ -57,7 +57,7 @@ def _floats(parts: GltfParts, index: Any, kind: str) -> NDArray[np.float32]:
 
 
 def _shares(parts: GltfParts, index: Any) -> NDArray[Any]:
-    """Return colours of 0 to 1: whole numbers are shares of the largest, also where the accessor forgets to say so."""
+    """Return colours of 0 to 1: whole numbers are shares of the largest, also where the accessor does not state it."""
     values = parts.array(index, ("VEC3", "VEC4"))
     return values / np.float32(np.iinfo(values.dtype).max) if values.dtype.kind in "iu" else values
 
@@ -120,7 +120,7 @@ class Meshes:
             found = []
             for k, primitive in enumerate(mesh.primitives or ()):
                 part = label("mesh", index, mesh.name) + (f" primitive {k}" if len(mesh.primitives) > 1 else "")
-                with telling(part):
+                with naming_part(part):
                     found.append(self._primitive(primitive, part))
             self._read[index] = tuple(mesh for mesh in found if mesh is not None)
         return self._read[index]
@@ -166,7 +166,7 @@ class Meshes:
             part = label("material", index, material.name)
             if material.alphaMode not in (None, "OPAQUE"):
                 self._parts.note(f"{part}: its transparency ({cut(material.alphaMode)}) is not drawn")
-            with telling(part):
+            with naming_part(part):
                 ours = dict(options(material.extras, _MATERIAL_KEYS))
                 look: dict[str, Any] = {"shading": "none"} if UNLIT in (material.extensions or {}) else {}
                 look |= {"shading": ours.pop("shading")} if "shading" in ours else {}
@@ -183,7 +183,7 @@ class Meshes:
 
     def _texture(self, index: Any, alpha_mode: str) -> NDArray[np.uint8]:
         texture = pick(self._parts.gltf.textures, index, "texture")
-        with telling(label("texture", index, texture.name)):
+        with naming_part(label("texture", index, texture.name)):
             picture = self._parts.picture(texture.source)
         return np.ascontiguousarray(picture[..., :3]) if alpha_mode == "OPAQUE" else picture
 

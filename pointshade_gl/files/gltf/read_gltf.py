@@ -26,12 +26,12 @@ from .buffers import (
     GltfParts,
     label,
     named_light,
+    naming_part,
     numbers,
     options,
     pick,
     read_container,
     switch,
-    telling,
 )
 from .cameras_and_lights import (
     FLIP,
@@ -54,7 +54,7 @@ def load_scene(path: FilePath, allow_outside: bool, max_pixels: float, notes: No
     file = builtin_scene(path)
     check_positive(max_pixels, option("max_pixels", beside_file=True))
     folder = Folder(file.parent, allow_outside, file.parent)
-    with as_python(), telling(str(file)):  # extras have the names of Python's options
+    with as_python(), naming_part(str(file)):  # extras have the names of Python's options
         gltf, blob = read_container(file, max_pixels)
         return _Reader(GltfParts(folder, gltf, blob, notes or print_note, max_pixels)).scene()
 
@@ -92,7 +92,7 @@ class _Reader:
         self._walk(roots)
         camera, pose, taken = None, numbers(ours.get("pose", FLIP), (4, 4), "pose"), None
         for index, world in self.cameras:
-            with telling(self._label(index)):
+            with naming_part(self._label(index)):
                 number = self._node(index).camera
                 if camera is None and (seen := self._camera(number)):
                     camera, pose, taken = seen, camera_pose(world), index
@@ -127,12 +127,12 @@ class _Reader:
         stack: list[tuple[Any, int | None, Matrix, Matrix]] = [(root, None, flat, flat) for root in roots[::-1]]
         while stack:
             index, parent, above, place = stack.pop()
-            with telling("the scene" if parent is None else self._label(parent)):
+            with naming_part("the scene" if parent is None else self._label(parent)):
                 node = self._node(index)
                 if index in self.parents:
                     raise ValueError(self._met_twice(index, parent))
             self.parents[index] = parent
-            with telling(self._label(index)):
+            with naming_part(self._label(index)):
                 place = place @ (flat if parent is None and self._is_turned(node) else local_matrix(node))
                 is_half = self._is_half(node)  # then the rest of the place is that of the node below
                 self.places[index] = flat if is_half else place
@@ -160,18 +160,18 @@ class _Reader:
     def _camera(self, index: Any) -> Any:
         """A perspective camera; None for an orthographic one."""
         camera = pick(self.gltf.cameras, index, "camera")
-        with telling(label("camera", index, camera.name)):
+        with naming_part(label("camera", index, camera.name)):
             return None if camera.type == "orthographic" else read_camera(camera, self.parts.max_pixels)
 
     def _build(self, roots: list[int], camera: int | None) -> tuple[Node, ...]:
         """The nodes. One that holds only the scene's camera becomes the scene's pose; those for other programs go."""
         built: dict[int, tuple[Node, ...]] = {}
         for index in self.parents:
-            with telling(self._label(index)):
+            with naming_part(self._label(index)):
                 self.objects[index] = self._object(index)
         for index in reversed(self.parents):
             node = self._node(index)
-            with telling(self._label(index)):
+            with naming_part(self._label(index)):
                 ours, above = options(node.extras, _NODE_KEYS), self.parents[index]
                 # other programs draw it in the place of the point object above it
                 is_extra = switch(ours, "fallback", False) and above is not None and self.objects[above] is not None
@@ -209,7 +209,7 @@ class _Reader:
         if found is None:
             return None
         index, light = found
-        with telling(f"light {index}"):
+        with naming_part(f"light {index}"):
             if isinstance(light, dict) and "range" in light:
                 self.note(f"light {index}: its range is not used, it falls with the square of the distance")
             return read_light(light, self.exposure, switch(ours, "shadow"), self._is_blenders)

@@ -35,11 +35,11 @@ from .buffers import (
     UNLIT,
     GltfParts,
     inside,
+    naming_part,
     numbers,
     options,
     pack,
     switch,
-    telling,
 )
 from .cameras_and_lights import FLIP
 
@@ -123,7 +123,7 @@ def read_points(ours: dict[str, Any], parts: GltfParts, frames: dict[str, Frame]
     found = []
     for k, of_frame in enumerate(described):
         key, count = json.dumps(of_frame, sort_keys=True), len(frames) + 1
-        with _telling_frame(k, len(described)):
+        with _naming_frame(k, len(described)):
             if key not in frames:
                 check_limit(count, f"with it the scene has {count} frames", parts.max_pixels, SCENE_FRAMES)
                 frames[key] = read_frame(of_frame, parts.folder, parts.note, parts.max_pixels)
@@ -147,16 +147,16 @@ def _describe(ours: dict[str, Any]) -> list[dict[str, Any]]:
         raise ValueError(f"its frames must be a list of 1 to {MOST_FRAMES}, got {got}")
     found = []
     for k, one in enumerate(several):
-        with _telling_frame(k, len(several)):
+        with _naming_frame(k, len(several)):
             found.append(options({"pointshade": one}, FRAME_KEYS))
             if "frame" not in found[-1] and "depth" not in found[-1]:
                 raise ValueError(f"it must name a frame, got {shown(one)}")
     return found
 
 
-def _telling_frame(k: int, count: int) -> AbstractContextManager[None]:
+def _naming_frame(k: int, count: int) -> AbstractContextManager[None]:
     """Name the frame in errors inside, if it is one of several."""
-    return nullcontext() if count == 1 else telling(f"frame {k} of {count}")
+    return nullcontext() if count == 1 else naming_part(f"frame {k} of {count}")
 
 
 def read_material(ours: Any) -> Material:
@@ -191,7 +191,7 @@ def write_points(
     """Return the extras of a point object; its frames and arrays are staged as files. Raises ValueError without one."""
     for k, (frame, name) in enumerate(zip(points.frames, names, strict=True)):
         if frame not in written:
-            with _telling_frame(k, len(points.frames)):
+            with _naming_frame(k, len(points.frames)):
                 written[frame] = write_frame(frame, folder, name, stage)
     several = [written[frame] for frame in points.frames]
     ours: dict[str, Any] = dict(several[0]) if points.is_single else {"frames": several}

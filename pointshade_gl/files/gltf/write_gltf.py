@@ -1,4 +1,4 @@
-"""Writes a scene as glTF: one glTF node for each node, and more below it for what glTF cannot say in one."""
+"""Writes a scene as glTF: one glTF node for each node, and more below it for what glTF cannot hold in one."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ..access.atomic_write import FileSet, check_place, name_key, naming_written
 from ..access.content import FilePath
 from ..access.known_names import SCENE_SUFFIXES, check_suffix
 from ..frames.assembly import read_color
-from .buffers import IMAGE_BASED, LIGHTS, telling
+from .buffers import IMAGE_BASED, LIGHTS, naming_part
 from .cameras_and_lights import (
     FLIP,
     Matrix,
@@ -264,7 +264,7 @@ class _Writer:
         self.units: Units = units
         self.frames: dict[Frame, dict[str, Any]] = {}
         self.folders: set[str] = set()
-        self.above: dict[int, int] = {}  # by node: one more above it, where one cannot say a shear
+        self.above: dict[int, int] = {}  # by node: one more above it, where one cannot hold a shear
 
     def scene(self, scene: Scene) -> None:
         """Numbers the nodes from above, each before those below it."""
@@ -276,7 +276,7 @@ class _Writer:
         while stack:
             node, siblings, above, is_shown = stack.pop()
             world, is_shown = above @ node.transform, is_shown and node.visible
-            with telling(f"node {node.name!r}" if node.name else f"node {len(nodes)}"):
+            with naming_part(f"node {node.name!r}" if node.name else f"node {len(nodes)}"):
                 number = self.node(node, world, is_shown)
             siblings.append(self.above.pop(number, number))
             below = nodes[number]["children"]

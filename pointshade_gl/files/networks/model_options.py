@@ -1,4 +1,4 @@
-"""Known families of networks, and what a caller says about one."""
+"""Known families of networks, and what a caller states about one."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ _FOLDERS = 3  # of a path, by which a network is known: .../depth-anything-v2-sm
 def family_of(path: Path, outputs: Collection[str]) -> Family:
     """Return the family of a network by the names of its file, its folders and its outputs; else UNKNOWN."""
     names = [path.name, *(one.name for one in list(path.parents)[: _FOLDERS - 1])]
-    for name in names:  # the file's own says more than its folders'
+    for name in names:  # the file's own means more than its folders'
         text = name.lower().replace("_", "-")
         if found := next((one for one in FAMILIES if re.search(one.known_by, text)), None):
             return found
@@ -86,9 +86,9 @@ class ModelOptions:
     """A network and its input."""
 
     model: Model  # an .onnx file, or a function of a photograph (h, w, 3) uint8
-    # (width, height), or the shorter side alone with None; None: as the file says
+    # (width, height), or the shorter side alone with None; None: as the file has it
     size: tuple[int, int | None] | None = None
-    pixels: PixelsName | None = None  # what the input is; None: as the file says
+    pixels: PixelsName | None = None  # what the input is; None: as the file has it
     cache: bool = False  # whether depth is kept beside the photograph
 
     @property

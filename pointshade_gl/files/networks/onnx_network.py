@@ -39,7 +39,7 @@ class ModelFacts:
 
 
 def facts_of(path: Path, metadata: Mapping[str, str]) -> ModelFacts:
-    """Return what the metadata of a network say, and else the configuration beside it."""
+    """Return what the metadata of a network state, and else the configuration beside it."""
     found, sources = dict[str, Any](), []
     for folder in (path.parent, path.parent.parent):
         for name in _CONFIGURATIONS:
@@ -298,5 +298,5 @@ def _like(side: int, step: int, width: int, height: int) -> tuple[int, int]:
 
 
 def _reason(error: Exception) -> str:
-    """Return what ONNX Runtime says, without its codes."""
+    """Return the message of ONNX Runtime, without its codes."""
     return cut(str(error).rpartition(" : ")[2] or type(error).__name__, 160)

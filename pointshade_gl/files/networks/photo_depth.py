@@ -297,7 +297,7 @@ def kept(place: Path, name: str) -> Contents | None:
 
 
 def keep(place: Path, contents: Contents, note: Note) -> None:
-    """Write a depth. Where that is impossible a note says so."""
+    """Write a depth, or print a note where that is impossible."""
     held: dict[str, Any] = {
         "depth": np.asarray(contents.depth, np.float32),
         "kind": np.array(contents.depth_kind or ""),

@@ -1,4 +1,4 @@
-"""Converts colours to sRGB: from an ICC profile, or from what PNG and HEIC say in numbers (gAMA, cHRM, cICP, nclx).
+"""Converts colours to sRGB: from an ICC profile, or from what PNG and HEIC hold in numbers (gAMA, cHRM, cICP, nclx).
 
 Phones write Display P3, cameras Adobe RGB: taken for sRGB, their colours are pale.
 """
@@ -36,7 +36,7 @@ _LIKE_SRGB = (1, 6, 13, 14, 15)  # sRGB's; and those of video, which screens sho
 _HDR = {16: "PQ (HDR)", 18: "HLG (HDR)"}
 _UNSTATED = 2  # in H.273
 _SAME = 2  # of 255: rounding in tables; other colour spaces are further away
-_GAMMA_OF_SRGB = 0.45455, 0.001  # as a PNG says it, and how far others may be away
+_GAMMA_OF_SRGB = 0.45455, 0.001  # as a PNG has it, and how far others may be away
 _STEPS = 65535  # of the table that encodes linear light: a twentieth of a level where it is coarsest
 _CHUNKS = 1000  # of a PNG that are looked at
 _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
@@ -66,7 +66,7 @@ def in_srgb(
 
 
 def read_cicp(file: BinaryIO) -> tuple[int, int] | None:
-    """The numbers of primaries and transfer function that a PNG says; None for one without, and other files."""
+    """The numbers of primaries and transfer function that a PNG holds; None for one without, and other files."""
     file.seek(0)
     if not file.read(8).startswith(b"\x89PNG"):
         return None

@@ -37,7 +37,7 @@ from .picture_files import read_image
 RADIANCE = b"#?"  # the first bytes
 _SIZE = re.compile(rb"([-+])([XY]) (\d{1,9}) ([-+])([XY]) (\d{1,9})\n")
 _HEADER = 2**16  # bytes, at most
-_REPEATED = b"\1\1\1"  # a colour that says how often the one before is repeated
+_REPEATED = b"\1\1\1"  # a colour that states how often the one before is repeated
 
 
 def read_radiance(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.float32]:
@@ -100,7 +100,7 @@ def _run_lengths(data: bytes, at: int, length: int) -> tuple[bytes | bytearray, 
 
 
 def _repeats(data: bytes, at: int, length: int) -> tuple[bytes | bytearray, int]:
-    """Return a line of whole colours, some of which may say that the one before is repeated; and where it ends."""
+    """Return a line of whole colours, some of which may repeat the one before; and where it ends."""
     flat = data[at : at + 4 * length]
     if len(flat) == 4 * length and _REPEATED not in flat:
         return flat, at + 4 * length
@@ -193,7 +193,7 @@ def _check_header(path: FilePath, max_pixels: float) -> None:
 
 
 def _read_part(file: BufferedReader) -> dict[bytes, bytes]:
-    """The attributes of a part that say how large it is; none at the end of all parts."""
+    """The attributes of a part that state how large it is; none at the end of all parts."""
     found: dict[bytes, bytes] = {}
     while name := _read_name(file):
         _read_name(file)

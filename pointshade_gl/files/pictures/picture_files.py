@@ -36,9 +36,9 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "JPEG": {"quality": 95},
     "WEBP": {"lossless": True, "exact": True},  # exact keeps the colours under alpha 0
 }
-_OURS = b"Software\0pointshade_gl"  # what our PNGs say right behind their header
+_OURS = b"Software\0pointshade_gl"  # what our PNGs hold right behind their header
 _LONGEST = {"JPEG": 65500, "WEBP": 16383}  # pixels a side that the formats can hold
-# Formats whose header says how large the decoded picture is. In others, such as ICO, a second picture may hide.
+# Formats whose header states how large the decoded picture is. In others, such as ICO, a second picture may hide.
 _READ = ("PNG", "JPEG", "BMP", "DIB", "PPM", "GIF", "TIFF", "WEBP", "TGA", "JPEG2000")
 _READ_IF_KNOWN = ("AVIF", "HEIF")  # Pillow's from version 11.3, and a plug-in's
 _POSTSCRIPT = (b"%!PS", b"\xc5\xd0\xd3\xc6")  # Pillow hands it to Ghostscript
@@ -156,10 +156,10 @@ def is_ours(path: FilePath) -> bool:
 def read_image(path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None) -> NDArray[Any]:
     """A picture's own values: (h, w), (h, w, 3) or (h, w, 4), uint8; deep grey pictures uint16, int32 or float32.
 
-    Palettes and other colour models become RGB or RGBA, turned as EXIF says; it may be read-only. Raises OSError if the
+    Palettes and other colour models become RGB or RGBA, turned by EXIF; it may be read-only. Raises OSError if the
     path is not a file, ValueError if it is not a complete picture of up to max_pixels pixels.
 
-    to_srgb  convert colours of other colour spaces, and say so: for photographs, not for depth or for textures
+    to_srgb  convert colours of other colour spaces, with a note: for photographs, not for depth or for textures
     """
     read_head(path)
     with open_regular(path) as file:

@@ -179,7 +179,7 @@ class _Mp4:
 
     def _close_pipe(self) -> None:
         assert self._process.stdin
-        with suppress(OSError):  # the rest cannot be written; the exit status says so
+        with suppress(OSError):  # the rest cannot be written; the exit status shows it
             self._process.stdin.close()
 
     def _failure(self) -> OSError:

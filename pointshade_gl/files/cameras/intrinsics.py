@@ -64,10 +64,8 @@ def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: 
         raise ValueError(f"{chosen.name}: intrinsics are for {_text(size)} pixels: there is no such picture")
     if size != NORMALIZED and not _fits(size, depth, color):
         seen = f"depth is {_text(depth)} and " + (f"color is {_text(color)}" if color else "there is no color")
-        raise ValueError(
-            f"{chosen.name}: intrinsics are for {_text(size)} pixels, but {seen}: "
-            "pass the intrinsics of one of the two pictures"
-        )
+        way_out = "pass the intrinsics of one of the two pictures"
+        raise ValueError(f"{chosen.name}: intrinsics are for {_text(size)} pixels, but {seen}: {way_out}")
     fx, fy, cx, cy = chosen.numbers
     if math.isnan(fy):
         fy = fx * (depth[0] / depth[1] if size == NORMALIZED else 1)
@@ -79,10 +77,8 @@ def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: 
         raise ValueError(f"{chosen.name}: {error}") from None
     angle = math.degrees(2 * math.atan(camera.height / 2 / abs(camera.fy)))
     if angle > _WIDEST:
-        note(
-            f"{chosen.name} has fy {camera.fy:g} px for {_text(size)}, which sees {angle:.0f} degrees: "
-            f"if that is wrong, pass {option('intrinsics', 'fx,fy,cx,cy')} or {option('fov', 'DEGREES')}"
-        )
+        way_out = f"if that is wrong, pass {option('intrinsics', 'fx,fy,cx,cy')} or {option('fov', 'DEGREES')}"
+        note(f"{chosen.name} has fy {camera.fy:g} px for {_text(size)}, which sees {angle:.0f} degrees: {way_out}")
     if size == depth:
         return camera
     if size != NORMALIZED:
@@ -100,10 +96,8 @@ def _turned(intrinsics: Intrinsics, size: Size, note: Note) -> Intrinsics:
     """Return the camera of a picture that was turned since: upright ones clockwise, as telephones do, others back."""
     (fx, fy, cx, cy), (width, height) = intrinsics.numbers, size
     center = (height - 1 - cy, cx) if width > height else (cy, width - 1 - cx)
-    note(
-        f"{intrinsics.name} is for {_text(size)} and the picture is turned: the camera is turned, too; "
-        f"pass {option('intrinsics', 'fx,fy,cx,cy')} if that is wrong"
-    )
+    way_out = f"pass {option('intrinsics', 'fx,fy,cx,cy')} if that is wrong"
+    note(f"{intrinsics.name} is for {_text(size)} and the picture is turned: the camera is turned, too; {way_out}")
     return replace(intrinsics, numbers=(fx if math.isnan(fy) else fy, fx, *center))
 
 

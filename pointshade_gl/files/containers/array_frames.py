@@ -219,10 +219,8 @@ def open_arrays(
     surface = next((role for role in SURFACES if role in items and items[role].lead is not None), None)
     if surface is None:
         listed = list_arrays({key: array.shape for key, array in arrays.items()})
-        raise ValueError(
-            f"{name} has no array called depth or points, only {listed or 'nothing'}: "
-            f"save the depth alone as .npy and pass it as {option('depth', 'FILE')}"
-        )
+        way_out = f"save the depth alone as .npy and pass it as {option('depth', 'FILE')}"
+        raise ValueError(f"{name} has no array called depth or points, only {listed or 'nothing'}: {way_out}")
     _check_surface(name, roles[surface], items[surface], max_pixels)
     for role, item in list(items.items()):
         if not _fits(role, item, items[surface]):

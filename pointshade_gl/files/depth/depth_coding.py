@@ -87,10 +87,8 @@ def read_colors(image: NDArray[np.uint8], name: str, hints: DepthHints, note: No
         note(f"{read} as inverse depth: {end} is taken as near; pass {option('depth_kind', 'z')} if it is far")
         return Decoded(values, Coding("inverse", None, why, (depth_files.LEVELS,)))
     where = "far" if direction > 0 else "near"
-    note(
-        f"{read} as depth: {end} is {where}, as the planes in it show; "
-        f"pass {option('depth_kind', 'inverse')} if it is inverse depth and {end} is near"
-    )
+    way_out = f"pass {option('depth_kind', 'inverse')} if it is inverse depth and {end} is near"
+    note(f"{read} as depth: {end} is {where}, as the planes in it show; {way_out}")
     if direction > 0:
         return _without_scale(values, why, (depth_files.LEVELS,))
     return _without_scale(255 - values, why, (depth_files.LEVELS, depth_files.REVERSED))
@@ -110,15 +108,11 @@ def read_8_bits(raw: NDArray[Any], name: str, hints: DepthHints, note: Note) -> 
         return _read_disparity(raw, name, hints, note)
     _refuse_what_is_none(raw, name)
     if _direction(raw, raw > 0) > 0:
-        note(
-            f"{name} has 8 bits: taken as depth without a scale, bright is far, as the planes in it show; "
-            f"pass {option('depth_kind', 'inverse')} if bright is near"
-        )
+        way_out = f"pass {option('depth_kind', 'inverse')} if bright is near"
+        note(f"{name} has 8 bits: taken as depth without a scale, bright is far, as the planes in it show; {way_out}")
         return _without_scale(raw, "8 bits, by its planes")
-    note(
-        f"{name} has 8 bits: taken as a network's inverse depth, bright is near; "
-        f"pass {option('depth_kind', 'z')} if bright is far"
-    )
+    way_out = f"pass {option('depth_kind', 'z')} if bright is far"
+    note(f"{name} has 8 bits: taken as a network's inverse depth, bright is near; {way_out}")
     return Decoded(raw, Coding("inverse", None, "8 bits"))
 
 
@@ -143,10 +137,8 @@ def read_relative(
     if _is_inverse(raw):
         if hints.has_baseline:
             return _read_disparity(raw, name, hints, note)
-        note(
-            f"{name} is taken as a network's inverse depth, as the planes in it show; "
-            f"pass {option('depth_kind', 'z')} if it is distances"
-        )
+        way_out = f"pass {option('depth_kind', 'z')} if it is distances"
+        note(f"{name} is taken as a network's inverse depth, as the planes in it show; {way_out}")
         return Decoded(raw, Coding("inverse", None, "planes bend as in inverse depth"))
     if not is_filled:
         return None
@@ -332,10 +324,8 @@ def _find_packing(
         note(f"{name} is taken as Android's DEPTH16: millimetres in the low 13 bits, the confidence above is dropped")
         return depth_files.CONFIDENCE
     if hints.scale is None and depth_files.is_rotated(codes, counts):
-        note(
-            f"{name} is taken as SUN RGB-D's millimetres, rotated by 3 bits: all values are multiples of 8; "
-            f"pass {option('depth_scale')} to use them as they are"
-        )
+        way_out = f"pass {option('depth_scale')} to use them as they are"
+        note(f"{name} is taken as SUN RGB-D's millimetres, rotated by 3 bits: all values are multiples of 8; {way_out}")
         return depth_files.ROTATED
     values = np.flatnonzero(counts)
     in_high_byte = not (values % 257).any() or not (values % 256).any()
@@ -403,10 +393,8 @@ def _check_filed(raw: NDArray[Any], filed: float, note: Note) -> float:
             return scale
         note(f"{impossible}: pass {option('depth_scale')} (raw values per metre) if that is wrong")
     elif is_float and filed != 1:
-        note(
-            f"floating point depth is divided by {filed:g}, as the intrinsics file says; "
-            f"pass {option('depth_scale', 1)} if it is in metres"
-        )
+        way_out = f"pass {option('depth_scale', 1)} if it is in metres"
+        note(f"floating point depth is divided by {filed:g}, as the intrinsics file says; {way_out}")
     return filed
 
 
@@ -414,26 +402,20 @@ def _scale_of_floats(raw: NDArray[Any], note: Note) -> tuple[float, str]:
     median = missing_depth.middle(raw)
     network = f"{option('depth_kind', 'inverse')} for a network's output"
     if median > missing_depth.FARTHEST or (median > 1000 * missing_depth.NEAREST and missing_depth.is_whole(raw)):
-        note(
-            f"floating point depth has its middle at {median:.4g}: taken as millimetres; "
-            f"pass {option('depth_scale', 1)} if it is in metres, {network}"
-        )
+        way_out = f"pass {option('depth_scale', 1)} if it is in metres, {network}"
+        note(f"floating point depth has its middle at {median:.4g}: taken as millimetres; {way_out}")
         return 1000.0, "millimetres, by their size"
     if median < missing_depth.NEAREST:
-        note(
-            f"floating point depth has its middle at {median:.3g} m; "
-            f"pass {option('depth_scale')} if it is not in metres, {network}"
-        )
+        way_out = f"pass {option('depth_scale')} if it is not in metres, {network}"
+        note(f"floating point depth has its middle at {median:.3g} m; {way_out}")
     return 1.0, "floating point metres"
 
 
 def _scale_of_integers(raw: NDArray[Any], counts: depth_files.Counts | None, note: Note) -> tuple[float, str]:
     scale = _find_scale(raw, counts)
     if scale:
-        note(
-            f"depth is of integers, taken as {scale:g} a metre (TUM's), as its values are spaced; "
-            f"pass {option('depth_scale', 1000)} if it is in millimetres"
-        )
+        way_out = f"pass {option('depth_scale', 1000)} if it is in millimetres"
+        note(f"depth is of integers, taken as {scale:g} a metre (TUM's), as its values are spaced; {way_out}")
         return scale, "TUM's, by the spacing of its values"
     median = missing_depth.middle(raw)
     text = f"depth is of integers, without {option('depth_scale')}: taken as millimetres (1000 per metre)"

@@ -263,10 +263,8 @@ def check_folder(folder: FilePath) -> Path:
     """The folder as a path. Raises OSError if it is not one."""
     place = Path(folder)
     if place.is_file():
-        raise NotADirectoryError(
-            f"{place} is a file, expected a folder: "
-            f"pass single files as {option('depth', 'FILE')} and {option('color', 'FILE')}"
-        )
+        way_out = f"pass single files as {option('depth', 'FILE')} and {option('color', 'FILE')}"
+        raise NotADirectoryError(f"{place} is a file, expected a folder: {way_out}")
     if not place.is_dir():
         what = "file" if place.suffix else "folder"
         raise FileNotFoundError(

@@ -267,10 +267,8 @@ def _to_metres(
     is_said = options.depth_kind is not None or (source is not None and source.depth_kind is not None)
     if coding.kind != "z" or is_said or not first or not is_ray_length(metres, camera):
         return metres, coding
-    note(
-        f"{name or 'depth'} is taken as lengths of rays: planes in it are flat only so; "
-        f"pass {option('depth_kind', 'z')} if it is not"
-    )
+    way_out = f"pass {option('depth_kind', 'z')} if it is not"
+    note(f"{name or 'depth'} is taken as lengths of rays: planes in it are flat only so; {way_out}")
     coding = replace(coding, kind="ray")
     return to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs), coding
 

@@ -388,19 +388,19 @@ def align(
             own = tuple(motions[: len(shares)][shares > OWN_SHARE])
         is_placed, leads = k not in kept and after.overlap[k] > 0, k in work.anchors
         spreads, agreed = (before.each[k], after.each[k]), (before.agreement[k], after.agreement[k])
-        known = pose, is_placed, leads, work.moved(found, k), after.overlap[k], *spreads, *agreed
-        fits.append(Fit(*known, work.by_colors, own))
+        moved = work.moved(found, k)
+        fits.append(Fit(pose, is_placed, leads, moved, after.overlap[k], *spreads, *agreed, work.by_colors, own))
     return fits
 
 
 def _are_registered(work: PosedFrames, poses: list[Matrix], free: Set[int]) -> bool:
     """Return whether colours lie on the depth: where poses are right by depth alone, textures must agree, too."""
-    if not work.judged(poses).correlation < WELL_REGISTERED:
-        return True
-    work.by_colors = False
-    alone, _ = work.refine(poses, free, levels=LEVELS[-1:])
-    work.by_colors = True
-    return not work.judged(alone).correlation < REGISTERED
+    if work.judged(poses).correlation < WELL_REGISTERED:
+        work.by_colors = False
+        poses, _ = work.refine(poses, free, levels=LEVELS[-1:])
+        work.by_colors = True
+        return not work.judged(poses).correlation < REGISTERED
+    return True
 
 
 def _guarded(work: PosedFrames, poses: list[Matrix], kept: set[int]) -> tuple[list[Matrix], set[int]]:

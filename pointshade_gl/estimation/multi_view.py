@@ -56,8 +56,13 @@ def compared(samples: NDArray[np.float32], colored: bool = True) -> Comparison:
     samples  (n, 4) from view_difference.frag: relative excess of the other frame's depth, log ratios of three colours
     colored  False where a frame has no colours: then the ratios mean nothing
     """
-    apart = _share_apart(samples[:, 0])
-    close = np.abs(samples[:, 0]) < FARTHEST
+    excess = samples[:, 0]
+    shared = excess < NO_OVERLAP
+    judged = shared & (excess > -APART)  # what lies behind a surface is hidden from it
+    # the share of points that float before what the other frame sees there
+    enough = judged.sum() >= max(FEWEST, JUDGED * shared.sum())
+    apart = float((excess[judged] > APART).mean()) if enough else np.nan
+    close = np.abs(excess) < FARTHEST
     if close.sum() < FEWEST:
         return Comparison(np.inf, _fixed([np.nan] * 3), apart)
     near = samples[close].astype(np.float64)
@@ -65,14 +70,6 @@ def compared(samples: NDArray[np.float32], colored: bool = True) -> Comparison:
     ratios = [channel[np.abs(channel) < 10] for channel in near[:, 1:].T]
     known = [float(np.median(ratio)) if len(ratio) >= FEWEST and colored else np.nan for ratio in ratios]
     return Comparison(spread, _fixed(known), apart)
-
-
-def _share_apart(excess: NDArray[np.float32]) -> float:
-    """Return the share of points that float before what the other frame sees there; NaN if too few are comparable."""
-    shared = excess < NO_OVERLAP
-    judged = shared & (excess > -APART)  # those behind its surface are hidden from it
-    enough = judged.sum() >= max(FEWEST, JUDGED * shared.sum())
-    return float((excess[judged] > APART).mean()) if enough else np.nan
 
 
 def _fixed(values: list[float]) -> NDArray[np.float64]:

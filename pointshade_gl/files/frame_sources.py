@@ -269,7 +269,5 @@ def check_posed(sources: Iterable[Any]) -> None:
     """
     for source in sources:
         if isinstance(source, FrameSequence) and not source.is_placed:
-            raise ValueError(
-                f"{source.folder} has no poses: several INPUTs are merged by their poses, pass those as "
-                f"{option('poses', 'FILE')}"
-            )
+            way_out = f"several INPUTs are merged by their poses, pass those as {option('poses', 'FILE')}"
+            raise ValueError(f"{source.folder} has no poses: {way_out}")

@@ -61,9 +61,8 @@ class Archive:
         if member is None:
             raise ValueError(f"{self.path} has no {shown(name)[1:-1]}")
         if member.flag_bits & _ENCRYPTED or member.compress_type not in METHODS:
-            raise ValueError(
-                f"{self.path} is packed with a password or an unusual method: unpack it and pass the files"
-            )
+            way_out = "unpack it and pass the files"
+            raise ValueError(f"{self.path} is packed with a password or an unusual method: {way_out}")
         return member
 
 

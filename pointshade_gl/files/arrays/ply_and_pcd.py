@@ -91,7 +91,10 @@ def read_ply(path: FilePath, max_pixels: float = MAX_PIXELS, last: str = "") -> 
         at, form = header.at, next(name for name, order in _ORDERS.items() if order == header.order)
         if header.order == _TEXT:
             check_limit(len(data), f"{path} has {len(data)} bytes of text", max_pixels, CLOUD_TEXT)
-            data, at = _doubles(data[at:]), 0
+            values = parse_numbers(data[at:].decode("ascii", "replace"))  # 8 bytes each
+            if not values.size and data[at:].strip(_PADDING):
+                raise ValueError("after its header it holds something other than numbers")
+            data, at = values.tobytes(), 0
         found: Elements = {}
         for element in header.elements:
             rows, at = _read_rows(data, at, element, header.order)
@@ -133,14 +136,6 @@ def _read_header(data: bytes) -> _PlyHeader:
             case _:
                 raise ValueError(f"its header has the line {shown(' '.join(words))}")
     raise ValueError("its header has no end")
-
-
-def _doubles(text: bytes) -> bytes:
-    """The numbers of a text, 8 bytes each."""
-    values = parse_numbers(text.decode("ascii", "replace"))
-    if not values.size and text.strip(_PADDING):
-        raise ValueError("after its header it holds something other than numbers")
-    return values.tobytes()
 
 
 def _read_rows(data: bytes, at: int, element: _Element, order: str) -> tuple[NDArray[Any], int]:

@@ -141,10 +141,9 @@ def _from_names(named: Named, path: Path, note: Note, of_color: bool) -> Intrins
     found = from_named(named, str(path), of_color)
     if not found:
         has = ", ".join([*named][:6]) or "no numbers"
-        raise ValueError(
-            f"{path} holds no camera: expected fx, fy, cx, cy, or a 3x3 matrix called K, intrinsic_matrix "
-            f"or camera_matrix, or fov_x and fov_y in degrees; it has {cut(has)}"
-        )
+        matrix = "a 3x3 matrix called K, intrinsic_matrix or camera_matrix"
+        expected = f"expected fx, fy, cx, cy, or {matrix}, or fov_x and fov_y in degrees"
+        raise ValueError(f"{path} holds no camera: {expected}; it has {cut(has)}")
     if any(len(numbers) == 1 and numbers[0] for name, numbers in named.items() if word(name) in DISTORTION):
         note(f"{path}: the lens distortion is ignored, pictures are taken as undistorted")
     return replace(found[0], alternatives=tuple(found[1:]))

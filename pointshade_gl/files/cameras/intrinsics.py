@@ -118,9 +118,8 @@ def _guess_size(intrinsics: Intrinsics, depth: Size, color: Size | None, note: N
 
     size = min((depth, color or depth), key=distance)  # the depth when both are as near
     if not distance(size) <= 0.5:
-        raise ValueError(
-            f"{intrinsics.name}: the principal point ({cx:g}, {cy:g}) must lie in the depth picture of {_text(depth)}"
-        )
+        expected = f"must lie in the depth picture of {_text(depth)}"
+        raise ValueError(f"{intrinsics.name}: the principal point ({cx:g}, {cy:g}) {expected}")
     if color and color != depth:
         which = "depth" if size == depth else "color"
         note(f"{intrinsics.name}: no picture size is given, taken as for the {which} picture of {_text(size)}")

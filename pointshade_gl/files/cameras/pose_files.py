@@ -40,14 +40,6 @@ class PoseList(NamedTuple):
 
 
 @np.errstate(invalid="ignore", over="ignore")  # poses are checked later
-def from_text(text: str, path: Path) -> PoseList | None:
-    """Numbers with names: MVSNet's `extrinsic` above its matrix, T-LESS' info.yml. MVSNet's have any unit."""
-    named = read_named(text, path)
-    found = _from_bop(named) or from_words(named)
-    return found._replace(metric="extrinsic" not in named) if found else None
-
-
-@np.errstate(invalid="ignore", over="ignore")  # poses are checked later
 def from_json(data: Any, path: Path, max_pixels: float) -> PoseList | None:
     if isinstance(data, dict) and "frames" in data:
         entries = read_transforms(path, max_pixels)
@@ -151,9 +143,8 @@ def pose_of(numbers: NDArray[np.float64], name: str) -> NDArray[np.float64]:
     if numbers.size in (12, 16):
         return check_pose(from_matrices(numbers.reshape(1, -1))[0], name)
     if numbers.size not in (7, 8):
-        raise ValueError(
-            f"{name} must hold a matrix of 4x4 or 3x4, or tx ty tz qx qy qz qw, got {numbers.size} numbers"
-        )
+        expected = "a matrix of 4x4 or 3x4, or tx ty tz qx qy qz qw"
+        raise ValueError(f"{name} must hold {expected}, got {numbers.size} numbers")
     place, turn = numbers[None, -7:-4], numbers[None, -4:]
     if not abs(np.linalg.norm(turn) - 1) < 0.01:
         raise ValueError(f"{name} must end with qx qy qz qw of length 1, got {shown(turn[0].tolist())}")
@@ -186,15 +177,19 @@ def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
     if text.startswith(WRITTEN) and rows is not None and rows.shape[1] == 8 and np.abs(rows[:, 0]).max() < 2**31:
         return PoseList(from_quaternions(rows[:, 1:4], rows[:, 4:]), numbers=rows[:, 0].astype(int).tolist())
     found = (_from_header(header, rows) or _from_rows(rows)) if rows is not None else None
-    found = found or _from_blocks(text) or from_text(text, path)
+    found = found or _from_blocks(text)
+    if found is None:  # numbers with names: MVSNet's `extrinsic`, in any unit, above its matrix, T-LESS' info.yml
+        named = read_named(text, path)
+        with np.errstate(invalid="ignore", over="ignore"):  # poses are checked later
+            found = _from_bop(named) or from_words(named)
+        found = found and found._replace(metric="extrinsic" not in named)
     return _checked(found, path, "a text" if rows is None else f"rows of {rows.shape[1]} numbers")
 
 
 def _checked(found: PoseList | None, path: Path, got: str) -> PoseList:
     if found is None or not len(found.poses):
-        raise ValueError(
-            f"{path} holds no poses: expected t x y z qx qy qz qw, or a matrix of 3x4 or 4x4, for each frame, got {got}"
-        )
+        expected = "expected t x y z qx qy qz qw, or a matrix of 3x4 or 4x4, for each frame"
+        raise ValueError(f"{path} holds no poses: {expected}, got {got}")
     return found
 
 

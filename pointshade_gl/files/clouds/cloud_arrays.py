@@ -114,9 +114,9 @@ def read_lidar_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoi
     data = read_bytes(path, max_pixels)
     columns = lidar_columns(data[:HEAD], len(data))
     if columns is None:
+        way_out = "other numbers without a header can be saved as .npy"
         raise ValueError(
-            f"{path} is no scan of a lidar: expected float32 x, y, z and intensity, as in KITTI; other numbers "
-            "without a header can be saved as .npy"
+            f"{path} is no scan of a lidar: expected float32 x, y, z and intensity, as in KITTI; {way_out}"
         )
     table = np.frombuffer(data, "<f4").reshape(-1, columns)
     check_points(len(table), path, max_pixels)

@@ -110,9 +110,9 @@ class Assembly:
             if off_moved < off:
                 points, fitted, off = moved, fitted_moved, off_moved
         if off >= MOST_OFF:
+            axes = "x right, y down and z forward, in the camera's axes or with the camera's pose beside them"
             raise ValueError(
-                f"{self.name}: no pinhole camera sees its points where they are in the picture: expected x right, "
-                "y down and z forward, in the camera's axes or with the camera's pose beside them"
+                f"{self.name}: no pinhole camera sees its points where they are in the picture: expected {axes}"
             )
         return points, fitted
 
@@ -246,10 +246,8 @@ def _check_surface(name: str, key: str, item: ArrayItem, max_pixels: float) -> N
     check_pixels(width, height, f"{name}/{key}", max_pixels)
     check_limit(item.count, f"{name} has {item.count} frames", max_pixels, PARTS)
     if item.count > 1 and _LONGEST * width < min(height, item.count):
-        raise ValueError(
-            f"{name}: {list_arrays({key: item.array.shape})} must have the shape (h, w) or (n, h, w): "
-            "move the axis that counts frames to the front"
-        )
+        given, way_out = list_arrays({key: item.array.shape}), "move the axis that counts frames to the front"
+        raise ValueError(f"{name}: {given} must have the shape (h, w) or (n, h, w): {way_out}")
 
 
 def _fits(role: str, item: ArrayItem, surface: ArrayItem) -> bool:

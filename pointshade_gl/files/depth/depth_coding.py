@@ -73,10 +73,9 @@ def read_colors(image: NDArray[np.uint8], name: str, hints: DepthHints, note: No
         way_out = f"{how_to_make_depth()}; or pass it as {as_color} and its depth as {as_depth}"
         raise ValueError(f"{name} is a photograph: {way_out}")
     if levels is None:
-        raise ValueError(
-            f"{name} is a colour picture, not depth, nor depth colour-mapped by {', '.join(depth_files.MAPS)}: pass "
-            f"depth (16-bit PNG, .npy or EXR) as {as_depth}, and the photograph as {as_color}"
-        )
+        way_out = f"pass depth (16-bit PNG, .npy or EXR) as {as_depth}, and the photograph as {as_color}"
+        nor = f"nor depth colour-mapped by {', '.join(depth_files.MAPS)}"
+        raise ValueError(f"{name} is a colour picture, not depth, {nor}: {way_out}")
     values, end, why = levels.values, depth_files.MAPS[levels.name], f"colours of {levels.name}"
     read = f"{name} is a colour-mapped picture of depth ({levels.name}), read back in 256 steps"
     if not hints.is_silent:
@@ -119,10 +118,8 @@ def read_8_bits(raw: NDArray[Any], name: str, hints: DepthHints, note: Note) -> 
 def _refuse_what_is_none(raw: NDArray[Any], name: str) -> None:
     """Raise ValueError for a photograph, a mask and a map of labels."""
     if instead := what_instead(raw):
-        raise ValueError(
-            f"{name} has 8 bits and looks like {instead}, expected depth: pass another file, "
-            f"or {option('depth_kind', 'inverse', 'z')} to use its 256 levels as they are"
-        )
+        way_out = f"pass another file, or {option('depth_kind', 'inverse', 'z')} to use its 256 levels as they are"
+        raise ValueError(f"{name} has 8 bits and looks like {instead}, expected depth: {way_out}")
 
 
 def read_relative(
@@ -169,10 +166,8 @@ def _read_disparity(raw: NDArray[Any], name: str, hints: DepthHints, note: Note)
         note(f"{name} is taken as disparity; pass {option('depth_kind', 'z')} if it is distances")
         scale = disparity_scale(raw, hints, note)
         return Decoded(raw, Coding("disparity", scale, "its name or its planes, and the baseline"))
-    note(
-        f"{name} is taken as disparity, by its name: without {option('baseline')} (metres between the cameras) its "
-        f"size is unknown, its middle is put at {_MIDDLE:g} m"
-    )
+    why = f"without {option('baseline')} (metres between the cameras) its size is unknown"
+    note(f"{name} is taken as disparity, by its name: {why}, its middle is put at {_MIDDLE:g} m")
     return Decoded(raw, Coding("inverse", _MIDDLE * missing_depth.middle(raw), "its name"))
 
 
@@ -283,9 +278,8 @@ def _read_codes(codes: depth_files.Codes, name: str, hints: DepthHints, note: No
         repairs, codes = [depth_files.SWAPPED], codes.byteswap()
     counts = depth_files.count_codes(codes)
     if hints.scale is None and depth_files.is_half(codes, counts):
-        note(
-            f"{name} is taken as 16-bit floats: planes in it bend as depth only so; pass {option('depth_scale')} if not"
-        )
+        way_out = f"pass {option('depth_scale')} if not"
+        note(f"{name} is taken as 16-bit floats: planes in it bend as depth only so; {way_out}")
         halves = depth_files.repaired(codes, [depth_files.HALF])
         return _after(_read_values(halves, name, hints, note), *repairs, depth_files.HALF)
     packed = _find_packing(codes, counts, name, hints, note)
@@ -298,16 +292,12 @@ def _read_codes(codes: depth_files.Codes, name: str, hints: DepthHints, note: No
         decoded = Decoded(codes, Coding(hints.any_kind or "z", hints.scale or 1000.0, f"millimetres, {packed}"))
     elif hints.any_kind == "kinect":
         if int(codes.max()) > depth_files.KINECT_MISSING:
-            note(
-                f"{name} is no raw disparity of a Kinect: its values go up to {codes.max()}, beyond "
-                f"{depth_files.KINECT_MISSING}; leave out {option('depth_kind', 'kinect')}"
-            )
+            why = f"its values go up to {codes.max()}, beyond {depth_files.KINECT_MISSING}"
+            note(f"{name} is no raw disparity of a Kinect: {why}; leave out {option('depth_kind', 'kinect')}")
         decoded = Decoded(codes, Coding("kinect", 1.0, "as said"))
     elif hints.is_silent and depth_files.is_kinect(counts):
-        note(
-            f"{name} is taken as the raw disparity of a first Kinect ({depth_files.KINECT_MISSING} is missing); "
-            f"pass {option('depth_kind', 'z')} if it is not"
-        )
+        taken = f"the raw disparity of a first Kinect ({depth_files.KINECT_MISSING} is missing)"
+        note(f"{name} is taken as {taken}; pass {option('depth_kind', 'z')} if it is not")
         decoded = Decoded(codes, Coding("kinect", 1.0, "raw disparity of a Kinect"))
     else:
         decoded = _read_values(codes, name, hints, note, counts)
@@ -355,9 +345,8 @@ def _read_values(
         return Decoded(raw, Coding(kind, 1.0, "as said"))
     if hints.filed_scale is not None:
         if hints.filed_scale == 1000 and _find_scale(raw, counts):
-            note(
-                f"the values of {name} are spaced like TUM's: pass {option('depth_scale', 5000)} if all is too far away"
-            )
+            way_out = f"pass {option('depth_scale', 5000)} if all is too far away"
+            note(f"the values of {name} are spaced like TUM's: {way_out}")
         return Decoded(raw, Coding(kind, _check_filed(raw, hints.filed_scale, note), "the camera's file"))
     if counts is not None and np.count_nonzero(counts) <= LABELS and is_of_labels(raw):
         note(f"{name} looks like a map of labels (few values, in flat areas), not like depth: pass another file")
@@ -371,10 +360,8 @@ def _check_passed(raw: NDArray[Any], name: str, kind: str, scale: float, note: N
     if kind in METRIC and median > 0 and not missing_depth.is_plausible(median / scale):
         meant = missing_depth.scale_of_file(scale, median)
         way_out = f"pass {option('depth_scale', round(meant))}" if meant else "is that right?"
-        note(
-            f"{option('depth_scale', scale)} (values per metre) puts the middle of {name} at "
-            f"{median / scale:.3g} m: {way_out}"
-        )
+        given = f"{option('depth_scale', scale)} (values per metre)"
+        note(f"{given} puts the middle of {name} at {median / scale:.3g} m: {way_out}")
 
 
 def _check_filed(raw: NDArray[Any], filed: float, note: Note) -> float:

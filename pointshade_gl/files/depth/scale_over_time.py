@@ -88,7 +88,7 @@ def _small_colors(
     ratio = colors.shape[0] / size[0], colors.shape[1] / size[1]
     box = 0, 0, small[1] * step * ratio[1], small[0] * step * ratio[0]
     picture = Image.fromarray(np.ascontiguousarray(colors[..., :3]))
-    return np.asarray(picture.resize(small[::-1], Image.Resampling.BOX, box), np.float32) / np.float32(255)
+    return np.asarray(picture.resize((small[1], small[0]), Image.Resampling.BOX, box), np.float32) / np.float32(255)
 
 
 def matched(small: Small, earlier: Small, likely: NDArray[np.int_] | None, focal: float) -> Matched:
@@ -194,7 +194,7 @@ def _turned(
 
 
 def _growth(here: tuple[NDArray[np.int_], NDArray[np.int_]], moved: list[NDArray[np.float64]]) -> float:
-    """Return how much farther apart things are after they moved, less 1."""
+    """Return how much farther apart points are after they moved, less 1."""
     off = [one - one.mean() for one in here] if here[0].size else [np.zeros(1)] * 2
     spread = sum(float(one @ one) for one in off)
     return sum(float(one @ step) for one, step in zip(off, moved, strict=True)) / spread if spread > 0 else 0.0
@@ -250,20 +250,16 @@ class FrameScale:
         """Return the line of the next picture: values (h, w), not finite where unknown, colours (h', w', 3)."""
         small = small_copy(values, colors)
         line = self._line(small)
-        if line.is_first:
-            self._start(small)
-            return Line(is_first=True)
-        self._last = small.on_line(line.a, line.b)
-        return Line(line.a * self._unit, line.b * self._unit + self._origin)
-
-    def _start(self, small: Small) -> None:
-        """Begin a shot."""
+        if not line.is_first:
+            self._last = small.on_line(line.a, line.b)
+            return Line(line.a * self._unit, line.b * self._unit + self._origin)
         known = small.values[small.known] if small.known.any() else np.array([0.0, 1.0])
         low, high = (0.0, 1.0) if self.is_metric else np.percentile(known, (2, 98))
         self._origin, self._unit = float(low), float(high - low) or 1.0
         self._last = small.on_line(1 / self._unit, -self._origin / self._unit)
         self._earlier, self._places, self._before, self._infinity = [self._last], None, None, FarOffset()
         self._turns = 0
+        return Line(is_first=True)
 
     def _line(self, small: Small) -> Line:
         if self._last is None:

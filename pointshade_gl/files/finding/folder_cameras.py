@@ -169,10 +169,8 @@ def _of_data_set(
         is_like = size is not None and known.is_resized and shows_the_same(known.size, size)
         if (size in (None, known.size) or is_like) and re.search(known.known_by, seen):
             numbers = ",".join(f"{number:g}" for number in known.numbers)
-            note(
-                f"no camera is in {folder}, which looks like {known.title}: its published camera ({numbers}) "
-                f"and {known.depth_scale:g} depth units per metre are taken"
-            )
+            taken = f"its published camera ({numbers}) and {known.depth_scale:g} depth units per metre are taken"
+            note(f"no camera is in {folder}, which looks like {known.title}: {taken}")
             return Intrinsics(known.title, known.numbers, known.size, known.depth_scale)
     return None
 
@@ -304,10 +302,8 @@ def given_poses(
     if own is not None:
         return FoundPoses([found.poses[own[0]]] * len(frames), str(path), found.metric)
     if (poses := match_poses(path, found, frames, note)) is None:
-        raise ValueError(
-            f"{path} holds {_counted(found)}, and {source} has {counted(len(frames), 'frame')}: expected one for each, "
-            "by name, time stamp, number or order"
-        )
+        got = f"{path} holds {_counted(found)}, and {source} has {counted(len(frames), 'frame')}"
+        raise ValueError(f"{got}: expected one for each, by name, time stamp, number or order")
     return FoundPoses(poses, str(path), found.metric)
 
 
@@ -325,10 +321,8 @@ def poses_of_inputs(
     else:
         places = range(len(inputs)) if len(inputs) == len(found.poses) else None
     if places is None:
-        raise ValueError(
-            f"{path} holds {_counted(found)}, expected one for each of {len(inputs)} INPUTs: "
-            f"{', '.join(map(str, inputs))}"
-        )
+        expected = f"expected one for each of {len(inputs)} INPUTs: {', '.join(map(str, inputs))}"
+        raise ValueError(f"{path} holds {_counted(found)}, {expected}")
     return [check_pose(found.poses[k], f"{path}: pose {k}") for k in places]
 
 

@@ -66,21 +66,18 @@ def best_group(
     by_stem: dict[str, list[ListedFile]] = {}
     for item in best:
         by_stem.setdefault(item.stem, []).append(item)
-    kept = [_best_form(forms, suffixes) for forms in by_stem.values()]
+    kept = []
+    for forms in by_stem.values():  # of files that differ in their suffix the one that keeps the most
+        forms.sort(key=lambda item: suffixes.index(item.suffix))
+        plain = [item for item in forms if not _is_mapped(item.path)] if what != "depth" and len(forms) > 1 else []
+        kept.append((plain or forms)[0])
     if len(kept) == 1 < len(best):
         note(f"{folder} has {', '.join(item.path.name for item in best)}: {kept[0].path.name} is taken")
     return kept
 
 
-def _best_form(forms: list[ListedFile], suffixes: tuple[str, ...]) -> ListedFile:
-    """Return, of files that differ in their suffix, the one that keeps the most, and is no colour-mapped depth."""
-    forms = sorted(forms, key=lambda item: suffixes.index(item.suffix))
-    if len(forms) > 1 and suffixes == known_names.COLOR_SUFFIXES:
-        forms = [item for item in forms if not _is_mapped(item.path)] or forms
-    return forms[0]
-
-
 def _is_mapped(path: Path) -> bool:
+    """Whether it is depth in colours."""
     image = read_image(path)
     return image.ndim == 3 and image.dtype == np.uint8 and read_levels(image) is not None
 
@@ -118,10 +115,9 @@ def find_partners(
     if len(depths) == 1:
         return [colors[0]]
     if len(depths) != len(colors):
-        raise ValueError(
-            f"{folder} has {len(depths)} depth and {len(colors)} colour pictures whose names do not show which belong "
-            "together: give the two of a frame the same name"
-        )
+        got = f"{folder} has {len(depths)} depth and {len(colors)} colour pictures"
+        way_out = "give the two of a frame the same name"
+        raise ValueError(f"{got} whose names do not show which belong together: {way_out}")
     note(f"{folder}: depth and colour are paired by order, their names do not match")
     return list(colors)
 
@@ -267,9 +263,8 @@ def check_folder(folder: FilePath) -> Path:
         raise NotADirectoryError(f"{place} is a file, expected a folder: {way_out}")
     if not place.is_dir():
         what = "file" if place.suffix else "folder"
-        raise FileNotFoundError(
-            f"there is no {what} {place}{near_path(place, (*known_names.FRAMES, *known_names.SCENES))}"
-        )
+        meant = near_path(place, (*known_names.FRAMES, *known_names.SCENES))
+        raise FileNotFoundError(f"there is no {what} {place}{meant}")
     if followed(place).parts[:2] in _OF_THE_SYSTEM:
         raise OSError(f"{place} is a folder in which Linux shows its own state, and no pictures: pass another one")
     return place
@@ -286,11 +281,7 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     folder = place.path
     for levels in range(1, LEVELS + 1):
         items = place.listing.files(folder, levels)
-        pictures = [
-            item
-            for item in items
-            if item.suffix in (*known_names.COLOR_SUFFIXES, *known_names.DEPTH_SUFFIXES, *known_names.VIDEO_SUFFIXES)
-        ]
+        pictures = [item for item in items if item.suffix in (*_PICTURES, *known_names.VIDEO_SUFFIXES)]
         pictures = [item for item in pictures if not known_names.NOT_PICTURES.fullmatch(item.name)]
         if place.root is not None:
             pictures = [item for item in pictures if place.check(item.path)]
@@ -302,11 +293,7 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
         return []
     colors = listed_colors or _colors_of(folder, pictures, depths, note)
     colors = colors or _colors_beside(place, folder, depths, note)
-    masks = [
-        item
-        for item in pictures
-        if (item.words | item.folder_words) & known_names.VALID and _is_mask_of(item, depths[0])
-    ]
+    masks = [item for item in pictures if _is_mask_of(item, depths[0])]
     valid = (matches([item.key for item in depths], masks) if masks else []) or [None] * len(depths)
     if not colors:
         note(f"{folder} has no colour picture (color.*, rgb.*, image.*): the surface is light grey")
@@ -432,9 +419,12 @@ def _deep_grey(items: list[ListedFile]) -> list[ListedFile]:
 
 
 def _is_mask_of(item: ListedFile, depth: ListedFile) -> bool:
-    """Return whether a mask or a confidence is about the depth: it is named so, or it lies beside a network's depth."""
-    is_named = item.words & known_names.DEPTH or (item.words | item.folder_words) & known_names.CONFIDENCE
-    return bool(is_named) or (item.stem == "mask" and item.path.parent == depth.path.parent)
+    """Whether it is a mask or confidence of the depth: it is named so, or it is the mask beside a network's depth."""
+    words = item.words | item.folder_words
+    is_named = item.words & known_names.DEPTH or words & known_names.CONFIDENCE
+    return bool(words & known_names.VALID and is_named) or (
+        item.stem == "mask" and item.path.parent == depth.path.parent
+    )
 
 
 def is_container(path: Path) -> bool:

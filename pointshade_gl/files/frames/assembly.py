@@ -94,20 +94,17 @@ def assumed_camera(size: Size, is_of_sensor: bool, missing: str, note: Note) -> 
         fx, fy, cx, cy = map(float, text.split(","))
         return Intrinsics(ASSUMED, (fx, fy, cx, cy), size)
     focal = max(size) / 2 / math.tan(math.radians(_USUAL_FOV) / 2)
-    note(
-        f"no camera is known{missing}: a field of view of {_USUAL_FOV:g} degrees across the longer side is assumed; "
-        f"{way_out}"
-    )
+    field = f"a field of view of {_USUAL_FOV:g} degrees across the longer side"
+    note(f"no camera is known{missing}: {field} is assumed; {way_out}")
     return Intrinsics(ASSUMED, (focal, focal, (width - 1) / 2, (height - 1) / 2), size)
 
 
 def make_camera(source: Intrinsics | None, fov: float | None, depth: Size, color: Size | None, note: Note) -> Camera:
     """The camera, known but for a field of view, of depth under colours of these sizes. Raises ValueError for none."""
     if color and not shows_the_same(color, depth):
-        note(
-            f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, of another aspect ratio: "
-            f"they do not look registered; pass the right colour as {option('color', 'FILE')}"
-        )
+        sizes = f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, of another aspect ratio"
+        way_out = f"pass the right colour as {option('color', 'FILE')}"
+        note(f"{sizes}: they do not look registered; {way_out}")
     if fov is not None:
         return Camera.from_fov(fov, *depth)
     assert source is not None, "one is assumed where none is known"
@@ -217,24 +214,18 @@ def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: flo
     """The depth as it is stored."""
     if not is_path(depth):
         return one_channel(depth_as_given(depth, np.nan), "depth")
-    if Path(depth).suffix.lower() not in RAW_SUFFIXES and not _is_bare(Path(depth), source):
+    path, size = Path(depth), source and source.size
+    suffix, is_bare = path.suffix.lower(), False
+    if size and suffix in COLOR_SUFFIXES and path.is_file():  # ETH3D's holds only 4 bytes for each pixel
+        is_bare = path.stat().st_size == 4 * size[0] * size[1] and not is_picture(path)
+    if suffix not in RAW_SUFFIXES and not is_bare:
         return read_depth(depth, note, max_pixels)
     if is_colmap_depth(read_head(depth)):
         return read_colmap_depth(depth, max_pixels)
-    if source is None or source.size is None:
-        raise ValueError(
-            f"{depth} holds numbers without a header: pass {option('intrinsics', 'FILE')} with the width and height, "
-            "or the depth as .npy"
-        )
-    return read_raw(depth, *source.size, max_pixels)
-
-
-def _is_bare(path: Path, source: Intrinsics | None) -> bool:
-    """Return whether a file with a picture's name holds only 4 bytes for each pixel, as ETH3D's depth does."""
-    if source is None or source.size is None or path.suffix.lower() not in COLOR_SUFFIXES:
-        return False
-    width, height = source.size
-    return path.is_file() and path.stat().st_size == 4 * width * height and not is_picture(path)
+    if size is None:
+        way_out = f"pass {option('intrinsics', 'FILE')} with the width and height, or the depth as .npy"
+        raise ValueError(f"{depth} holds numbers without a header: {way_out}")
+    return read_raw(depth, *size, max_pixels)
 
 
 def _hints_of(source: Intrinsics | None, parts: FrameParts, options: ReadOptions, raw: NDArray[Any]) -> DepthHints:
@@ -277,10 +268,8 @@ def _as_made(metres: NDArray[np.float32], enlarged: int, note: Note, name: str) 
     """Return a network's depth, which was enlarged so many times, at the size at which it was made."""
     found = reduced(metres, enlarged)
     small, large = (f"{one.shape[1]}x{one.shape[0]}" for one in (found, metres))
-    note(
-        f"{name}{': ' if name else ''}depth of {large} has edges that are {enlarged} pixels wide: it is taken at "
-        f"{small}, and the colours say where edges run"
-    )
+    what = f"{name}{': ' if name else ''}depth of {large} has edges that are {enlarged} pixels wide"
+    note(f"{what}: it is taken at {small}, and the colours say where edges run")
     return found
 
 

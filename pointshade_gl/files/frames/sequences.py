@@ -124,7 +124,8 @@ class FrameSequence(Sequence[Frame]):
         film, numbers, parts = self._film
 
         def read(number: int) -> None:
-            self._put_together(parts[number], self.note, lambda *seen: film.of(number, *seen, lambda _: None))
+            scale_of: Any = partial(film.of, number, read=lambda _: None)
+            self._put_together(parts[number], self.note, scale_of)
 
         return film.of(numbers[index], decoded, colors, camera, read)
 
@@ -145,15 +146,13 @@ class FrameSequence(Sequence[Frame]):
             return
         if found.reading != Reading():
             self.reading = found.reading
-            self.note(
-                f"{self.folder}: the views lie over each other only if {found.reading}, so they are read like that "
-                f"(their depths differ by {found.error:.1%} instead of {found.error_as_written:.0%})"
-            )
+            better = f"(their depths differ by {found.error:.1%} instead of {found.error_as_written:.0%})"
+            why = f"the views lie over each other only if {found.reading}"
+            self.note(f"{self.folder}: {why}, so they are read like that {better}")
         elif found.error > FAILS:
-            self.note(
-                f"{self.folder}: by their poses the views do not lie over each other (their depths differ by "
-                f"{found.error:.0%}): are {option('depth_scale')}, camera and poses right?"
-            )
+            what = f"the views do not lie over each other (their depths differ by {found.error:.0%})"
+            question = f"are {option('depth_scale')}, camera and poses right?"
+            self.note(f"{self.folder}: by their poses {what}: {question}")
 
     def _apart(self) -> list[int]:
         """Return the first frame, and the next ones that were taken from elsewhere."""
@@ -207,10 +206,9 @@ def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequenc
         more = f" (and {counted(len(missed) - 1, 'more folder')} likewise)" if len(missed) > 1 else ""
         note(f"{missed[0]}{more}")
     if not files:
-        raise FileNotFoundError(
-            f"{place.path} has no depth picture: expected depth.png (or {', '.join(DEPTH_SUFFIXES[:6])}...) "
-            f"or a folder depth/ in it, or pass {option('depth', 'FILE')}{_instead(place)}"
-        )
+        expected = f"expected depth.png (or {', '.join(DEPTH_SUFFIXES[:6])}...) or a folder depth/ in it"
+        way_out = f"or pass {option('depth', 'FILE')}{_instead(place)}"
+        raise FileNotFoundError(f"{place.path} has no depth picture: {expected}, {way_out}")
     return _from_files(place, files, options, note)
 
 
@@ -350,10 +348,8 @@ def _list(place: Folder, source: Any, options: ReadOptions, note: Note) -> list[
 
         return [FrameParts(None, colors[0], number=k) for k in range(count_pictures(colors[0], options.max_pixels))]
     if not colors:
-        raise FileNotFoundError(
-            f"{path} has no photographs ({', '.join(COLOR_SUFFIXES[:4])}...) of which {option('depth_model')} could "
-            "make depth"
-        )
+        photographs = f"photographs ({', '.join(COLOR_SUFFIXES[:4])}...)"
+        raise FileNotFoundError(f"{path} has no {photographs} of which {option('depth_model')} could make depth")
     return [FrameParts(None, color, number=k) for k, color in enumerate(colors)]
 
 

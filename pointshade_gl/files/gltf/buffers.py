@@ -70,8 +70,12 @@ def decode(value: Any, kind: Any = DOCUMENT, place: str = "") -> Any:
     """Return known keys as parts with attributes, None if missing. Raises ValueError, with the place, by wrong type."""
     if kind is object:
         return value
-    if isinstance(kind, list):
-        return _list(value, kind[0], place)
+    if isinstance(kind, list):  # a numbered part of the file may be null: `pick` refuses it where it is used
+        may_be_null = "." not in place
+        return [
+            None if item is None and may_be_null else decode(item, kind[0], f"{place}[{k}]")
+            for k, item in enumerate(_plain(value, list, place))
+        ]
     if not isinstance(kind, dict):
         return _plain(value, kind, place)
     if not isinstance(value, dict):
@@ -81,15 +85,6 @@ def decode(value: Any, kind: Any = DOCUMENT, place: str = "") -> Any:
         return {key: None if item is None else decode(item, kind[""], before + key) for key, item in value.items()}
     known = {key: decode(value[key], kind[key], before + key) for key in kind if value.get(key) is not None}
     return SimpleNamespace(**(dict.fromkeys(kind) | known))
-
-
-def _list(value: Any, kind: Any, place: str) -> list[Any]:
-    """Return the list. A numbered part of the file may be null: `pick` refuses it where it is used."""
-    may_be_null = "." not in place
-    return [
-        None if item is None and may_be_null else decode(item, kind, f"{place}[{k}]")
-        for k, item in enumerate(_plain(value, list, place))
-    ]
 
 
 def _plain(value: Any, kind: type, place: str) -> Any:

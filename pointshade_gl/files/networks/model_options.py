@@ -119,10 +119,8 @@ def is_model(value: Any) -> TypeGuard[Model]:
 def checked_options(model: Any, size: Any, pixels: Any, cache: bool) -> ModelOptions:
     """Return the options as a value. Raises TypeError or ValueError for what is none."""
     if not is_model(model):
-        raise TypeError(
-            f"{option('depth_model')} must be an {SUFFIX} file"
-            f" or, in Python, a function of a photograph (h, w, 3), got {shown(model)}"
-        )
+        expected = f"an {SUFFIX} file or, in Python, a function of a photograph (h, w, 3)"
+        raise TypeError(f"{option('depth_model')} must be {expected}, got {shown(model)}")
     if pixels is not None:
         check_choice(option("model_pixels"), pixels, PIXELS)
     return ModelOptions(model, None if size is None else size_of(size), pixels, cache)
@@ -137,8 +135,6 @@ def size_of(value: Any) -> tuple[int, int | None]:
     except (TypeError, ValueError):
         width, height = 0, None
     if not width or not 1 <= width <= _LARGEST or (height is not None and not 1 <= height <= _LARGEST):
-        raise ValueError(
-            f"{option('model_size')} must be WIDTHxHEIGHT in pixels, such as 686x518, or the shorter side alone, "
-            f"got {shown(value)}"
-        )
+        expected = "WIDTHxHEIGHT in pixels, such as 686x518, or the shorter side alone"
+        raise ValueError(f"{option('model_size')} must be {expected}, got {shown(value)}")
     return width, height

@@ -47,12 +47,11 @@ def facts_of(path: Path, metadata: Mapping[str, str]) -> ModelFacts:
                 found, sources = read | found, [*sources, name]
         if found:
             break
-    own = {name: _value(text) for name, text in metadata.items()}
-    if own := {name: value for name, value in own.items() if name in _READ}:
+    if own := {name: _value(text) for name, text in metadata.items() if name in _READ}:
         found, sources = found | own, ["its metadata", *sources]
     step, kind = found.get("ensure_multiple_of"), str(found.get("depth_kind", found.get("depth_estimation_type", "")))
     step = step if type(step) is int and 1 <= step <= 1024 else None
-    output = _OUTPUTS.get(kind.lower(), "metres" if found.get("model_type") in _METRIC_TYPES else None)
+    output: Any = _OUTPUTS.get(kind.lower(), "metres" if found.get("model_type") in _METRIC_TYPES else None)
     return ModelFacts(_normalization(found), _side(found), step, output, " and ".join(sources))
 
 
@@ -208,9 +207,8 @@ class Network:
                 found = self.session.run(None, {self.input: prepared.pixels, **self.others})
         except Exception as error:  # its own exceptions have no common parent but this
             size = "x".join(map(str, prepared.pixels.shape[1:]))
-            raise ValueError(
-                f"{self.path} cannot take an input of {size}: pass {option('model_size', 'WxH')} ({_reason(error)})"
-            ) from None
+            way_out = f"pass {option('model_size', 'WxH')} ({_reason(error)})"
+            raise ValueError(f"{self.path} cannot take an input of {size}: {way_out}") from None
         return {name: np.asarray(one) for name, one in zip(names, found, strict=True) if isinstance(one, np.ndarray)}
 
 
@@ -261,9 +259,8 @@ def _picture_input(path: Path, inputs: Mapping[str, Any]) -> tuple[str, InputSha
     found = {name: shape for name, one in inputs.items() if one.type in _TYPES and (shape := _shape(one.shape))}
     if len(found) != 1:
         listed = ", ".join(f"{name} {one.type.removeprefix('tensor')} {one.shape}" for name, one in inputs.items())
-        raise ValueError(
-            f"{path} has the inputs {cut(listed) or 'none'}: expected one picture, (1, 3, h, w) or (1, h, w, 3)"
-        )
+        expected = "expected one picture, (1, 3, h, w) or (1, h, w, 3)"
+        raise ValueError(f"{path} has the inputs {cut(listed) or 'none'}: {expected}")
     return next(iter(found.items()))
 
 
@@ -283,10 +280,9 @@ def _constant(path: Path, wanted: Any, names: list[str]) -> NDArray[Any]:
     if wanted.name.lower() in _TOKEN_NAMES:
         rank = len(wanted.shape or ())
         return np.array(_TOKENS, np.int32 if "int32" in wanted.type else np.int64).reshape((1,) * rank)
-    raise ValueError(
-        f"{path} wants {wanted.name} beside the picture (its inputs: {', '.join(names)}), which a photograph has not: "
-        "take an export of the network with a picture as its only input"
-    )
+    wants = f"{path} wants {wanted.name} beside the picture (its inputs: {', '.join(names)})"
+    way_out = "take an export of the network with a picture as its only input"
+    raise ValueError(f"{wants}, which a photograph has not: {way_out}")
 
 
 def _like(side: int, step: int, width: int, height: int) -> tuple[int, int]:

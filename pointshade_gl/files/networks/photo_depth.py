@@ -105,10 +105,8 @@ def contents_of_function(given: Any, name: str, size: Size, note: Note, max_pixe
     if "predicted_depth" in arrays:
         arrays.pop("depth", None)  # beside it transformers puts a picture for the eye
     if not _SURFACES & find_roles(arrays).keys():
-        raise TypeError(
-            f"{name} gave {shown(given)}: expected depth of shape (h, w), or a mapping with depth and perhaps mask and "
-            "intrinsics"
-        )
+        expected = "depth of shape (h, w), or a mapping with depth and perhaps mask and intrinsics"
+        raise TypeError(f"{name} gave {shown(given)}: expected {expected}")
     contents = _assembled(name, arrays, note, max_pixels)
     own, camera = (contents.depth.shape[1], contents.depth.shape[0]), contents.intrinsics
     if camera is None:
@@ -337,7 +335,12 @@ class PhotoDepth:
         """
         with self._lock:
             if key not in self._recent:
-                self._recent[key] = _checked(self._made(photo, beside, focal), self._options.title)
+                found = self._made(photo, beside, focal)
+                values = found.depth[np.isfinite(found.depth)] if found.depth.dtype.kind == "f" else found.depth
+                if not values.size or values.min() == values.max():
+                    gave = f"{values.min():g} everywhere" if values.size else "no number that is finite"
+                    raise ValueError(f"{self._options.title} gave {gave} for this photograph, which is no depth")
+                self._recent[key] = found
             self._recent.move_to_end(key)
             while len(self._recent) > _REMEMBERED:
                 self._recent.popitem(last=False)
@@ -385,13 +388,3 @@ class PhotoDepth:
             f"{network.path.name} is taken as {why}: input {width}x{height} with {pixels} pixels, output {gives}; if "
             f"not, pass {option('model_size', 'WxH')}, {option('model_pixels', *PIXELS)} or {option('depth_kind')}"
         )
-
-
-def _checked(contents: Contents, title: str) -> Contents:
-    """Raise ValueError for depth that is known nowhere, or the same everywhere."""
-    values = contents.depth[np.isfinite(contents.depth)] if contents.depth.dtype.kind == "f" else contents.depth
-    if not values.size:
-        raise ValueError(f"{title} gave no number that is finite for this photograph, which is no depth")
-    if values.min() == values.max():
-        raise ValueError(f"{title} gave {values.min():g} everywhere for this photograph, which is no depth")
-    return contents

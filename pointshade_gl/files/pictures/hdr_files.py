@@ -242,9 +242,8 @@ def _pick_channel(channels: dict[str, NDArray[Any]], name: str) -> str:
     keys = [key for key in ("R", "G", "B") if key in channels]
     if keys and all(np.array_equal(channels[keys[0]], channels[key], equal_nan=True) for key in keys):
         return keys[0]
-    raise ValueError(
-        f"{name} has the channels {', '.join(channels)}, which differ: expected one, or one called Z or depth"
-    )
+    expected = "expected one, or one called Z or depth"
+    raise ValueError(f"{name} has the channels {', '.join(channels)}, which differ: {expected}")
 
 
 _SLACK = 0.02  # of the width by which a picture may miss that it is twice as wide as high
@@ -278,10 +277,8 @@ def load_environment(path: FilePath, *, max_pixels: float = MAX_PIXELS) -> Envir
         picture = _linear(read_image(path, max_pixels, print_note), path)
     height, width = picture.shape[:2]
     if abs(width - 2 * height) > _SLACK * width:
-        raise ValueError(
-            f"{path} has {width}x{height} pixels: expected a picture of the whole sphere (equirectangular), "
-            "twice as wide as high"
-        )
+        expected = "a picture of the whole sphere (equirectangular), twice as wide as high"
+        raise ValueError(f"{path} has {width}x{height} pixels: expected {expected}")
     return Environment(_repaired(picture, path), str(path))
 
 

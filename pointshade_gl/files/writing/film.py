@@ -40,9 +40,8 @@ def is_series(path: Path) -> bool:
 def check_series(path: Path) -> None:
     """Raises ValueError or OSError unless many pictures can be written there; call it before a long computation."""
     if not is_series(path):
-        raise ValueError(
-            f"many pictures need a film ({', '.join(FILMS)}) or a number in the name (such as %04d.png), got {path}"
-        )
+        expected = f"a film ({', '.join(FILMS)}) or a number in the name (such as %04d.png)"
+        raise ValueError(f"many pictures need {expected}, got {path}")
     if is_numbered(path):
         check_writable(first_of(path))
     else:

@@ -108,8 +108,7 @@ def check_normals_path(path: FilePath, axes: str | None = None, bits: int = 8) -
         raise ValueError(f"{option('bits')} must be 8 or 16, got {bits}")
     if bits == 16 and path.suffix.lower() != ".png":
         raise ValueError(f"cannot write {path}: {option('bits', 16)} needs .png; .exr and .npy hold floats")
-    check_suffix(path, NORMALS)
-    return _check_map(path)
+    return _check_map(check_suffix(path, NORMALS))
 
 
 def save_normals(path: FilePath, normals: AnyArray, axes: AxesName | None = None, bits: Literal[8, 16] = 8) -> None:

@@ -90,8 +90,8 @@ def lobe_map(picture: NDArray[Any], exponent: float, width: int | None = None) -
     along = sines[..., None] + cosines[..., None] * turned
     weights = np.where(along > 0, np.maximum(along, 0) ** exponent, 0)  # 0 ** 0 is 1
     weights *= -np.diff(np.sin(edges))[:, None]  # by solid angle
-    around = np.fft.rfft(weights, axis=2).conj().transpose(2, 0, 1) @ np.fft.rfft(cells, axis=1).transpose(1, 0, 2)
-    sums = np.fft.irfft(around, fine, axis=0)[::2].transpose(1, 0, 2)  # one turn of the lobe is a convolution
+    waves = np.fft.rfft(weights, axis=2).conj().transpose(2, 0, 1) @ np.fft.rfft(cells, axis=1).transpose(1, 0, 2)
+    sums = np.fft.irfft(waves, fine, axis=0)[::2].transpose(1, 0, 2)  # one turn of the lobe is a convolution
     return np.maximum(sums / weights.sum((1, 2))[:, None, None], 0).astype(np.float32)
 
 

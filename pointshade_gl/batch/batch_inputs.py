@@ -29,6 +29,7 @@ from ..files.access.known_names import (
     PICTURE_SUFFIXES,
     POSE_SUFFIXES,
     POSES,
+    SCENE_SUFFIXES,
     SCENES,
     SHOWN_DEPTH,
     SPARSE,
@@ -36,9 +37,9 @@ from ..files.access.known_names import (
     builtin_folder,
     builtin_scene,
 )
-from ..files.clouds.recognise import CLOUD_SUFFIXES, is_cloud
+from ..files.clouds.load_cloud import CLOUD_SUFFIXES, is_cloud
 from ..files.finding.folder_frames import check_folder, find_frames, is_container
-from ..files.frame_sources import SCENE_FILES, is_scene
+from ..files.frame_sources import is_scene
 from ..files.frames.frame_parts import ReadOptions
 from ..files.frames.sequences import open_frames
 from ..files.gltf.buffers import read_container
@@ -121,7 +122,7 @@ def _below(folder: Path, name: PurePosixPath, real: str, passed: set[str], listi
     if real in passed:
         return []
     files, inside = listing.files(folder, 0), listing.folders(folder)
-    scenes = [item.path for item in files if item.suffix in SCENE_FILES]
+    scenes = [item.path for item in files if item.suffix in SCENE_SUFFIXES]
     if scenes:
         return [Source(str(path), name / path.stem) for path in scenes]
     parts = [path for path in inside if words_of(path.name.lower()) & _OF_SEQUENCES and _is_part(path, listing)]
@@ -267,7 +268,7 @@ def _beside_frames(path: Path, output: Path, listing: Listing) -> list[Path]:
 @lru_cache(1)
 def _beside_scene(folder: Path, output: Path, listing: Listing) -> list[Path]:
     """All files that a scene of a folder may name."""
-    items = [item for item in listing.files(folder, LEVELS) if item.suffix not in SCENE_FILES]
+    items = [item for item in listing.files(folder, LEVELS) if item.suffix not in SCENE_SUFFIXES]
     return [item.path for item in items if not _is_in(output, item.path)]
 
 

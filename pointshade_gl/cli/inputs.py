@@ -143,7 +143,7 @@ def load_several(frame: FrameOptions, inputs: Sequence[str], names: Sequence[str
 
     Raises ValueError without poses.
     """
-    from ..files.finding.folder_poses import poses_of_inputs
+    from ..files.finding.folder_cameras import poses_of_inputs
     from ..files.frame_sources import check_posed
 
     if frame.depth or frame.color:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from copy import copy
 from functools import cached_property
 from typing import NamedTuple
 
@@ -30,8 +29,7 @@ class Contradictions(NamedTuple):
 def contradictions(comparisons: Mapping[Pair, Comparison], count: int) -> Contradictions:
     """Find the frames with wrong poses, from comparisons of pairs (i, j).
 
-    Frames that agree form groups. A frame is wrong if it contradicts a group with more members than contradict that
-    group.
+    Frames that agree form groups. A frame is wrong if it contradicts a group with more members than contradict it.
     """
     contradicts = _contradicts(comparisons)
     group_of = _groups([pair for pair, is_off in contradicts.items() if not is_off], count)
@@ -51,7 +49,7 @@ def _contradicts(comparisons: Mapping[Pair, Comparison]) -> dict[Pair, bool]:
     known = {pair: ways for pair, ways in both_ways.items() if np.isfinite([one.apart for one in ways]).any()}
     if not known:
         return {}
-    # what lies nearer than a frame expects hides the rest from it: only the other frame can tell
+    # what lies nearer than a frame expects hides the rest from it: only the other frame can show it
     aparts = np.array([np.nanmax([one.apart for one in ways]) for ways in known.values()])
     spreads = np.array([min(one.spread for one in ways) for ways in known.values()])
     is_apart = aparts > np.clip(USUAL * np.quantile(aparts, 0.25, method="lower"), LEAST, MOST)
@@ -140,12 +138,6 @@ class ReducedFrame:
             return False
         return float(np.quantile(np.abs(self.texture), 0.9)) > self._noise + FLAT
 
-    def without_brightness(self) -> ReducedFrame:
-        """Return the same frame without its brightness."""
-        result = copy(self)
-        result.brightness = None
-        return result
-
     def samples(self, step: int) -> NDArray[np.intp]:
         """Return the numbers of the points that are used, on every step-th column and row."""
         if step not in self._samples:
@@ -162,12 +154,9 @@ class ReducedFrame:
             inside = (at[..., 2] > 0) & (u >= 0) & (v >= 0) & (u < camera.width) & (v < camera.height)
             return np.where(inside, v * camera.width + u, 0).astype(np.intp), inside
 
-    def blurred(self, level: int) -> Brightness:
-        """Return the brightness at a level of blur, 0 to BLURS - 1. It must be known."""
-        return self._blurred[level]
-
     @cached_property
-    def _blurred(self) -> list[Brightness]:
+    def blurred(self) -> list[Brightness]:
+        """Return the brightness, which must be known, at each level of blur."""
         assert self.brightness is not None
         levels = []
         for shown, impulse in zip(_blurs(self.brightness), _blurs(_IMPULSE), strict=True):
@@ -179,7 +168,7 @@ class ReducedFrame:
     @cached_property
     def texture(self) -> Floats:
         """Return the brightness without what is finer or coarser than some pixels, (h * w,). It must be known."""
-        return self._blurred[0].value - self._blurred[-1].value
+        return self.blurred[0].value - self.blurred[-1].value
 
     @cached_property
     def texture_noise(self) -> float:
@@ -189,39 +178,26 @@ class ReducedFrame:
 
     @cached_property
     def _noise(self) -> float:
-        return 0.0 if self.brightness is None else picture_noise(self.brightness)
-
-
-def picture_noise(picture: Floats) -> float:
-    """Return the standard deviation of a picture's noise, from the median size of its second differences.
-
-    The mask of Immerkaer 1996 hardly answers to structure; the median leaves out where it does.
-    """
-    rows = picture[:-2] - 2 * picture[1:-1] + picture[2:]
-    mask = rows[:, :-2] - 2 * rows[:, 1:-1] + rows[:, 2:]
-    return 1.4826 * float(np.median(np.abs(mask))) / 6 if mask.size else 0.0
+        """Return the standard deviation of the brightness's noise, from the median size of its second differences."""
+        if self.brightness is None:
+            return 0.0
+        rows = self.brightness[:-2] - 2 * self.brightness[1:-1] + self.brightness[2:]
+        # the mask of Immerkaer 1996 hardly answers to structure; the median leaves out where it does
+        mask = rows[:, :-2] - 2 * rows[:, 1:-1] + rows[:, 2:]
+        return 1.4826 * float(np.median(np.abs(mask))) / 6 if mask.size else 0.0
 
 
 def _blurs(picture: Floats) -> list[Floats]:
-    """Return a picture at each level of blur.
-
-    Each level blurs the last one by a kernel with gaps (a trous), so that all keep the size of the picture.
-    """
+    """Return a picture at each level of blur: each blurs the last one by five weights with gaps (a trous) between."""
     levels = []
-    for level in range(BLURS):
-        picture = _blur(picture, 1 << level)
+    for gap in (1 << level for level in range(BLURS)):
+        for axis in (0, 1):
+            pad = [(2 * gap, 2 * gap) if k == axis else (0, 0) for k in range(2)]
+            wide, count = np.pad(picture, pad, "edge"), picture.shape[axis]
+            parts = (wide.take(range(k * gap, k * gap + count), axis) for k in range(5))
+            picture = sum(weight * part for weight, part in zip(_KERNEL, parts, strict=True))  # type: ignore[assignment]
         levels.append(picture)
     return levels
-
-
-def _blur(picture: Floats, gap: int) -> Floats:
-    """Blur by a kernel of five weights, so many pixels apart; the border is repeated."""
-    for axis in (0, 1):
-        pad = [(2 * gap, 2 * gap) if k == axis else (0, 0) for k in range(2)]
-        wide, count = np.pad(picture, pad, "edge"), picture.shape[axis]
-        parts = (wide.take(range(k * gap, k * gap + count), axis) for k in range(5))
-        picture = sum(weight * part for weight, part in zip(_KERNEL, parts, strict=True))  # type: ignore[assignment]
-    return picture
 
 
 LEAST_COSINE = 0.7  # between the normals of two points that may be the same
@@ -325,11 +301,11 @@ def _project(points: PlacedFrame, target: ReducedFrame, pose: Array) -> _Project
 
 
 def _brighter(own: Array, target: ReducedFrame, level: int, pixels: NDArray[np.intp], at: Array) -> tuple[Array, Array]:
-    """Return by how much another frame is brighter than points, exposures matched, and its slope in its camera axes.
+    """Return by how much another frame is brighter than points in its pixels, exposures matched, and the slope of that.
 
-    pixels  where the points lie in its picture; at (n, 3): in its camera axes
+    at (n, 3) and the slope: in its camera axes
     """
-    camera, shown = target.camera, target.blurred(level).maps[pixels]
+    camera, shown = target.camera, target.blurred[level].maps[pixels]
     u, v = camera.pixel_at(at[:, 0], at[:, 1], at[:, 2])
     row, column = np.divmod(pixels, camera.width)
     theirs = shown[:, 0] + shown[:, 1] * (u - column) + shown[:, 2] * (v - row)
@@ -379,21 +355,14 @@ class Judgement(NamedTuple):
 
 
 def judge(
-    found: Sequence[tuple[int, int, Matches]],
+    found: Sequence[tuple[int, int, Matches]],  # of frame i in frame j: i, j, matches
     frames: Sequence[ReducedFrame],
-    points: Sequence[int],
-    anchors: Collection[int],
-    moved: Matrix,
-    spread: float | None,
+    points: Sequence[int],  # of each frame that were looked for in the others
+    anchors: Collection[int],  # numbers of the frames whose poses are right
+    moved: Matrix,  # (n, n) how far pairs of frames were moved against each other, a share of the scene's distance
+    spread: float | None,  # of depths where frames agree; None measures it, where each frame agrees best
 ) -> Judgement:
-    """Return how well frames agree.
-
-    found   matches of frame i in frame j, each i, j, matches
-    points  of each frame that were looked for in the others
-    anchors numbers of the frames whose poses are right
-    moved   (n, n) how far pairs of frames were moved against each other, a share of the scene's distance
-    spread  of depths where frames agree; None measures it, in that pair of each frame which agrees best
-    """
+    """Return how well frames agree."""
     count = len(points)
     seen, agree = np.zeros((2, count, count))  # of pairs, both ways together
     textures = np.zeros((5, count, count))  # see _texture_sums
@@ -431,11 +400,8 @@ def _texture_sums(frame: ReducedFrame, other: ReducedFrame, one: Matches) -> Mat
 
 
 def _fit(shares: Matrix, textures: Matrix, moved: Matrix) -> tuple[NDArray[np.bool_], float]:
-    """Return which pairs of frames agree as only right poses make them, and how their textures correlate.
-
-    A floor slides along itself unseen, and so does a wall beside it: far from the given pose, textures must agree, too.
-    shares: of depths that agree, (n, n)
-    """
+    """Return which pairs of frames agree as only right poses make them, and how their textures correlate."""
+    # a floor slides along itself unseen, and so does a wall beside it: far from the given pose textures must agree, too
     product, own, theirs, own_noise, their_noise = textures
     squares = np.maximum(own * theirs, 1e-30)
     signal = np.maximum(own - own_noise, 0) * np.maximum(theirs - their_noise, 0)

@@ -29,7 +29,7 @@ Floats = NDArray[np.floating]
 
 
 class Equations(NamedTuple):
-    """What residuals of one pair of frames say about a motion of the first, (turns * radius, shift), world axes."""
+    """What residuals of one pair of frames ask of a motion of the first, (turns * radius, shift), world axes."""
 
     matrix: Matrix  # (6, 6)
     vector: Matrix  # (6,)
@@ -39,12 +39,10 @@ class Equations(NamedTuple):
 def pair_equations(
     points: Matrix, directions: Floats, residuals: Floats, weights: Matrix, noise: Floats, radius: float
 ) -> Equations:
-    """Return the equations of residuals that grow as a point moves along a direction.
+    """Return the equations of residuals (n,) that grow as a point moves along a direction.
 
     points      (n, 3) relative to the scene's middle
-    directions  (n, 3) derivatives of the residuals
-    residuals   (n,) and weights (n,): the weighted squares are to be least
-    noise       (n,) variance of each direction's components
+    directions  (n, 3) derivatives of the residuals; noise (n,) is the variance of each component
     radius      of the scene: turns count as the way of a point so far from the middle
     """
     arms = np.hstack([np.cross(points, directions) / radius, directions])
@@ -74,7 +72,7 @@ class Joint:
         self.vector = np.zeros(6 * count)
 
     def add(self, i: int, j: int, kind: int, found: Equations) -> None:
-        """Add what residuals of frame i in frame j say. kind: 0 of the geometry, 1 of the colours."""
+        """Add what residuals of frame i in frame j ask. kind: 0 of the geometry, 1 of the colours."""
         at, other = slice(6 * i, 6 * i + 6), slice(6 * j, 6 * j + 6)
         for sums, block in ((self.matrices[kind], found.matrix), (self.noises[kind], found.noise)):
             sums[at, at] += block
@@ -85,10 +83,7 @@ class Joint:
         self.vector[other] -= found.vector
 
     def solved(self, free: NDArray[np.bool_]) -> tuple[Matrix, Matrix]:
-        """Return (count, 6) steps of the frames that are free to move, and (n, count, 6) motions that nothing fixes.
-
-        free  (count,) which frames may move
-        """
+        """Return (count, 6) steps of the frames that are free to move, and (n, count, 6) motions that nothing fixes."""
         some = np.repeat(free, 6)
         matrices, noises = (sums[:, some][:, :, some] for sums in (self.matrices, self.noises))
         steps, loose = solved_motions(matrices, noises, self.vector[some])
@@ -101,14 +96,15 @@ def solved_motions(matrices: Matrix, noises: Matrix, vector: Matrix) -> tuple[Ma
     """Return the step that solves the equations along all motions that they fix, (n,), and the others, (m, n).
 
     Noise in normals and slopes fills the equations along motions that it cannot fix, such as sliding along a plane:
-    what it adds is known, and what exceeds it must be a tenth of the whole.
-
-    matrices  (2, n, n) of the geometry and the colours; noises the same of noise alone
-    vector    (n,)
+    what it adds is known, and what exceeds it must be a tenth of the whole. Matrices (2, n, n) are those of the
+    geometry and the colours; noises the same of noise alone.
     """
     whole = matrices.sum(0)
     scale = max(float(np.trace(whole)) / max(len(whole), 1), 1e-300)
-    informed = sum(_positive(one - NOISE_SHARE * noise) for one, noise in zip(matrices, noises, strict=True))
+    informed = np.zeros_like(whole)
+    for matrix, noise in zip(matrices, noises, strict=True):
+        values, vectors = np.linalg.eigh(matrix - NOISE_SHARE * noise)
+        informed += (vectors * np.maximum(values, 0)) @ vectors.T
     lower = np.linalg.cholesky(whole + 1e-9 * scale * np.eye(len(whole)))
     inverse = np.linalg.inv(lower)
     shares, basis = np.linalg.eigh(inverse @ informed @ inverse.T)
@@ -116,12 +112,6 @@ def solved_motions(matrices: Matrix, noises: Matrix, vector: Matrix) -> tuple[Ma
     is_fixed = shares >= LEAST_FIXED
     fixed = motions[is_fixed]
     return -fixed.T @ (fixed @ vector), motions[~is_fixed]
-
-
-def _positive(matrix: Matrix) -> Matrix:
-    """Return the matrix with its negative eigenvalues set to 0."""
-    values, vectors = np.linalg.eigh(matrix)
-    return (vectors * np.maximum(values, 0)) @ vectors.T
 
 
 def motion_matrix(step: Matrix, radius: float) -> Matrix:
@@ -185,15 +175,13 @@ class PosedFrames:
         self.scale = float(np.median([np.linalg.norm(frame.middle) for frame in frames])) or 1.0
         self.given = [pose.copy() for pose in poses]
         self.by_colors = True  # whether brightness leads, too
-        self.anchors = self._first_of_groups(poses) if known == 1 else set(range(known))
-
-    def _first_of_groups(self, poses: Sequence[Matrix]) -> set[int]:
-        """Return the first of each group of frames that overlap; frames alone are in none."""
-        linked = np.zeros((len(poses), len(poses)), bool)
-        for i, j in self.pairs(poses):
-            linked[i, j] = linked[j, i] = True
-        groups = [connected(linked, [k]) for k in range(len(poses)) if linked[k].any()]
-        return {int(np.argmax(group)) for group in groups} or {0}
+        self.anchors = set(range(known))
+        if known == 1:
+            linked = np.zeros((len(poses), len(poses)), bool)
+            for i, j in self.pairs(poses):
+                linked[i, j] = linked[j, i] = True
+            groups = [connected(linked, [k]) for k in range(len(poses)) if linked[k].any()]
+            self.anchors = {int(np.argmax(group)) for group in groups} or {0}
 
     def pairs(self, poses: Sequence[Matrix], without: Set[int] = frozenset()) -> list[Pair]:
         """Return the pairs (i, j) of frames of which i shows enough that j should show, too."""
@@ -215,7 +203,7 @@ class PosedFrames:
             if i != last:
                 frame, last = self.frames[i], i
                 points = placed(frame, poses[i], level.step)
-                own = frame.blurred(level.blur) if by_colors and frame.brightness is not None else None
+                own = frame.blurred[level.blur] if by_colors and frame.brightness is not None else None
             assert points is not None
             found = find_matches(points, own, self.frames[j], poses[j], level.gate, level.blur)
             if found is not None:
@@ -227,7 +215,7 @@ class PosedFrames:
     ) -> tuple[list[Matrix], Matrix]:  # fmt: skip
         """Return better poses of the frames that are free to move, and (n, count, 6) motions that nothing fixes.
 
-        without  frames that are not compared with any
+        Those of `without` are compared with none.
         """
         poses, loose = list(poses), np.zeros((0, len(poses), 6))
         for level in levels:
@@ -308,7 +296,7 @@ class PosedFrames:
                 brighter, usual_light = one.brighter[colored], spread_of([one.brighter], light)
                 shown = _tukey(brighter / usual_light) / usual_light**2
                 focal = abs(target.camera.fx * target.camera.fy) / one.depth[colored] ** 2
-                noise = focal * target.blurred(level.blur).slope_noise ** 2
+                noise = focal * target.blurred[level.blur].slope_noise ** 2
                 joint.add(
                     i, j, 1, pair_equations(points[colored], one.slopes[colored], brighter, shown, noise, self.radius)
                 )
@@ -317,25 +305,16 @@ class PosedFrames:
     def judged(
         self, poses: Sequence[Matrix], without: Set[int] = frozenset(), spread: float | None = None
     ) -> Judgement:
-        """Return how well the frames agree.
-
-        without  frames that are not compared with any
-        spread   of the depths' differences where frames agree; None measures it
-        """
+        """Return how well the frames agree, of which those of `without` are compared with none; spread: see `judge`."""
         pairs = self.pairs(poses, without)
         level = self._affordable(LEVELS[1]._replace(gate=WIDEST_BAND), pairs)
         found = list(self.matches(poses, level, pairs))
         points = [len(frame.samples(level.step)) for frame in self.frames]
-        return judge(found, self.frames, points, self.anchors, self._moved_pairs(poses), spread)
-
-    def _moved_pairs(self, poses: Sequence[Matrix]) -> Matrix:
-        """Return (n, n) how far each two frames were moved against each other, a share of the scene's distance."""
-        both = [
-            (self._about_middle(pose), self._about_middle(given)) for pose, given in zip(poses, self.given, strict=True)
-        ]
-        motions = [pose @ np.linalg.inv(given) for pose, given in both]
+        pairs = zip(map(self._about_middle, poses), map(self._about_middle, self.given), strict=True)
+        motions = [pose @ np.linalg.inv(given) for pose, given in pairs]
         steps = [[motion_of(one, other, self.radius) for other in motions] for one in motions]
-        return np.linalg.norm(steps, axis=-1) / self.scale
+        moved = np.linalg.norm(steps, axis=-1) / self.scale
+        return judge(found, self.frames, points, self.anchors, moved, spread)
 
 
 def _tukey(values: NDArray[np.floating]) -> Matrix:
@@ -344,7 +323,7 @@ def _tukey(values: NDArray[np.floating]) -> Matrix:
 
 
 WELL_REGISTERED = 0.7  # correlation of textures from which on colours surely lie on the depth
-REGISTERED = 0.33  # and which they have at least where depth alone says that poses are right
+REGISTERED = 0.33  # and which they have at least where by depth alone poses are right
 ROUNDS = 4  # of placing frames again and solving all
 STEPS = len(LEVELS) + ROUNDS
 WORSE = 0.005  # by so much less agreement than with the given pose a frame gets that back
@@ -400,38 +379,34 @@ def align(
         found, loose = work.refine(work.held(found, loose), free - kept, kept, LEVELS[-1:])
     after = work.judged(found)
     before = work.judged(poses, spread=after.spread)
-    return [
-        Fit(
-            found[k],
-            k not in kept and after.overlap[k] > 0,
-            k in work.anchors,
-            work.moved(found, k),
-            after.overlap[k],
-            before.each[k],
-            after.each[k],
-            before.agreement[k],
-            after.agreement[k],
-            work.by_colors,
-            _own_motions(loose, k),
-        )
-        for k in range(len(frames))
-    ]
+    fits = []
+    for k, pose in enumerate(found):
+        own: tuple[Matrix, ...] = ()
+        if len(loose):
+            sizes = np.linalg.norm(loose, axis=(1, 2))[:, None]
+            _, shares, motions = np.linalg.svd(loose[:, k] / sizes)
+            own = tuple(motions[: len(shares)][shares > OWN_SHARE])
+        is_placed, leads = k not in kept and after.overlap[k] > 0, k in work.anchors
+        spreads, agreed = (before.each[k], after.each[k]), (before.agreement[k], after.agreement[k])
+        moved = work.moved(found, k)
+        fits.append(Fit(pose, is_placed, leads, moved, after.overlap[k], *spreads, *agreed, work.by_colors, own))
+    return fits
 
 
 def _are_registered(work: PosedFrames, poses: list[Matrix], free: Set[int]) -> bool:
-    """Return whether colours lie on the depth: where it alone says that poses are right, textures must agree, too."""
-    if not work.judged(poses).correlation < WELL_REGISTERED:
-        return True
-    work.by_colors = False
-    alone, _ = work.refine(poses, free, levels=LEVELS[-1:])
-    work.by_colors = True
-    return not work.judged(alone).correlation < REGISTERED
+    """Return whether colours lie on the depth: where poses are right by depth alone, textures must agree, too."""
+    if work.judged(poses).correlation < WELL_REGISTERED:
+        work.by_colors = False
+        poses, _ = work.refine(poses, free, levels=LEVELS[-1:])
+        work.by_colors = True
+        return not work.judged(poses).correlation < REGISTERED
+    return True
 
 
 def _guarded(work: PosedFrames, poses: list[Matrix], kept: set[int]) -> tuple[list[Matrix], set[int]]:
-    """Place doubtful frames again, each alone among the others; return the poses, and the frames that get theirs back.
+    """Place doubtful frames again, each alone among the others; return the poses, and the frames that keep the given.
 
-    The given pose may lead elsewhere when the others already lie where they belong. kept: frames that have got theirs.
+    The given pose may lead elsewhere when the others already lie where they belong.
     """
     poses = list(poses)
     judged = work.judged(poses)
@@ -464,11 +439,3 @@ def _outcasts(work: PosedFrames, poses: list[Matrix], without: Set[int]) -> set[
         if not bad.any():
             return found
         found |= set(np.flatnonzero(bad & (after.agreement <= np.median(after.agreement[bad]))).tolist())
-
-
-def _own_motions(loose: Matrix, k: int) -> tuple[Matrix, ...]:
-    """Return those motions (6,) of one frame, of length 1, that are not fixed."""
-    if not len(loose):
-        return ()
-    _, sizes, own = np.linalg.svd(loose[:, k] / np.linalg.norm(loose.reshape(len(loose), -1), axis=1)[:, None])
-    return tuple(own[: len(sizes)][sizes > OWN_SHARE])

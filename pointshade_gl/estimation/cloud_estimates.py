@@ -15,11 +15,9 @@ TERMS = 6  # of a surface of second degree
 def surface_residuals(
     offsets: NDArray[np.float64], known: NDArray[np.bool_], shares: Sequence[float]
 ) -> NDArray[np.float64]:
-    """Return the standard deviation of points from surfaces of second degree: quantiles of several places.
+    """Return the standard deviation of points from surfaces of second degree, as `shares` of the places have less.
 
-    offsets  (m, k, 3) neighbours of m places, about 1 in size
-    known    (m, k) which of these there are
-    shares   of the places that have less
+    offsets  (m, k, 3) neighbours of m places, about 1 in size, of which known (m, k) ones exist
     """
     weight = known.astype(np.float64)
     count = weight.sum(1)
@@ -71,10 +69,8 @@ def estimate_spacing(positions: NDArray[np.float32]) -> Spacing:
 
 
 def _all_places(seen: int, part: int, count: int) -> float:
-    """Return in how many places all points lie, if a part of them, at random, lies in so many.
-
-    With m points in each place, one is seen with probability 1 - (1 - part / count)^m: the m that fits.
-    """
+    """Return in how many places all points lie, if a part of them, at random, lies in so many."""
+    # with m points in each place, one is seen with probability 1 - (1 - part / count)^m: the m that fits
     if seen == part or part == count:
         return float(count if seen == part else seen)
     low, high = 1.0, float(count)
@@ -99,11 +95,8 @@ COMPARED = 3  # known points of a cell
 def outward(
     positions: NDArray[np.floating[Any]], normals: NDArray[np.float32], up: NDArray[np.float64]
 ) -> tuple[NDArray[np.float32], bool]:
-    """Return normals that point to where their points are seen from, and whether the surface is a sheet.
-
-    A sheet has no outside: it is looked at from above.
-
-    positions  (n, 3); normals (n, 3), 0 where unknown; up (3,) unit
+    """Return normals, (n, 3) and 0 where unknown, that point to where their points are seen from, and whether the
+    surface is a sheet: that has no outside, and is looked at from above. up (3,) unit.
     """
     known = np.flatnonzero(normals.any(1))
     rng = np.random.default_rng(0)
@@ -190,7 +183,7 @@ def _hand_on(
     for _ in range(STEPS):
         if not len(rest) or not len(known):
             return
-        keys, asked = (_cells(positions[some] - middle, side) for some in (known, rest))
+        keys, asked = (_cell_numbers(positions[some] - middle, side) for some in (known, rest))
         order = np.argsort(keys, kind="stable")
         known, keys = known[order], keys[order]
         first, end = np.searchsorted(keys, asked), np.searchsorted(keys, asked, "right")
@@ -204,13 +197,10 @@ def _nearest_cosine(
     normals: NDArray[np.float32],
     known: NDArray[np.integer],
     rest: NDArray[np.integer],
-    first: NDArray[np.integer],
+    first: NDArray[np.integer],  # to `end`: which of `known` are compared with each of `rest`
     end: NDArray[np.integer],
 ) -> NDArray[np.float32]:
-    """Return the cosine between each normal and that of the nearest of a few known points; 0 if there are none.
-
-    first, end  which of `known` are compared with each of `rest`
-    """
+    """Return the cosine between each normal and that of the nearest of a few known points; 0 if there are none."""
     there, their_normals = positions[known], normals[known]
     best, cosines = np.full(len(rest), np.inf, np.float32), np.zeros(len(rest), np.float32)
     for step in range(COMPARED):
@@ -226,7 +216,7 @@ def _nearest_cosine(
     return cosines
 
 
-def _cells(offsets: NDArray[np.floating[Any]], side: float) -> NDArray[np.int64]:
+def _cell_numbers(offsets: NDArray[np.floating[Any]], side: float) -> NDArray[np.int64]:
     """Return a number for the cell of each point; far cells may share one."""
     index = np.clip(np.floor(offsets / side), -(1 << 20), (1 << 20) - 1).astype(np.int64) + (1 << 20)
     return (index[:, 0] << 42) | (index[:, 1] << 21) | index[:, 2]

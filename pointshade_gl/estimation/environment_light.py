@@ -39,26 +39,21 @@ def radiance_bands(picture: NDArray[Any], hidden_below: NDArray[Any] | None = No
     sums = np.einsum("ir,rcj,kc->ikj", rows, picture.astype(np.float64), columns, optimize=True)
     one, sine, flat, flat_sine, flat_squared, sine_squared = range(6)
     every, cosine_a, sine_a, both, cosine_a_squared, sine_a_squared = range(6)
-    return np.stack(
-        [
-            sums[one, every] / (4 * math.pi),
-            sums[flat, cosine_a] * 3 / (4 * math.pi),
-            sums[sine, every] * 3 / (4 * math.pi),
-            sums[flat, sine_a] * 3 / (4 * math.pi),
-            sums[flat_sine, cosine_a] * 15 / (4 * math.pi),
-            sums[flat_sine, sine_a] * 15 / (4 * math.pi),
-            sums[flat_squared, both] * 15 / (4 * math.pi),
-            (3 * sums[flat_squared, sine_a_squared] - sums[one, every]) * 5 / (16 * math.pi),
-            (sums[flat_squared, cosine_a_squared] - sums[sine_squared, every]) * 15 / (16 * math.pi),
-        ]
-    )
+    first = sums[flat, cosine_a], sums[sine, every], sums[flat, sine_a]
+    mixed = sums[flat_sine, cosine_a], sums[flat_sine, sine_a], sums[flat_squared, both]
+    return np.stack([
+        sums[one, every] / (4 * math.pi),
+        *(part * 3 / (4 * math.pi) for part in first),
+        *(part * 15 / (4 * math.pi) for part in mixed),
+        (3 * sums[flat_squared, sine_a_squared] - sums[one, every]) * 5 / (16 * math.pi),
+        (sums[flat_squared, cosine_a_squared] - sums[sine_squared, every]) * 15 / (16 * math.pi),
+    ])  # fmt: skip
 
 
 def above_horizon(picture: NDArray[Any], up: NDArray[Any]) -> Array:
-    """Return the picture with black below the horizon; what straddles it keeps the share that lies above.
+    """Return the picture (h, w, 3) with black below the horizon; what straddles it keeps the share that lies above.
 
-    picture  (h, w, 3); small ones come back with whole multiples of their rows and columns
-    up       (3,) in the picture's axes
+    Small ones come back with whole multiples of their rows and columns. up (3,): in the picture's axes.
     """
     finer = math.ceil(FINEST / picture.shape[0])
     picture = np.repeat(np.repeat(picture, finer, 0), finer, 1)
@@ -95,8 +90,8 @@ def lobe_map(picture: NDArray[Any], exponent: float, width: int | None = None) -
     along = sines[..., None] + cosines[..., None] * turned
     weights = np.where(along > 0, np.maximum(along, 0) ** exponent, 0)  # 0 ** 0 is 1
     weights *= -np.diff(np.sin(edges))[:, None]  # by solid angle
-    around = np.fft.rfft(weights, axis=2).conj().transpose(2, 0, 1) @ np.fft.rfft(cells, axis=1).transpose(1, 0, 2)
-    sums = np.fft.irfft(around, fine, axis=0)[::2].transpose(1, 0, 2)  # one turn of the lobe is a convolution
+    waves = np.fft.rfft(weights, axis=2).conj().transpose(2, 0, 1) @ np.fft.rfft(cells, axis=1).transpose(1, 0, 2)
+    sums = np.fft.irfft(waves, fine, axis=0)[::2].transpose(1, 0, 2)  # one turn of the lobe is a convolution
     return np.maximum(sums / weights.sum((1, 2))[:, None, None], 0).astype(np.float32)
 
 
@@ -126,8 +121,7 @@ def _middles(edges: Array) -> Array:
 
 
 def _elevation_integrals(edges: Array) -> Array:
-    """Return the integrals over each row, with the cosine that solid angles have, (6, rows): of 1, sin, cos, sin cos,
-    cos^2 and sin^2."""
+    """Return the integrals over each row, by solid angle, (6, rows): of 1, sin, cos, sin cos, cos^2 and sin^2."""
     sine, cosine = np.sin(edges), np.cos(edges)
     flat = (edges + sine * cosine) / 2
     antiderivatives = [sine, sine**2 / 2, flat, -(cosine**3) / 3, sine - sine**3 / 3, sine**3 / 3]
@@ -157,12 +151,7 @@ def _shares(theirs: Array, ours: Array) -> Array:
 
 
 def sh_rotation(bands: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (9, 3) for directions in other axes.
-
-    bands  (9, 3): radiance along a unit direction is c0 + c1 x + c2 y + c3 z + c4 xy + c5 yz + c6 xz + c7 (3 zz - 1)
-           + c8 (xx - yy)
-    turn   (3, 3) from those axes to the bands'
-    """
+    """Return bands (9, 3), see `radiance_bands`, for directions in other axes; turn (3, 3) leads to the bands' own."""
     c4, c5, c6, c7, c8 = bands[4:]
     form = 0.5 * np.array([[2 * (c8 - c7), c4, c6], [c4, -2 * (c7 + c8), c5], [c6, c5, 4 * c7]])  # of the second order
     form = np.einsum("ki,klc,lj->ijc", turn, form, turn)

@@ -33,8 +33,10 @@ def shown_floor(frame: Frame, up: NDArray[np.float64], lean: float) -> NDArray[n
     up    (3,) unit; all in the frame's axes
     lean  degrees between the floor's normal and up, at most
     """
-    points, steepest = _samples(frame), math.cos(math.radians(lean))
-    rest = points
+    known = np.argwhere(frame.depth > 0)
+    v, u = known[:: max(len(known) // SAMPLES, 1)].T  # evenly spread over the picture
+    rest = points = frame.camera.unproject(frame.depth[v, u], np.stack([u, v], -1))
+    steepest = math.cos(math.radians(lean))
     for _ in range(ROUNDS):
         plane = _largest_plane(rest, up, steepest)
         if plane is None or len(_on(points, plane)) < SHARE * len(points):
@@ -46,13 +48,6 @@ def shown_floor(frame: Frame, up: NDArray[np.float64], lean: float) -> NDArray[n
             return plane - (0, 0, 0, np.quantile(own, TOP))
         rest = points[heights < -_reach(points)]
     return None
-
-
-def _samples(frame: Frame) -> Points:
-    """Some of the points, evenly spread over the picture."""
-    known = np.argwhere(frame.depth > 0)
-    v, u = known[:: max(len(known) // SAMPLES, 1)].T
-    return frame.camera.unproject(frame.depth[v, u], np.stack([u, v], -1))
 
 
 def _largest_plane(points: Points, up: NDArray[np.float64], steepest: float) -> NDArray[np.float64] | None:
@@ -68,16 +63,12 @@ def _largest_plane(points: Points, up: NDArray[np.float64], steepest: float) -> 
         return None
     best = planes[np.argmax([len(_on(points, plane)) for plane in planes])]
     for _ in range(ROUNDS):
-        best = _fitted(_on(points, best), up)
+        near = _on(points, best)
+        middle = near.mean(0)
+        normal = np.linalg.svd(near - middle, full_matrices=False)[2][2]  # by least squares
+        normal = normal if normal @ up > 0 else -normal
+        best = np.append(normal, -normal @ middle)
     return best if best[:3] @ up >= steepest else None
-
-
-def _fitted(points: Points, up: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Fit a plane, (4,), to points by least squares."""
-    middle = points.mean(0)
-    normal = np.linalg.svd(points - middle, full_matrices=False)[2][2]
-    normal = normal if normal @ up > 0 else -normal
-    return np.append(normal, -normal @ middle)
 
 
 def _heights(points: Points, plane: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -106,7 +97,7 @@ SIDE = 2  # ends on each side whose circles must agree: the median counts
 NEAREST, FARTHEST = -0.3, 1.3  # pixels from the last one to the outline of its circle
 STEEPEST = 2  # pixels that the last pixel of a surface is high, at most
 INNER = 4  # pixels over which that is measured
-ALONG = 3  # columns on each side that tell where between two pixels an edge runs
+ALONG = 3  # columns on each side that show where between two pixels an edge runs
 
 
 def lowest_point(frame: Frame, along: Array) -> float:
@@ -118,33 +109,21 @@ def lowest_point(frame: Frame, along: Array) -> float:
     heights = depth * (rays[0] * along[0] + rays[1][:, None] * along[1] + along[2])
     lowest = float(np.quantile(heights[depth > 0], SUNK))
     up, length = along / np.linalg.norm(along), float(np.linalg.norm(along))
-    bottoms = _bottoms(*_turned(depth, *rays, up), abs(camera.fx) + abs(camera.fy)) * length
-    return min(lowest, float(np.partition(bottoms, THIRD)[THIRD])) if len(bottoms) > THIRD else lowest
-
-
-def lowest_main_point(cloud: PointCloud, along: Array) -> float:
-    """Return the lowest position of a cloud along an axis (3,), undersides of balls too, but for stray points."""
-    if not len(cloud):
-        return 0.0
-    some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
-    below = cloud.reach(0.5) * float(np.linalg.norm(along)) if cloud.splat == "ball" else 0.0
-    return float(np.quantile(some @ along, SUNK) + cloud.origin @ along) - below
-
-
-def _turned(depth: Array, x: Array, y: Array, up: Array) -> tuple[Array, Array, Array, Array]:
-    """Turn the depth image upright. Returns depth, rays of its columns and of its rows, up."""
-    if abs(up[0]) > abs(up[1]):
+    (x, y), twice_focal = rays, abs(camera.fx) + abs(camera.fy)
+    if abs(up[0]) > abs(up[1]):  # turned upright
         depth, x, y, up = depth.T, y, x, up[[1, 0, 2]]
     if up[1] * (y[-1] - y[0]) > 0:
         depth, y = depth[::-1], y[::-1]
-    return depth, x, y, up
+    bottoms = _bottoms(depth, x, y, up, twice_focal) * length
+    return min(lowest, float(np.partition(bottoms, THIRD)[THIRD])) if len(bottoms) > THIRD else lowest
 
 
 def _bottoms(depth: Array, x: Array, y: Array, up: Array, twice_focal: float) -> Array:
     """Return (n,) heights of the lower ends of objects in an upright image, including what goes on out of sight."""
     depth = np.pad(depth, ((DEEP, ALONG), (ALONG, ALONG)))
     x, y = np.pad(x, ALONG), np.pad(y, (DEEP, ALONG))
-    ends = _ends(depth)
+    ends = np.zeros(depth.shape, bool)  # where a surface ends downwards: the next pixel is missing, or farther away
+    ends[:-1] = (depth[:-1] > 0) & ((depth[1:] == 0) | (depth[1:] > (1 + STEP) * depth[:-1]))
     row, column = np.nonzero(ends)
     heights = _heights_in_rows(depth, x, y, up, row, column)
     first = np.argsort(heights)[: 4 * LOWEST]
@@ -174,19 +153,11 @@ def _alike(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.bool_]:
     return (a > 0) & (b > 0) & (np.abs(a - b) < STEP * np.minimum(a, b))
 
 
-def _ends(depth: Array) -> NDArray[np.bool_]:
-    """Return (h, w) where a surface ends downwards: the next pixel is missing, or farther away."""
-    here, below = depth[:-1], depth[1:]
-    ends = np.zeros(depth.shape, bool)
-    ends[:-1] = (here > 0) & ((below == 0) | (below > (1 + STEP) * here))
-    return ends
-
-
 def _edge(ends: NDArray[np.bool_], row: Index, column: Index) -> Array:
     """Return (n,) by how many pixels the outline runs below the ends, from a line through the middles of its steps."""
     off = np.arange(-ALONG, ALONG + 1)
-    around = ends[row[:, None, None] + off[:, None], column[:, None, None] + off]
-    known, end = around.any(1), (around * off[:, None]).sum(1) / np.maximum(around.sum(1), 1)
+    beside = ends[row[:, None, None] + off[:, None], column[:, None, None] + off]
+    known, end = beside.any(1), (beside * off[:, None]).sum(1) / np.maximum(beside.sum(1), 1)
     count, x, xx = known.sum(1), (known * off).sum(1), (known * off * off).sum(1)
     level = (xx * end.sum(1) - x * (end * off).sum(1)) / np.maximum(count * xx - x * x, 1)
     return np.clip(0.5 + level, 0, 0.5)
@@ -237,14 +208,12 @@ GIVEN_UP = 12.0  # and from a scene's up direction, or a given one
 LIGHT = Light(shadow=True, angle=12)  # from the viewer's upper left, unless others are given: a shadow needs one
 
 
-def up_of(source: Frame | Scene) -> NDArray[np.float64]:
-    """Return the direction that is up, (3,) unit, world: of a scene `Scene.upright`; of a frame, which has no known up
-    direction, the normal of the floor that it shows, or up in its picture."""
-    return up_and_floor(source)[0]
-
-
 def up_and_floor(source: Frame | Scene) -> tuple[NDArray[np.float64], bool]:
-    """Return the direction of `up_of`, and whether it is that of a floor which a frame shows."""
+    """Return the direction that is up, (3,) unit, world, and whether it is that of a floor which a frame shows.
+
+    Of a scene it is `Scene.upright`; of a frame, which has no known up direction, the normal of the floor that it
+    shows, or up in its picture.
+    """
     camera, pose = source.camera, np.asarray(source.pose)
     assert camera is not None, "only scenes without a frame have none"
     up = np.array([0, -np.sign(camera.fy), 0])
@@ -274,8 +243,12 @@ def _under(placed: Placed, up: NDArray[np.float64]) -> tuple[float, NDArray[np.f
     """Return the lowest position of a frame, a mesh or a cloud along up, world units (0 without points), and the ground
     plane under it, (4,)."""
     along, shift = placed.axes[:3, :3].T @ up, up @ placed.axes[:3, 3]
-    if isinstance(placed.content, PointCloud):
-        lowest = lowest_main_point(placed.content, along) + float(shift)
+    if isinstance(cloud := placed.content, PointCloud):
+        lowest = float(shift)
+        if len(cloud):  # but for stray points
+            some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
+            below = cloud.reach(0.5) * float(np.linalg.norm(along)) if cloud.splat == "ball" else 0.0
+            lowest += float(np.quantile(some @ along, SUNK) + cloud.origin @ along) - below
     elif not isinstance(placed.content, PointObject):
         lowest = float((placed.content.positions @ along).min(initial=0.0) + shift)
     elif (floor := _floor(placed, up)) is not None:

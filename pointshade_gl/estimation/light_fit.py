@@ -16,7 +16,7 @@ Index = NDArray[np.int64]
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
 PAIRS = 6000
 TRIES = 12  # candidates for each pair
-ALIKE = 0.97  # cosine between normals that light hardly tells apart
+ALIKE = 0.97  # cosine between normals that light hardly distinguishes
 STEPS_BETWEEN = 6  # places between two pixels that are looked at
 BEND, MOST_BEND = 12.0, 32.0  # degrees by which a surface turns in a pixel, and from place to place: creases turn more
 JUMP = 0.08  # share of the depth by which these places differ, of one surface
@@ -33,16 +33,12 @@ class LightPairs(NamedTuple):
 
 
 class Reach(NamedTuple):
-    """Which pixels may be a pair.
+    """Which pixels may be a pair."""
 
-    way        standard deviations of the way between them, from and to, shares of the picture's longer side
-    hue        difference of chromaticity between two materials
-    connected  whether they lie on one surface, all the way
-    """
-
+    # standard deviations of the way between them, from and to, shares of the picture's longer side
     way: tuple[float, float]
-    hue: float
-    connected: bool
+    hue: float  # difference of chromaticity between two materials
+    connected: bool  # whether they lie on one surface, all the way
 
 
 # The straight line between the pixels of a pair stays on one surface: no texture follows the normals of a rounded
@@ -60,8 +56,7 @@ def find_pairs(colors: Array, surfaces: Array, reach: Reach, seed: int = 0) -> L
     known = (flat_colors[:, 3] > 0) & (brightness > DARK)
     places = np.flatnonzero(known)
     if not len(places):
-        empty = np.zeros(0, np.float32)
-        return LightPairs(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), empty, empty)
+        return LightPairs(*np.zeros((2, 0, 3), np.float32), *np.zeros((2, 0), np.float32))
     first = places[chance.integers(0, len(places), TRIES * PAIRS)]
     far = np.exp(chance.uniform(np.log(reach.way[0]), np.log(reach.way[1]), len(first))) * max(width, height)
     way = np.rint(chance.normal(size=(2, len(first))) * far).astype(int)
@@ -112,26 +107,21 @@ LEAST_AMBIENT = 0.1  # over direct light, where two fits are compared
 SEEN = 0.07, 0.12  # difference of log brightness that the judge's light makes in pairs of exactly one hue
 MADE = 0.1, 0.15  # difference that the light makes in these pairs
 AGREED = 0.6, 0.85  # correlation of the shading by the two
-MISSED = 0.25, 0.4  # what other functions of the normals say beside the judge's light, over `MADE`: from all to none
+MISSED = 0.25, 0.4  # what other functions of the normals show beside the judge's light, over `MADE`: from all to none
+_AMBIENT = "nearly all of its light is ambient"
 
 
 @dataclass(frozen=True)
 class FoundLight:
-    """The light in a picture: a surface with normal n receives ambient + max(n . direction, 0), up to a factor.
+    """The light in a picture: a surface with normal n receives ambient + max(n . direction, 0), up to a factor."""
 
-    direction  (3,) unit, towards the light, camera axes
-    ambient    strength of the ambient light over that of the directional light
-    strength   0..1: how far the picture shows that this is its light, and how far it is divided out
-    why        what speaks against it, if the strength is not 1
-    """
-
-    direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
-    ambient: float = 1e3
-    strength: float = 0.0
-    why: str = ""
+    direction: tuple[float, float, float] = (0.0, 0.0, -1.0)  # (3,) unit, towards the light, camera axes
+    ambient: float = 1e3  # strength of the ambient light over that of the directional light
+    strength: float = 0.0  # 0..1: how far the picture shows that this is its light, and how far it is divided out
+    why: str = ""  # what speaks against it, if the strength is not 1
 
     @property
-    def tells(self) -> bool:
+    def is_shown(self) -> bool:
         """Whether the picture shows its light at all."""
         return self.strength > 0
 
@@ -157,7 +147,7 @@ ABSOLUTE = Loss(lambda miss: np.sqrt(1 + (miss / NOISE) ** 2) - 1, lambda miss: 
 def fit_light(colors: Array, surfaces: Array, seed: int = 0) -> FoundLight:
     """Estimate the light in a picture.
 
-    Pairs of pixels on one surface judge whether there is such a light; those from all over the picture tell it.
+    Pairs of pixels on one surface judge whether there is such a light; those from all over the picture show it.
 
     colors    (h, w, 4) linear RGB and 1, or 0 where unknown or clipped
     surfaces  (h, w, 4) unit normals, camera axes, towards the camera, and depth; 0 where unknown
@@ -173,22 +163,18 @@ def fit_light(colors: Array, surfaces: Array, seed: int = 0) -> FoundLight:
 
 
 def _judged(judge: Array, light: Array, pairs: LightPairs, normals: Array) -> tuple[float, str]:
-    """Return how far a light can be trusted, 0..1, and what speaks against it most.
-
-    judge    the light that fits these pairs best
-    normals  (n, 3) of the picture
-    """
+    """Return how far a light can be trusted, 0..1, and what speaks against it most. judge: the best for these pairs."""
     low, high = np.percentile(1 + np.maximum(normals @ judge, 0), (0.5, 99.5))
     if high < FLAT * low:
-        return 0.0, "nearly all of its light is ambient"
+        return 0.0, _AMBIENT
     made = _made(light, pairs)
     # Where colours change smoothly, brightness does as well, and the pairs hardly ever have exactly one hue.
     seen = _made(judge, pairs) * float(pairs.weight.mean())
+    missed = _missed(judge, pairs) / made
     doubts = {
-        "nearly all of its light is ambient": _ramp(seen, *SEEN) * _ramp(made, *MADE),
+        _AMBIENT: _ramp(seen, *SEEN) * _ramp(made, *MADE),
         "its surfaces do not agree on the light": _ramp(_agreement(judge, light, normals), *AGREED),
-        "its texture follows the normals, or there are several lights": 1
-        - _ramp(_missed(judge, pairs) / made, *MISSED),
+        "its texture follows the normals, or there are several lights": 1 - _ramp(missed, *MISSED),
     }
     strength = float(np.prod(list(doubts.values())))
     return strength, min(doubts, key=doubts.__getitem__) if strength < 1 else ""
@@ -215,8 +201,7 @@ def _made(light: Array, pairs: LightPairs) -> float:
 
 
 def _missed(light: Array, pairs: LightPairs) -> float:
-    """Return the difference of log brightness that normals explain beyond the light, as smooth texture or other lights
-    do: by spherical harmonics of first and second order (Ramamoorthi, Hanrahan 2001)."""
+    """Return the difference of log brightness that normals explain beyond the light, as texture or other lights do."""
     miss = _miss(light, pairs)[0]
     slopes = _harmonics(pairs.one) - _harmonics(pairs.two)
     pull = pairs.weight / (1 + (miss / COARSE) ** 2)
@@ -226,6 +211,7 @@ def _missed(light: Array, pairs: LightPairs) -> float:
 
 
 def _harmonics(normals: Array) -> Array:
+    """Return the spherical harmonics of first and second order (Ramamoorthi, Hanrahan 2001)."""
     x, y, z = normals.T
     return np.stack([x, y, z, x * y, y * z, z * x, x * x - y * y, 3 * z * z - 1], -1)
 
@@ -263,7 +249,9 @@ def _refined(light: Array, pairs: LightPairs, loss: Loss) -> tuple[Array, float]
     damping, (miss, one, two) = 1e-2, _miss(light, pairs)
     cost = float(pairs.weight @ loss.cost(miss))
     for _ in range(FIT_STEPS):
-        slopes, pull = _slopes(one, two, pairs), pairs.weight * loss.pull(miss)
+        lit, other = ((part > 0) / (1 + np.maximum(part, 0)) for part in (one, two))
+        slopes = pairs.one * lit[:, None] - pairs.two * other[:, None]  # of the differences, by the light
+        pull = pairs.weight * loss.pull(miss)
         curve = (slopes * pull[:, None]).T @ slopes
         step = np.linalg.solve(curve + damping * np.diag(np.diag(curve) + 1e-6), slopes.T @ (pull * miss))
         new = (light + step).astype(np.float32)
@@ -281,22 +269,13 @@ def _refined(light: Array, pairs: LightPairs, loss: Loss) -> tuple[Array, float]
     return light, cost
 
 
-def _slopes(one: Array, two: Array, pairs: LightPairs) -> Array:
-    """Return (n, 3) the derivatives of the differences with respect to the light, from n . light of both pixels."""
-    slopes = pairs.one * ((one > 0) / (1 + np.maximum(one, 0)))[:, None]
-    return slopes - pairs.two * ((two > 0) / (1 + np.maximum(two, 0)))[:, None]
-
-
 def describe_light(light: FoundLight) -> str:
     """Describe the light that was found in one line."""
-    if not light.tells:
+    if not light.is_shown:
         return f"unlight: the picture does not tell its light, {light.why}: its colours stay as they are"
     x, y, z = light.direction
-    sides = [
-        name
-        for name, much in (("left", -x), ("right", x), ("above", -y), ("below", y), ("the camera", -z), ("behind", z))
-        if much > 0.35
-    ]
+    ways = {"left": -x, "right": x, "above": -y, "below": y, "the camera": -z, "behind": z}
+    sides = [name for name, share in ways.items() if share > 0.35]
     share = 100 * light.ambient / (1 + light.ambient)
     text = f"unlight: its light comes from {' and '.join(sides)}, {share:.0f} % of it is ambient"
     return f"{text}; divided out by {100 * light.strength:.0f} %: {light.why}" if light.why else text
@@ -381,8 +360,8 @@ HALVINGS = 13  # of the range: to 0.003 stops
 def stops_to_match(lit: Floats, photograph: Floats) -> float:
     """Return the stops, to two digits, by which light is multiplied so that the medians of both are as bright.
 
-    lit, photograph  (h, w, 4) linear light of the same surfaces, not cut off at 1, and 1; 0 where there is none.
-                     Those that no light reaches do not count.
+    Both are (h, w, 4): linear light of the same surfaces, not cut off at 1, and 1; 0 where there is none. What no light
+    reaches does not count.
     """
     reached = (lit[..., :3].max(-1) > 0) & (photograph[..., 3] > 0)
     light, own = (np.ascontiguousarray(one[reached, :3].T) for one in (lit, photograph))

@@ -56,8 +56,13 @@ def compared(samples: NDArray[np.float32], colored: bool = True) -> Comparison:
     samples  (n, 4) from view_difference.frag: relative excess of the other frame's depth, log ratios of three colours
     colored  False where a frame has no colours: then the ratios mean nothing
     """
-    apart = _share_apart(samples[:, 0])
-    close = np.abs(samples[:, 0]) < FARTHEST
+    excess = samples[:, 0]
+    shared = excess < NO_OVERLAP
+    judged = shared & (excess > -APART)  # what lies behind a surface is hidden from it
+    # the share of points that float before what the other frame sees there
+    enough = judged.sum() >= max(FEWEST, JUDGED * shared.sum())
+    apart = float((excess[judged] > APART).mean()) if enough else np.nan
+    close = np.abs(excess) < FARTHEST
     if close.sum() < FEWEST:
         return Comparison(np.inf, _fixed([np.nan] * 3), apart)
     near = samples[close].astype(np.float64)
@@ -65,17 +70,6 @@ def compared(samples: NDArray[np.float32], colored: bool = True) -> Comparison:
     ratios = [channel[np.abs(channel) < 10] for channel in near[:, 1:].T]
     known = [float(np.median(ratio)) if len(ratio) >= FEWEST and colored else np.nan for ratio in ratios]
     return Comparison(spread, _fixed(known), apart)
-
-
-def _share_apart(excess: NDArray[np.float32]) -> float:
-    """Return the share of points that float before what the other frame sees there; NaN if too few are comparable.
-
-    excess  (n,) by which share the other frame's depth exceeds the point's; those behind its surface are hidden from it
-    """
-    shared = excess < NO_OVERLAP
-    judged = shared & (excess > -APART)
-    enough = judged.sum() >= max(FEWEST, JUDGED * shared.sum())
-    return float((excess[judged] > APART).mean()) if enough else np.nan
 
 
 def _fixed(values: list[float]) -> NDArray[np.float64]:
@@ -86,10 +80,10 @@ def _fixed(values: list[float]) -> NDArray[np.float64]:
 
 
 def distances(frames: Sequence[Frame], pose: Matrix) -> NDArray[np.float64]:
-    """Return, (n,), how differently each frame's camera saw the scene from one at this pose: rotation angle in radians
-    plus translation over the frame's median depth."""
+    """Return, (n,), how differently each frame's camera saw the scene from one at this pose."""
     there = np.linalg.inv(pose) @ np.stack([frame.pose for frame in frames])
     turns = np.arccos(np.clip((np.trace(there[:, :3, :3], axis1=1, axis2=2) - 1) / 2, -1, 1))
+    # radians, and ways over the frame's median depth
     return turns + np.linalg.norm(there[:, :3, 3], axis=1) / np.array([frame.scale for frame in frames])
 
 
@@ -106,8 +100,7 @@ def band_of(comparisons: Mapping[tuple[int, int], Comparison], before: float | N
     """Return the depth tolerance: by which share of 1/z two frames may differ on the same surface.
 
     It is estimated from the frames' own differences, so it covers noise and errors of poses without being given them.
-
-    before  the tolerance of the last time; it stays if it is nearly right, because a new one repeats all votes
+    That of the time before stays if it is nearly right, because a new one repeats all votes.
     """
     spreads = [one.spread for one in comparisons.values() if np.isfinite(one.spread)]
     widest = SPREADS * float(np.median(spreads)) if spreads else NARROWEST
@@ -145,8 +138,7 @@ def excess_noise(samples: NDArray[np.float32]) -> float:
     """Return by how much a frame is brighter than others without a highlight, in steps of 255.
 
     By as much as it is darker: noise, wrong poses and exposures, and colours that lie beside their depth do both.
-
-    samples  (n, 4) from stage 2 of highlights.frag: mean excess, by how much it is darker, whether it is known
+    samples: (n, 4) from stage 2 of highlights.frag: mean excess, by how much it is darker, whether it is known.
     """
     darker = samples[samples[:, 2] > 0, 1]
     return max(float(np.quantile(darker, DARKER)), LEAST_EXCESS) if len(darker) else LEAST_EXCESS
@@ -173,37 +165,29 @@ def is_primary(importance: Any) -> Any:
 
 
 def primary_shares(importances: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (n,) the share of each frame's splats that may hide those of other frames: 1 for a primary frame, soon 0.
-
-    Frames come and go splat by splat: where two frames contradict each other, nothing pops.
-    """
+    """Return (n,) the share of each frame's splats that may hide those of others: 1 for a primary frame, soon 0."""
+    # frames come and go splat by splat: where two frames contradict each other, nothing pops
     return np.clip((importances - DISSOLVED) / (1 - DISSOLVED), 0, 1)
 
 
 STEP = 1.25  # factor between two densities of points that count as equal, so that neighbours decide alike
-AROUND = 1  # pixels beside a point in which another frame's point takes its place
+BESIDE = 1  # pixels beside a point in which another frame's point takes its place
 Mask = NDArray[np.bool_]
 
 
 class FramePoints(NamedTuple):
-    """The points of a frame.
-
-    surface     (h, w, 4) unit normal and depth, camera axes; depth 0 where there is no point
-    is_trusted  (h, w) whether other frames do not contradict a point
-    """
+    """The points of a frame."""
 
     frame: Frame
-    surface: NDArray[np.float32]
-    is_trusted: Mask
+    surface: NDArray[np.float32]  # (h, w, 4) unit normal and depth, camera axes; depth 0 where there is no point
+    is_trusted: Mask  # (h, w) whether other frames do not contradict a point
 
 
 def kept_once(every: Sequence[FramePoints], band: float) -> list[Mask]:
     """Return which points of each frame are kept, (h, w): trusted ones, and of those that lie on one place one.
 
-    A place that several frames see keeps the points of the frame that has them most densely there. What that leaves
-    open at borders is closed with the points of others.
-
-    band  share of 1/z within which two frames see the same surface
+    A place that several frames see, within `band` of 1/z, keeps the points of the frame that has them most densely
+    there. What that leaves open at borders is closed with the points of others.
     """
     known = [(one.surface[..., 3] > 0) & one.is_trusted for one in every]
     ranks = [_rank(one, k, len(every)) for k, one in enumerate(every)]
@@ -247,11 +231,9 @@ def _seen_by(
     for j in others:
         other = every[j]
         there = moved(points, np.linalg.inv(other.frame.pose) @ one.frame.pose)
-        height, width = other.surface.shape[:2]
+        (height, width), camera = other.surface.shape[:2], other.frame.camera
         front = np.maximum(there[:, 2], 1e-9)
-        camera = other.frame.camera
-        u = np.rint(camera.fx * there[:, 0] / front + camera.cx)
-        v = np.rint(camera.fy * there[:, 1] / front + camera.cy)
+        u, v = (np.rint(at) for at in camera.pixel_at(there[:, 0], there[:, 1], front))
         seen = np.flatnonzero((there[:, 2] > 0) & (u >= 0) & (u < width) & (v >= 0) & (v < height))
         pixels = v[seen].astype(np.intp) * width + u[seen].astype(np.intp)
         depth = other.surface[..., 3].ravel()[pixels]
@@ -261,7 +243,7 @@ def _seen_by(
 
 def _widened(mask: Mask) -> Mask:
     """Return where a mask is true, or a pixel beside it is."""
-    wide = np.pad(mask, AROUND)
+    wide = np.pad(mask, BESIDE)
     height, width = mask.shape
-    shifts = range(2 * AROUND + 1)
+    shifts = range(2 * BESIDE + 1)
     return np.logical_or.reduce([wide[v : v + height, u : u + width] for v in shifts for u in shifts])

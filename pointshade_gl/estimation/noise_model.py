@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..scene.noise import FEW, Noise, NoiseWords
 
-PATIENCE = 3  # frames in a row that must say something else, unless they say it clearly
+PATIENCE = 3  # frames in a row that must differ, unless they differ clearly
 CLEARLY = 5.0  # times FEW, or a fifth of it
 STREAMS = 64  # that are remembered
 
@@ -25,7 +25,10 @@ class Decisions:
         """Return the noise to use for the next frame of a stream, on which `measured` was found."""
         noise, doubts = self._kept.pop(stream, (measured, 0))
         doubts = 0 if _kind(measured) == _kind(noise) else doubts + 1
-        if doubts == 0 or doubts >= PATIENCE or _is_clear(measured, noise):
+        # a change between clean and noisy is beyond doubt if the new frame lies far on the other side
+        is_far = measured.share < FEW / CLEARLY if measured.is_clean else measured.share > FEW * CLEARLY
+        is_clear = measured.is_clean != noise.is_clean and is_far
+        if doubts == 0 or doubts >= PATIENCE or is_clear:
             noise, doubts = measured, 0
         self._kept[stream] = noise, doubts
         if len(self._kept) > STREAMS:
@@ -36,13 +39,6 @@ class Decisions:
 def _kind(noise: Noise) -> tuple[Any, ...]:
     """Return the properties of noise on which neighbouring frames of a stream must agree."""
     return noise.is_clean, noise.domain, noise.misplaced > 0, noise.is_shared, noise.bumps > 0
-
-
-def _is_clear(measured: Noise, kept: Noise) -> bool:
-    """Return whether a change between clean and noisy is beyond doubt: the new frame lies far on the other side."""
-    if measured.is_clean == kept.is_clean:
-        return False
-    return measured.share < FEW / CLEARLY if measured.is_clean else measured.share > FEW * CLEARLY
 
 
 Array = NDArray[np.float64]
@@ -63,16 +59,11 @@ MOSTLY = 0.5  # share of certain blocks from which on the weak evidence is enoug
 
 
 class Structure(NamedTuple):
-    """Where depth varies by fine structure, not by noise; (rows, columns) of blocks each.
+    """Where depth varies by fine structure, not by noise; (rows, columns) of blocks each."""
 
-    found   blocks that hold structure: their own level is not that of the noise
-    uneven  blocks where growth with distance is structure, not noise that neighbours share
-    noise   share of the level measured between neighbours that is noise, 0 to 1
-    """
-
-    found: Mask
-    uneven: Mask
-    noise: Array
+    found: Mask  # blocks that hold structure: their own level is not that of the noise
+    uneven: Mask  # blocks where growth with distance is structure, not noise that neighbours share
+    noise: Array  # share of the level measured between neighbours that is noise, 0 to 1
 
 
 def neighbours3(values):
@@ -91,11 +82,10 @@ def median3(values: Array, known: Mask) -> Array:
 def find_structure(near: Array, levels: Array, coarse: Array, rounded: bool, hidden: Mask) -> Structure:
     """Return which blocks of a frame hold structure.
 
-    near     (rows, columns) quartile of the noise of w between neighbours, negative where it could not be measured
-    levels   (rows, columns, 4) from noise_blocks.frag with MEASURED 2
-    coarse   as near, between pixels COARSE apart
-    rounded  depth is rounded
-    hidden   blocks where rounding or repeated lines would hide structure
+    near    (rows, columns) quartile of the noise of w between neighbours, negative where it could not be measured;
+            coarse the same between pixels COARSE apart
+    levels  (rows, columns, 4) from noise_blocks.frag with MEASURED 2
+    hidden  blocks where rounding or repeated lines would hide structure
     """
     far, ring, far_ring = (levels[..., k] for k in (0, 2, 3))
     known = np.minimum(np.minimum(near, far), np.minimum(ring, far_ring)) > NOTHING
@@ -104,7 +94,9 @@ def find_structure(near: Array, levels: Array, coarse: Array, rounded: bool, hid
     if rounded:
         seen = known & asked
         both = seen & (coarse >= 0)
-        busy = _is_busy(ring_grown[seen], grown[seen], coarse[both] / near[both])
+        growths = ring_grown[seen], grown[seen], coarse[both] / near[both]
+        ring, third, far_third = (float(np.median(values)) if values.size else 0.0 for values in growths)
+        busy = ring > FRAME_RING or (ring > WEAK_RING and (third > FRAME_GROWN or far_third > FRAME_COARSE))
         certain = ring_grown > (WEAK_RING if busy else ROUNDED_RING)
         likely, uneven = ring_grown > (WEAK_RING if busy else ROUNDED_WEAK_RING), np.full(known.shape, busy)
     else:
@@ -120,13 +112,6 @@ def find_structure(near: Array, levels: Array, coarse: Array, rounded: bool, hid
 def _growth(near: Array, far: Array, known: Mask) -> Array:
     ratio = np.where(known, far, 1.0).astype(np.float64) / np.where(known, near, 1.0)
     return np.exp(median3(np.log(ratio), known))
-
-
-def _is_busy(*growths: Array) -> bool:
-    """Return whether a rounded frame shows structure everywhere, from growth with distance of ring residuals, of third
-    differences, and of third differences to COARSE pixels."""
-    ring, grown, coarse = (float(np.median(values)) if values.size else 0.0 for values in growths)
-    return ring > FRAME_RING or (ring > WEAK_RING and (grown > FRAME_GROWN or coarse > FRAME_COARSE))
 
 
 PATCH_PITCH, BLOCK_PATCHES = 8, 6  # pixels between patches, patches along a block: as in noise_levels.glsl
@@ -172,8 +157,8 @@ def noise_grid(width: int, height: int) -> tuple[tuple[int, ...], tuple[int, ...
 
 
 def flat_grid(width: int, height: int) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return ((columns, rows) of the cells of flat_cells.glsl, (u, v) of the first one's middle), centred on the
-    picture: the middles of the first and the last cell lie outside."""
+    """Return ((columns, rows) of the cells of flat_cells.glsl, (u, v) of the first's middle), centred likewise."""
+    # the middles of the first and the last cell lie outside
     sizes = [(n, (n - 1) // FLAT_CELL + 2) for n in (width, height)]
     columns, rows = (cells + (n - cells) % 2 for n, cells in sizes)
     u, v = ((n - 1 - FLAT_CELL * (cells - 1)) // 2 for n, cells in ((width, columns), (height, rows)))
@@ -183,8 +168,7 @@ def flat_grid(width: int, height: int) -> tuple[tuple[int, int], tuple[int, int]
 def lattice_step(lattice: Array, seen: NDArray[np.bool_]) -> float:
     """Return the step between the depths of a 16-bit picture, or 0.0 if they do not lie on a lattice.
 
-    lattice  (rows, columns) step of each block, not above 0 where it has none
-    seen     blocks that have depth
+    lattice: (rows, columns) step of each block, not above 0 where it has none; seen: whether it has depth
     """
     votes = np.sort(lattice[lattice > 0])
     if votes.size < max(LATTICE_VOTES * np.count_nonzero(seen), 2):
@@ -226,11 +210,10 @@ def _spread(values: Array) -> float:
 
 
 def shared_noise(far: Array, seen: Array, near: Array, known: NDArray[np.bool_]) -> Array:
-    """Return, per block, the noise that neighbouring pixels share, divided by `near`.
+    """Return, per block (rows, columns), the noise that neighbouring pixels share, divided by `near`.
 
-    far    (rows, columns) noise of w = 1/z measured between pixels COARSE apart
-    seen   the same between neighbours, which do not show a rounding or matching error that both have
-    near   noise of w from which the averaging starts
+    far    noise of w = 1/z measured between pixels COARSE apart; seen: between neighbours, which do not show a rounding
+           or matching error that both have; near: from which the averaging starts
     known  blocks in which all of these were measured
     """
     far, seen = (np.where(known, x / np.maximum(near, 1e-30), 0) ** 2 for x in (far, seen))
@@ -243,7 +226,7 @@ def shared_noise(far: Array, seen: Array, near: Array, known: NDArray[np.bool_])
 def misplaced_pixels(copied: Array) -> float:
     """Return by how many pixels (standard deviation) depths are displaced, as in enlarged pictures.
 
-    copied  (rows, columns) share of lines that repeat their neighbour, below 0 where no line can show it
+    copied: (rows, columns) share of lines that repeat their neighbour, below 0 where no line can show it
     """
     votes = copied[copied >= 0]
     if votes.size < max(COPY_BLOCKS * copied.size, 2) or np.median(votes) < COPY_SHARE:
@@ -349,7 +332,7 @@ def noise_level(levels: Array, z: Array, measured: Mask, structure: Structure, w
     return np.where(calm, neighbours3(level).max(0), level), power
 
 
-def told_noise(words: NoiseWords, shape: tuple[int, ...]) -> Noise:
+def given_noise(words: NoiseWords, shape: tuple[int, ...]) -> Noise:
     """Return the Noise that the caller's words describe, the same in all blocks of a grid of this shape."""
     powers = (0.0 if words.is_share else -1.0, 1.0 if words.domain == "1/z" else -1.0)
     grid = np.empty((*shape, 3), np.float32)

@@ -1,4 +1,4 @@
-"""How brightly each part of a photograph is lit, and what photographs under several lights say about one albedo."""
+"""How brightly each part of a photograph is lit, and what photographs under several lights show of one albedo."""
 
 from __future__ import annotations
 
@@ -24,11 +24,8 @@ def ask(
 ) -> tuple[Array, Array]:
     """Return, (h, w) each, mean and standard deviation of the values of voters, weighed by distance and colour.
 
-    values      (h, w), read where there are voters, of whom there is at least one
-    red, green  (h, w) of their sum with blue
-    asked       (h, w) where to find them; elsewhere they are 0
-
-    A bilateral grid (Chen, Paris, Durand 2007): all voters at the cost of a few.
+    A bilateral grid (Chen, Paris, Durand 2007): all voters at the cost of a few. There is one at least; red and green
+    are shares of their sum with blue; where nobody asks both are 0.
     """
     spots = np.indices(values.shape, np.float32) / max(values.shape)
     places = np.stack([*spots, red, green]).reshape(4, -1) / np.array(CELLS, np.float32)[:, None]
@@ -36,14 +33,14 @@ def ask(
     shape = tuple((places.max(1).astype(int) + 2).tolist())
     chosen = np.flatnonzero(voters)
     chosen = chosen[:: -(-len(chosen) // MOST)]
-    said = values.reshape(-1)[chosen]
-    grid = _gathered(places.take(chosen, 1), np.stack([np.ones_like(said), said, said**2]), shape)
+    known = values.reshape(-1)[chosen]
+    bilateral_grid = _gathered(places.take(chosen, 1), np.stack([np.ones_like(known), known, known**2]), shape)
     for axis in range(1, 5):
-        grid = _blurred_grid(grid, axis)
-    grid = grid.reshape(3, -1)
-    grid += OTHERS * grid.mean(1, keepdims=True)
+        bilateral_grid = _blurred_grid(bilateral_grid, axis)
+    bilateral_grid = bilateral_grid.reshape(3, -1)
+    bilateral_grid += OTHERS * bilateral_grid.mean(1, keepdims=True)
     wanted = np.flatnonzero(asked)
-    weight, mean, square = _read(grid, places.take(wanted, 1), shape)
+    weight, mean, square = _read(bilateral_grid, places.take(wanted, 1), shape)
     mean, square = mean / weight, square / weight
     answer = np.zeros((2, values.size), np.float32)
     answer[:, wanted] = mean, np.sqrt(np.maximum(square - mean**2, 0))
@@ -71,8 +68,7 @@ def _read(grid: Array, places: Array, shape: tuple[int, ...]) -> Array:
 
 
 def _corners(places: Array, shape: tuple[int, ...]) -> Iterator[tuple[Index, Array]]:
-    """Yield the flat index and the weight of each of the 9 cells around each place: the corners of a triangle of cells,
-    once for both coordinates in the picture and once for both of colour."""
+    """Yield the flat index and the weight of the 9 cells around each place: 3 in the picture times 3 in colour."""
     low = places.astype(int)
     shares = places - low.astype(np.float32)
     steps = [int(np.prod(shape[k + 1 :])) for k in range(len(shape))]
@@ -85,8 +81,7 @@ def _corners(places: Array, shape: tuple[int, ...]) -> Iterator[tuple[Index, Arr
 
 
 def _triangle(one: Array, other: Array, step: int, other_step: int) -> list[tuple[Index | int, Array]]:
-    """Return the steps from the lowest corner of a square to those of the triangle around a place in it, and their
-    weights."""
+    """Return the steps from a square's lowest corner to those of the triangle around a place, and their weights."""
     least, most = np.minimum(one, other), np.maximum(one, other)
     return [(0, 1 - most), (np.where(one > other, step, other_step), most - least), (step + other_step, least)]
 
@@ -106,8 +101,8 @@ DARKEST = 0.002  # linear light: darker differences are noise
 LEAST_AMBIENT = 0.03  # over direct light
 GRAZING = 0.05, 0.3  # n . l at which a sample begins to be lit, and is for certain
 SURE = 0.99  # of being lit: so sure a voter is
-SPREAD = 0.09  # squared deviation of log albedo: voters who differ more say little about one sample
-HUE = 3.0  # samples: standard deviation of what tells the hue of dark ones
+SPREAD = 0.09  # squared deviation of log albedo: voters who differ more count little for one sample
+HUE = 3.0  # samples: standard deviation of what shows the hue of dark ones
 GREY = 5e-4  # linear light: weaker colours are noise
 SHADOW, LIT = 5.0, 3.0  # samples: standard deviations of what neighbours share
 LARGEST = 0.5  # correction of log shading where the light reaches
@@ -118,18 +113,12 @@ GAINS = np.log(0.4), np.log(20)
 
 @dataclass(frozen=True, eq=False)
 class PhotoSamples:
-    """Samples of a photograph and of what it shows.
+    """Samples of a photograph and of what it shows."""
 
-    colors    (h, w, 4) float32: linear RGB and 1; 0.5 where clipped, 0 where unknown
-    surfaces  (h, w, 4) float32: unit normals, camera axes, towards the camera, and depth; 0 where unknown
-    rays      (h, w, 3) float32 from the camera through the samples, z = 1
-    size      of the whole frame, in samples
-    """
-
-    colors: Array
-    surfaces: Array
-    rays: Array
-    size: tuple[float, float]
+    colors: Array  # (h, w, 4) float32: linear RGB and 1; 0.5 where clipped, 0 where unknown
+    surfaces: Array  # (h, w, 4) float32: unit normals, camera axes, towards the camera, and depth; 0 where unknown
+    rays: Array  # (h, w, 3) float32 from the camera through the samples, z = 1
+    size: tuple[float, float]  # of the whole frame, in samples
 
     @cached_property
     def unclipped(self) -> Array:
@@ -144,13 +133,11 @@ class PhotoSamples:
 
     @cached_property
     def surroundings(self) -> Array:
-        """(h, w, 4) float32 linear RGB around each sample, and 0. Bright samples count most, and the darkest are grey.
-
-        That is the hue that dark samples should have, whose own is mostly noise.
-        """
+        """(h, w, 4) float32 linear RGB of what surrounds samples, and 0. Bright samples count most; dark is grey."""
+        # that is the hue that dark samples should have, whose own is mostly noise
         red, green, blue, known = np.moveaxis(self.colors, -1, 0)
-        around = _blurred(np.stack([red, green, blue]) * (known > 0), HUE) + np.float32(GREY)
-        return np.stack([*around, np.zeros_like(known)], -1)
+        blurred = _blurred(np.stack([red, green, blue]) * (known > 0), HUE) + np.float32(GREY)
+        return np.stack([*blurred, np.zeros_like(known)], -1)
 
     @cached_property
     def brightness(self) -> Array:
@@ -191,8 +178,8 @@ def find_shading(photo: PhotoSamples, light: FoundLight) -> tuple[Array, Array]:
     in_light = _means(miss, voters[None].astype(np.float32), LIT)
     in_shadow = _means(miss, (1.05 - lit) * np.stack([attached, cast]), SHADOW)
     change = 0.5 * lit * trust * np.clip(in_light[0], -LARGEST, LARGEST)
-    for shadow, around, most in zip((attached, cast), in_shadow, (np.inf, 0.0), strict=True):
-        change += np.where(shadow, (1 - lit) * np.minimum(around + trust * (miss - around), most), 0)
+    for shadow, usual, most in zip((attached, cast), in_shadow, (np.inf, 0.0), strict=True):
+        change += np.where(shadow, (1 - lit) * np.minimum(usual + trust * (miss - usual), most), 0)
     return np.clip(shading + change, *RANGE), lit
 
 
@@ -213,13 +200,10 @@ def _means(image: Array, weights: Array, deviation: float) -> Array:
 
 
 def _blurred(images: Array, deviation: float) -> Array:
-    """Return the sums around each sample of images (n, h, w), about by a Gaussian: two boxes, one after another.
-
-    They go over 2x2 samples at once, as nothing finer would be left.
-    """
+    """Return the sums around each sample of images (n, h, w), about by a Gaussian: two boxes, one after another."""
     height, width = images.shape[1:]
     size = round(np.sqrt(1.5 * deviation**2 + 1))
-    images = np.pad(images, ((0, 0), (0, height % 2), (0, width % 2)))
+    images = np.pad(images, ((0, 0), (0, height % 2), (0, width % 2)))  # over 2x2 samples: nothing finer would be left
     images = images[:, ::2] + images[:, 1::2]
     images = (images[..., ::2] + images[..., 1::2]) / np.float32(4 * size**4)
     for _ in range(2):
@@ -252,31 +236,20 @@ BRIGHTEST = np.log(0.8)  # albedo of all but a hundredth of the picture
 
 
 class LitPhoto(NamedTuple):
-    """What was found of one of the photographs.
+    """What was found of one of the photographs."""
 
-    light   that it was taken under
-    gains   (h, w) float32: log of what linear light is multiplied by, so that the albedo remains
-    weight  (h, w) float32: how much its albedo says there
-    """
-
-    light: FoundLight
-    gains: Array
-    weight: Array
+    light: FoundLight  # that it was taken under
+    gains: Array  # (h, w) float32: log of what linear light is multiplied by, so that the albedo remains
+    weight: Array  # (h, w) float32: how much its albedo counts there
 
 
 class _Agreement(NamedTuple):
-    """What n photographs agree on under their lights.
+    """What n photographs agree on under their lights."""
 
-    albedo     (h, w), log
-    exposures  (n,), log, over their mean
-    shadings   (n, h, w), log
-    weights    (n, h, w): less where a photograph contradicts the others
-    """
-
-    albedo: Array
-    exposures: Array
-    shadings: Array
-    weights: Array
+    albedo: Array  # (h, w), log
+    exposures: Array  # (n,), log, over their mean
+    shadings: Array  # (n, h, w), log
+    weights: Array  # (n, h, w): less where a photograph contradicts the others
 
 
 def share_albedo(photos: Sequence[PhotoSamples]) -> list[LitPhoto]:
@@ -296,11 +269,11 @@ def share_albedo(photos: Sequence[PhotoSamples]) -> list[LitPhoto]:
 
 
 def _agree(photos: Sequence[PhotoSamples], lights: Sequence[FoundLight]) -> _Agreement:
-    """Return what photographs agree on; the more light reaches a place in one of them, the more it says there."""
+    """Return what photographs agree on; the more light reaches a place in one of them, the more it counts there."""
     pairs = [find_shading(photo, light) for photo, light in zip(photos, lights, strict=True)]
     shadings, lit = (np.array(parts) for parts in zip(*pairs, strict=True))
-    told = np.array([p.is_known & (p.colors[..., 3] == 1) for p in photos])
-    weights = given = told * np.exp(2 * shadings) * (lit**2 + SHADED)
+    usable = np.array([p.is_known & (p.colors[..., 3] == 1) for p in photos])
+    weights = given = usable * np.exp(2 * shadings) * (lit**2 + SHADED)
     albedos = np.array([p.brightness for p in photos]) - shadings
     exposures, albedo = np.zeros(len(photos)), albedos[0]
     for _ in range(STEPS):
@@ -314,7 +287,7 @@ def _agree(photos: Sequence[PhotoSamples], lights: Sequence[FoundLight]) -> _Agr
 
 
 def _refitted(photo: PhotoSamples, shading: Array, weight: Array, light: FoundLight) -> FoundLight:
-    """Return the light that makes this log shading on known surfaces; the one before if nothing tells it."""
+    """Return the light that makes this log shading on known surfaces; the one before if nothing shows it."""
     seen = (weight > 0) & np.isfinite(shading)
     n = np.concatenate([photo.surfaces[..., :3][seen], np.ones((seen.sum(), 1))], -1).astype(float)
     y = np.exp(np.clip(shading[seen], -5, 3))
@@ -347,13 +320,7 @@ class AlbedoSum:
         self._sum: Array = np.zeros((1, 1, 4), np.float32)
 
     def add(self, color: NDArray[np.uint8], albedo: Array, weight: Array, size: tuple[float, float]) -> None:
-        """Add what a photograph says.
-
-        color   (h, w, 3|4), the photograph
-        albedo  (h, w, 3), sRGB, 0..1
-        weight  (rows, columns), of samples
-        size    of the photograph, in samples
-        """
+        """Add the albedo (h, w, 3), sRGB, 0..1, of a photograph (h, w, 3|4) of this size in samples, and weights."""
         height, width = color.shape[:2]
         shares = _between(_between(weight, height, size[1]).T, width, size[0]).T
         shares = np.where(color[..., :3].max(-1) < CLIPPED, shares, 0) + FAINT * float(weight.max()) + 1e-9
@@ -387,6 +354,11 @@ class KeptLight(NamedTuple):
     direction: NDArray[np.float64]
     frames: int
 
+    def is_other(self, found: FoundLight, direction: NDArray[np.float64]) -> bool:
+        """Return whether a light was found that is not this one."""
+        closest, weaker = ELSEWHERE
+        return bool(direction @ self.direction < closest) or abs(found.strength - self.light.strength) > weaker
+
 
 class StreamLights:
     """Finds the light in the frames of streams."""
@@ -395,15 +367,12 @@ class StreamLights:
         self._kept: dict[Hashable, KeptLight] = {}
 
     def find(self, photo: PhotoSamples, stream: Hashable, pose: NDArray[np.float64]) -> FoundLight:
-        """Return the light in the next frame of a stream; of None, the light in a frame of its own.
-
-        pose  camera-to-world (4, 4)
-        """
+        """Return the light in the next frame of a stream, at its pose (4, 4); of None, that of a frame of its own."""
         kept = None if stream is None else self._kept.pop(stream, None)
         if kept is None or kept.frames % PATIENCE == 0:
             found = fit_light(photo.unclipped, photo.surfaces)
             direction = pose[:3, :3] @ np.array(found.direction)
-            if kept is None or _is_another(kept, found, direction):
+            if kept is None or kept.is_other(found, direction):
                 kept = KeptLight(found, direction, 0)
         if stream is not None:
             self._kept[stream] = kept._replace(frames=kept.frames + 1)
@@ -411,8 +380,3 @@ class StreamLights:
                 del self._kept[next(iter(self._kept))]
         x, y, z = (pose[:3, :3].T @ kept.direction).tolist()
         return replace(kept.light, direction=(x, y, z))
-
-
-def _is_another(kept: KeptLight, found: FoundLight, direction: NDArray[np.float64]) -> bool:
-    closest, weaker = ELSEWHERE
-    return bool(direction @ kept.direction < closest) or abs(found.strength - kept.light.strength) > weaker

@@ -1,4 +1,4 @@
-"""Finds the poses of a few frames of one thing of which nothing is known, and says how sure they are."""
+"""Finds the poses of a few frames of one thing of which nothing is known, and how sure they are."""
 
 from __future__ import annotations
 
@@ -42,13 +42,9 @@ class Trial(NamedTuple):
 def try_poses(first: ReducedFrame, second: ReducedFrame, poses: Matrix, count: int = FIRST) -> Trial:
     """Return how poses fare, by so many points of each frame. poses: (n, 4, 4) the second's, in the first's axes."""
     parts = [poses[k : k + AT_ONCE] for k in range(0, len(poses), AT_ONCE)]
-    ways = [
-        [np.concatenate(one) for one in zip(*found, strict=True)]
-        for found in (
-            [_one_way(first, second, part, count) for part in parts],
-            [_one_way(second, first, inverted(part), count) for part in parts],
-        )
-    ]
+    there = [_one_way(first, second, part, count) for part in parts]
+    back = [_one_way(second, first, inverted(part), count) for part in parts]
+    ways = [[np.concatenate(one) for one in zip(*found, strict=True)] for found in (there, back)]
     seen, agreed, front, like, detail = ((one + other) / 2 for one, other in zip(*ways, strict=True))
     overlap = np.minimum(ways[0][0], ways[1][0])
     return Trial(overlap, agreed / np.maximum(seen, 1e-9), agreed, front, like, detail)
@@ -75,17 +71,12 @@ def _one_way(target: ReducedFrame, frame: ReducedFrame, poses: Matrix, count: in
     fits = (np.abs(behind) < BESIDE) & (apart < NEAR * depth) & (cosines > LEAST_COSINE)
     like = detail = np.zeros(len(poses))
     if frame.brightness is not None and target.brightness is not None:
-        (own, fine), (shown, fine_shown) = (_looks(*one) for one in ((frame, numbers), (target, pixels)))
-        like, detail = _correlation(own, shown, fits), _correlation(fine, fine_shown, fits)
+        own, shown = ([one.value[numbers] for one in frame.blurred], [one.value[pixels] for one in target.blurred])
+        like = _correlation(own[-1], shown[-1], fits)
+        detail = _correlation(own[0] - own[-1], shown[0] - shown[-1], fits)  # of what more blur takes away from less
     total = max(len(numbers), 1)
     shares = (one.sum(1) / total for one in (behind < FRONT, fits, behind < -FRONT))
     return *shares, like, detail
-
-
-def _looks(frame: ReducedFrame, pixels: NDArray[np.intp]) -> tuple[Floats, Floats]:
-    """Return blurred brightness at pixels, and what more blur takes away from less."""
-    wide = frame.blurred(BLURS - 1).value[pixels]
-    return wide, frame.blurred(0).value[pixels] - wide
 
 
 def _correlation(one: Floats, other: Floats, fits: Flags) -> Floats:
@@ -127,7 +118,7 @@ def find_patches(frame: ReducedFrame, radius: float) -> Patches:
     """Return the surroundings of distinct places all over a frame.
 
     They are read on the tangent plane in metres, so that they are the same from any side and distance (as viewpoint
-    invariant patches: Wu et al. 2008); heights above it tell shapes without texture apart. radius: of a patch, m.
+    invariant patches: Wu et al. 2008); heights above it distinguish shapes without texture. radius: of a patch, m.
     """
     numbers = _distinct(frame, radius)
     points, normals = frame.points[numbers], frame.normals[numbers]
@@ -146,7 +137,7 @@ def find_patches(frame: ReducedFrame, radius: float) -> Patches:
     if frame.brightness is not None:
         gap = radius * abs(frame.camera.fx) / (RINGS * np.maximum(points[:, 2], 1e-6))  # pixels between two rings
         level = np.clip(np.log2(gap / 2).astype(int), 0, BLURS - 1)
-        every = np.stack([frame.blurred(k).value for k in range(BLURS)])
+        every = np.stack([frame.blurred[k].value for k in range(BLURS)])
         shown = every[level[:, None, None], pixels]
         usual = (shown * inside).sum((1, 2), keepdims=True) / np.maximum(inside.sum((1, 2), keepdims=True), 1)
         shown = np.where(inside, shown - usual, 0)
@@ -160,7 +151,7 @@ def _distinct(frame: ReducedFrame, radius: float) -> NDArray[np.intp]:
     normals, depth = frame.normals.reshape(*shape, 3), frame.points[:, 2].reshape(shape)
     strength = _corners(normals) / 2
     if frame.brightness is not None:
-        strength = strength + _corners(frame.blurred(1).value.reshape(*shape, 1))
+        strength = strength + _corners(frame.blurred[1].value.reshape(*shape, 1))
     is_large = (depth > 0) & (radius * abs(frame.camera.fx) > LEAST_PIXELS * depth)
     cell = max(int(np.sqrt(is_large.sum() / PLACES)), 2)
     rows, columns = (size // cell for size in shape)
@@ -212,7 +203,7 @@ def pair_alike(first: Patches, second: Patches) -> PosePairs:
 
 REFINED = 8  # different poses that are refined
 DIFFERENT, OTHER = 0.15, 0.05  # shares of the distance by which poses differ, before and after they are refined
-SPREAD = 60  # points by which poses are told apart
+SPREAD = 60  # points by which poses are distinguished
 CLOSELY = 4000  # points by which refined poses are judged
 LEAST_OVERLAP, SURE_OVERLAP = 0.1, 0.25  # share of the points that both show
 LEAST_AGREEMENT, SURE_AGREEMENT = 0.8, 0.9  # share of those that lie on the other's surface
@@ -241,14 +232,19 @@ def find_link(first: ReducedFrame, second: ReducedFrame, one: Patches, other: Pa
         return Link(np.eye(4), 0.0, False, "too few points have depth")
     poses = _poses_of(one, other, pair_alike(one, other))
     rough = try_poses(first, second, poses).evidence(ROUGH)
-    refined = [_refined(first, second, poses[k]) for k in _different(poses, rough, second, DIFFERENT)]
-    poses = np.array([pose for pose, _ in refined])
+    refined, loose = [], []  # better poses, and how many motions nothing fixes
+    for k in _different(poses, rough, second, DIFFERENT):
+        start = [np.eye(4), poses[k]]
+        (_, pose), motions = PosedFrames([first, second], start).refine(start, {1}, levels=LEVELS[:2])
+        refined.append(pose)
+        loose.append(len(motions))
+    poses = np.array(refined)
     trial = try_poses(first, second, poses, CLOSELY)
     evidence = trial.evidence()
     best, *others = _different(poses, evidence, second, OTHER)
     rival = float(evidence[others[0]] / max(evidence[best], 1e-9)) if others else 0.0
     has_colors = first.brightness is not None and second.brightness is not None
-    return Link(poses[best], float(evidence[best]), *_verdict(trial, best, refined[best][1], rival, has_colors))
+    return Link(poses[best], float(evidence[best]), *_verdict(trial, best, loose[best], rival, has_colors))
 
 
 def is_same(pose: Matrix, other: Matrix, frame: ReducedFrame) -> bool:
@@ -282,19 +278,10 @@ def _apart(poses: Matrix, pose: Matrix, frame: ReducedFrame) -> Matrix:
     return np.sqrt((moved**2).sum(-1).mean(-1)) / max(float(np.linalg.norm(frame.middle)), 1e-9)
 
 
-def _refined(first: ReducedFrame, second: ReducedFrame, pose: Matrix) -> tuple[Matrix, int]:
-    """Return a better pose of the second frame beside the first, and how many motions nothing fixes."""
-    start = [np.eye(4), pose]
-    (_, refined), loose = PosedFrames([first, second], start).refine(start, {1}, levels=LEVELS[:2])
-    return refined, len(loose)
-
-
 def _verdict(trial: Trial, best: int, loose: int, rival: float, has_colors: bool) -> tuple[bool, str]:
-    """Return whether a pose is found, and why it is doubtful.
+    """Return whether pose number `best` of a trial is found, and why it is doubtful.
 
-    trial  of which it is number `best`
-    loose  motions that nothing fixes
-    rival  evidence for another pose, as a share of that for it
+    loose  motions that nothing fixes; rival: evidence for another pose, as a share of that for it
     """
     overlap, agreement, _, front, like, detail = (float(values[best]) for values in trial)
     front, colors = front / max(overlap, 1e-9), (like + detail) / 2 if has_colors else 1.0
@@ -363,13 +350,12 @@ def _joined(links: Links) -> tuple[dict[int, Matrix], dict[int, int]]:
 
 
 def _doubts(
-    frames: Sequence[ReducedFrame], links: Links, parents: Mapping[int, int], fits: Mapping[int, Fit]
+    frames: Sequence[ReducedFrame],
+    links: Links,
+    parents: Mapping[int, int],  # to which each frame was joined
+    fits: Mapping[int, Fit],  # of the frames that are placed
 ) -> list[str]:
-    """Return for each frame why its pose may be wrong or is not found; nothing if sure links lead to the first.
-
-    parents  to which each frame was joined
-    fits     of the frames that are placed
-    """
+    """Return for each frame why its pose may be wrong or is not found; nothing if sure links lead to the first."""
     sure = [(i, j) for (i, j), link in links.items() if link.is_sure and i in fits and j in fits]
     known, broken = {0}, set()
     for _ in frames:

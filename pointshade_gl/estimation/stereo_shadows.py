@@ -17,11 +17,9 @@ Shift = float  # pixels times metres: the disparity at a depth of 1 m
 
 
 def find_shifts(depth: NDArray[np.float32], focal: float) -> tuple[Shift, Shift]:
-    """Return the disparity at 1 m of a sensor whose shadows lie left of near objects, and right of them; 0.0 if there
-    are none.
+    """Return the disparity at 1 m of a sensor whose shadows lie left of near objects, and right of them; 0.0 for none.
 
-    depth  (h, w) metres, 0 where it is missing
-    focal  pixels
+    depth: (h, w) metres, 0 where it is missing; focal: pixels
     """
     missing = depth == 0
     rows, columns = np.divmod(np.flatnonzero(missing[:, 1:] != missing[:, :-1]), depth.shape[1] - 1)
@@ -31,10 +29,7 @@ def find_shifts(depth: NDArray[np.float32], focal: float) -> tuple[Shift, Shift]
     width, rise = ends - starts, right - left
     wide = (np.abs(rise) > STEP * np.maximum(left, right)) & (width >= NARROW)
     left_of, right_of = wide & (rise > 0), wide & (rise < 0)
-    return (
-        _agreed(width[left_of] / rise[left_of], focal),
-        _agreed(-width[right_of] / rise[right_of], focal),
-    )
+    return _agreed(width[left_of] / rise[left_of], focal), _agreed(-width[right_of] / rise[right_of], focal)
 
 
 def _agreed(shifts: NDArray[np.float64], focal: float) -> Shift:
@@ -45,18 +40,14 @@ def _agreed(shifts: NDArray[np.float64], focal: float) -> Shift:
     low = logs.min() - 1.5 * WIDTHS
     counts = np.histogram(logs, np.arange(low, logs.max() + 2.5 * WIDTHS, WIDTHS))[0]
     near = np.convolve(counts, (1, 1, 1), "same")
-    around = np.abs(logs - low - (near.argmax() + 0.5) * WIDTHS) < 1.5 * WIDTHS
-    shift = float(np.exp(np.median(logs[around])))
+    is_near = np.abs(logs - low - (near.argmax() + 0.5) * WIDTHS) < 1.5 * WIDTHS
+    shift = float(np.exp(np.median(logs[is_near])))
     is_believed = near.max() >= BELIEVED * len(shifts) and NEAREST <= shift / focal <= FARTHEST
     return shift if is_believed else 0.0
 
 
 def hidden_below(depth: NDArray[np.float32], shifts: tuple[Shift, Shift]) -> NDArray[np.float32]:
-    """Return (h, w): the 1/z from which on the sensor would have seen a surface; 0 where it may be any.
-
-    depth   (h, w) metres, 0 where it is missing
-    shifts  from `find_shifts`
-    """
+    """Return (h, w): the 1/z from which on the sensor would have seen a surface; 0 where it may be any."""
     found = np.zeros(depth.shape, np.float32)
     for shift, side in zip(shifts, (np.s_[:], np.s_[::-1]), strict=True):
         if shift:

@@ -24,9 +24,8 @@ from ..scene.graph import Scene
 from ..scene.objects import MOST_FRAMES
 from ..scene.option_fields import takes
 from .access.content import FilePath
-from .access.known_names import SCENES, builtin_folder, builtin_name
-from .clouds.load_cloud import LIMITS, AnyOptions, check_cloud_options, check_fitting, check_frame_options, load_cloud
-from .clouds.recognise import is_cloud
+from .access.known_names import SCENE_SUFFIXES, SCENES, builtin_folder, builtin_name
+from .clouds.load_cloud import AnyOptions, check_cloud_options, check_fitting, check_frame_options, is_cloud, load_cloud
 from .frames.frame_files import load_frame
 from .frames.frame_parts import LoadOptions, ReadOptions
 from .frames.sequences import FrameSequence, first_readable, open_frames
@@ -36,7 +35,6 @@ from .networks.model_options import is_model
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-SCENE_FILES = (".gltf", ".glb")
 _END = object()  # of an iterator, which may give anything else, None included
 
 
@@ -96,7 +94,7 @@ def load_any(source: FilePath | None, **load_options: Unpack[AnyOptions]) -> Fra
     """
     options: dict[str, Any] = {name: value for name, value in load_options.items() if value is not None}
     if is_scene(source):
-        check_fitting(options, LIMITS, f"{source} is a scene, which names the files of its frames")
+        check_fitting(options, (), f"{source} is a scene, which names the files of its frames")
         return load_scene(source, **options)
     if is_cloud(source):
         check_cloud_options(options, source)
@@ -199,7 +197,7 @@ def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:
     source : path or None
         A name; the file is not read.
     """
-    is_file = isinstance(source, str | PathLike) and str(source).lower().endswith(SCENE_FILES)
+    is_file = isinstance(source, str | PathLike) and str(source).lower().endswith(SCENE_SUFFIXES)
     return is_file or builtin_name(source) in SCENES
 
 
@@ -271,7 +269,5 @@ def check_posed(sources: Iterable[Any]) -> None:
     """
     for source in sources:
         if isinstance(source, FrameSequence) and not source.is_placed:
-            raise ValueError(
-                f"{source.folder} has no poses: several INPUTs are merged by their poses, pass those as "
-                f"{option('poses', 'FILE')}"
-            )
+            way_out = f"several INPUTs are merged by their poses, pass those as {option('poses', 'FILE')}"
+            raise ValueError(f"{source.folder} has no poses: {way_out}")

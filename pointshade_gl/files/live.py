@@ -80,11 +80,16 @@ def live_set(
     try:
         while living:
             check_process(process, "iteration")
-            new = _waiting(items)
+            new = [items.get()]
+            while not items.empty():  # at most one frame of each
+                new.append(items.get())
             living -= sum(item is None for _, item in new)
             frames = {k: item for k, item in new if isinstance(item, Frame)}
             for k, item in new:
-                _note(k, item, skipped)
+                if isinstance(item, str):
+                    skipped(f"source {k}: {item}")
+                elif isinstance(item, BaseException):
+                    raise item
             newest |= frames
             if frames:
                 yield tuple(newest[k] for k in sorted(newest))
@@ -108,22 +113,6 @@ def _check_sources(sources: Any) -> list[Iterable[Frame]]:
         if is_a(source, str, bytes) or not is_a(source, Frame, Iterable):
             raise TypeError(f"{expected}, source {k} is {shown(source)}")
     return [[source] if isinstance(source, Frame) else source for source in sources]
-
-
-def _waiting(items: queue.Queue[Item]) -> list[Item]:
-    """Return what the sources have given; at least one item, and at most one frame of each."""
-    found = [items.get()]
-    while not items.empty():
-        found.append(items.get())
-    return found
-
-
-def _note(k: int, item: Any, skipped: Callable[[str], None]) -> None:
-    """Pass on a sentence, or raise an error."""
-    if isinstance(item, str):
-        skipped(f"source {k}: {item}")
-    elif isinstance(item, BaseException):
-        raise item
 
 
 def _feed(

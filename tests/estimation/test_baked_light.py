@@ -111,31 +111,31 @@ class TestFit:
         hits = scene(kind)
         found = fit_light(*arrays(hits, lit(hits, ambient, towards)))
         cosine = np.dot(found.direction, towards) / np.linalg.norm(towards)
-        assert found.tells and cosine > np.cos(np.radians(8)) and abs(found.ambient - ambient) < 0.3 * ambient, found
+        assert found.is_shown and cosine > np.cos(np.radians(8)) and abs(found.ambient - ambient) < 0.3 * ambient, found
 
     @pytest.mark.parametrize("kind", TEXTURES)
     @pytest.mark.parametrize("make", [scene, planes, alone])
     def test_ambient_light_does_not_tell(self, kind, make):
         hits = make(kind)
         found = fit_light(*arrays(hits, 0.8 * hits.albedo))
-        assert not found.tells and found.why
+        assert not found.is_shown and found.why
 
     @pytest.mark.parametrize("seed", range(8))
     def test_slow_texture_is_not_light(self, seed):
         hits = balls_and_wall(seed)
-        assert not fit_light(*arrays(hits, hits.albedo)).tells
+        assert not fit_light(*arrays(hits, hits.albedo)).is_shown
 
     def test_planes_never_tell(self):
         """As well as lit they may be painted."""
         hits = planes()
-        assert not fit_light(*arrays(hits, lit(hits, 0.2))).tells
+        assert not fit_light(*arrays(hits, lit(hits, 0.2))).is_shown
 
     @pytest.mark.parametrize("shape", [(1, 1), (3, 200), (60, 80)])
     def test_without_anything_to_see_it_does_not_tell(self, shape):
         nothing = np.zeros((*shape, 4), F)
         assert fit_light(nothing, nothing).why == "it shows too little of rounded surfaces"
         flat = np.broadcast_to(np.array((0, 0, -1, 1), F), (*shape, 4))
-        assert not fit_light(np.full((*shape, 4), 0.5, F), flat).tells
+        assert not fit_light(np.full((*shape, 4), 0.5, F), flat).is_shown
 
     def test_seeds_agree(self):
         hits = scene("mixed with white", 7)

@@ -277,7 +277,7 @@ def test_impossible_noise_is_named(renderer, scene, noise, complaint):
         renderer.estimate_normals(frame_of(scene[0]), noise=noise)
 
 
-def test_told_noise_per_pixel_is_used(renderer, scene):
+def test_given_noise_per_pixel_is_used(renderer, scene):
     """Half of the frame is noisy and the caller says so: the other half stays as sharp as clean depth."""
     depth, truth = scene
     sigma = np.where(np.arange(320) < 160, 0.002, 1e-7)[None].repeat(240, 0)

@@ -140,7 +140,7 @@ class TestStreams:
         turned = np.eye(4)
         turned[:3, :3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
         found = lights.find(photo, "stream", np.eye(4))
-        assert found.tells
+        assert found.is_shown
         again = lights.find(self.photo(SUN * (-1, 1, 1)), "stream", turned)  # whatever this frame shows
         np.testing.assert_allclose(again.direction, turned[:3, :3].T @ found.direction, atol=1e-6)
         assert again.strength == found.strength

@@ -144,7 +144,7 @@ class TestMatlab:
         found = read_matrix_mat(tmp_path / "a.mat")
         assert sorted(found) == ["factor_depth", "intrinsic_matrix", "poses"]
         for name in found:
-            np.testing.assert_array_equal(found[name], arrays[name])
+            np.testing.assert_array_equal(found[name], arrays[name].ravel())
 
     def test_other_and_broken_files(self, tmp_path):
         io = pytest.importorskip("scipy.io")

@@ -7,7 +7,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.files.cameras.pose_files import WRITTEN, read_poses
-from pointshade_gl.files.finding.folder_poses import poses_of_inputs
+from pointshade_gl.files.finding.folder_cameras import poses_of_inputs
 from pointshade_gl.files.writing.maps_and_points import check_poses_path
 
 from ..support import frames

@@ -12,8 +12,8 @@ from pointshade_gl.estimation.noise_model import (
     find_bumps,
     find_noise,
     flat_grid,
+    given_noise,
     noise_grid,
-    told_noise,
 )
 from pointshade_gl.scene.noise import Noise, NoiseWords
 
@@ -76,7 +76,7 @@ def surface_by_noise(
     """
     focal = (abs(intrinsics[0]) + abs(intrinsics[1])) / 2
     if isinstance(told, NoiseWords):
-        noise, told = told_noise(told, noise_grid(*depth_map.shape[::-1])[0][::-1]), None
+        noise, told = given_noise(told, noise_grid(*depth_map.shape[::-1])[0][::-1]), None
     else:
         noise = measure_noise(depth_map, focal)
     pixel = pixel_grid(depth_map)

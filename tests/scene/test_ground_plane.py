@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.estimation.ground import ground_under, lowest_point, shown_floor, up_of
+from pointshade_gl.estimation.ground import ground_under, lowest_point, shown_floor, up_and_floor
 
 CAMERA = ps.Camera(400, 400, 199.5, 149.5, 400, 300)
 PIXEL = 2.4 / 400  # metres, where things stand
@@ -135,7 +135,7 @@ class TestFloor:
         stage, pose = Stage(pitch), ps.orbit_pose(None, (0.3, 0.2, 1), 50, -30)
         made = stage.frame(stage.floor(-0.2), stage.box(*BOX))
         frame = ps.Frame(None, made.depth, CAMERA, pose)
-        up = up_of(frame)
+        up, _ = up_and_floor(frame)
         np.testing.assert_allclose(up, pose[:3, :3] @ stage.up, atol=0.005)
         transform = np.diag([2.0, 2, 2, 1])
         transform[:3, 3] = 0.1, 0.2, 0.3

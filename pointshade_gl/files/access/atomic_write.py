@@ -27,7 +27,7 @@ _FULL = tuple(getattr(errno, name) for name in ("ENOSPC", "EDQUOT", "EFBIG") if 
 def check_place(path: Path, only_read: bool = False) -> Path:
     """The path, if a file can be written there; a link's target counts. Raises OSError if it cannot.
 
-    only_read  perhaps nothing is to be written: then the folder may be read-only
+    With only_read perhaps nothing is to be written: then the folder may be read-only.
     """
     target = followed(path) if path.is_symlink() else path
     if not target.parent.is_dir():
@@ -43,31 +43,23 @@ def check_place(path: Path, only_read: bool = False) -> Path:
 
 @contextmanager
 def naming_written(path: FilePath) -> Iterator[None]:
-    """Every OSError inside says which file cannot be written, and why: the disk is full, the folder is read-only."""
+    """Every OSError inside names the file that cannot be written, and why: a full disk, a read-only folder."""
     try:
         yield
     except OSError as error:
         if str(error).startswith("cannot write "):
             raise
-        origin = _origin(error)
+        origin = error  # the system's own error, if others have put it in their words since
+        while origin.strerror is None and isinstance(origin.__context__, OSError):
+            origin = origin.__context__
         reason = _NOT_OURS if origin.errno in _FORBIDDEN else origin.strerror or cut(error)
         named = type(error)(f"cannot write {path}: {reason}")
         named.errno = origin.errno
         raise named from error
 
 
-def _origin(error: OSError) -> OSError:
-    """The system's own error, if others have put it in their words since."""
-    while error.strerror is None and isinstance(error.__context__, OSError):
-        error = error.__context__
-    return error
-
-
 def error_of(reason: str) -> OSError:
-    """The system's error in what a program or a library says of a file that it could not write, else one that says it.
-
-    Libraries of C and other programs only give a text.
-    """
+    """The system's error in the text that a program gives of a file that it could not write, else one of that text."""
     found = (code for code in (*_FULL, *_FORBIDDEN) if os.strerror(code).lower() in reason.lower())
     code = next(found, None)
     return OSError(reason) if code is None else OSError(code, os.strerror(code))
@@ -163,17 +155,14 @@ class FileSet:
                 raise IsADirectoryError(f"cannot write {target}: it is a folder")
             if target.parent.exists() and not target.parent.is_dir():
                 raise NotADirectoryError(f"cannot write {target}: {target.parent} is a file")
-            self._check_own(target.parent)
+            if target.parent != self.folder and target.parent.is_dir():
+                # a frame's folder holds nothing else: a reader might take another depth picture that is there
+                ours = {Path(one).name for one in self._names if (self.folder / one).parent == target.parent}
+                others = sorted({path.name for path in target.parent.iterdir()} - ours)
+                if others:
+                    listed = f"{', '.join(others[:3])}, not of this scene: move it away"
+                    raise FileExistsError(f"{target.parent} holds {listed}")
         for name in self._names:
             target = self.folder / name
             target.parent.mkdir(exist_ok=True)
             (self._hidden / name).replace(target)
-
-    def _check_own(self, parent: Path) -> None:
-        """Check that a frame's folder holds nothing else: a reader might take another depth picture that is there."""
-        if parent == self.folder or not parent.is_dir():
-            return
-        ours = {Path(name).name for name in self._names if (self.folder / name).parent == parent}
-        others = sorted({path.name for path in parent.iterdir()} - ours)
-        if others:
-            raise FileExistsError(f"{parent} holds {', '.join(others[:3])}, not of this scene: move it away")

@@ -40,9 +40,8 @@ PARTS = 1 / 1024  # lines of a list of pictures, nodes of a scene (131 072)
 
 
 def check_limit(amount: int, what: str, max_pixels: float, share: float | None = None) -> None:
-    """Raises ValueError, naming `max_pixels`, if the amount is larger.
+    """Raises ValueError, naming `max_pixels`, if the amount ("a.png has 9x9 pixels") is larger.
 
-    what   the sentence that says how much it is, such as "a.png has 9x9 pixels"
     share  for anything but pixels: the limit is this share of `max_pixels`, or of the default if that is larger
     """
     limit = max_pixels if share is None else max(max_pixels, MAX_PIXELS) * share
@@ -60,8 +59,6 @@ def check_pixels(width: int, height: int, name: str, max_pixels: float) -> None:
 
 FilePath = str | PathLike[str]
 MATLAB = b"MATLAB "  # the first bytes of a .mat file
-
-
 IN_JSON = "backslashreplace"  # how names that are no text are encoded: as JSON escapes such characters itself
 _files_read: dict[tuple[int, int], Path] | None = None  # by device and inode; None: nobody wants to know
 
@@ -99,19 +96,16 @@ def check_not_read(*outputs: Path) -> None:
     for path in outputs if _files_read else ():
         with suppress(OSError):  # most outputs are new files
             status = path.stat()
-            source = _files_read.get((status.st_dev, status.st_ino)) if _files_read else None
-            if source is not None:
+            if source := (_files_read or {}).get((status.st_dev, status.st_ino)):
                 same = "it" if source == path else f"it is {source}, which"
-                raise ValueError(
-                    f"cannot write {path}: {same} is read as an input. Pass another output, or "
-                    f"{option('overwrite', True)} to replace it"
-                )
+                way_out = f"Pass another output, or {option('overwrite', True)} to replace it"
+                raise ValueError(f"cannot write {path}: {same} is read as an input. {way_out}")
 
 
 def open_regular(path: FilePath, is_probed: bool = False) -> BufferedReader:
     """The file, opened for reading. Raises OSError for folders, pipes and devices, which may never end.
 
-    is_probed  only to see what it is: it may be passed over, and does not count as read
+    One that is only probed, to see what it is, does not count as read.
     """
     path = Path(path)
     try:
@@ -132,7 +126,7 @@ def read_head(path: FilePath, size: int = 64) -> bytes:
     """The first bytes of a file. Raises OSError if it is not one, ValueError if empty or a git-LFS pointer."""
     check_path(path)
     with open_regular(path, is_probed=True) as file:
-        # a file of the system says 0, and reading it may never end
+        # a file of the system has 0, and reading it may never end
         head = file.read(size) if os.fstat(file.fileno()).st_size else b""
     if not head:
         raise ValueError(f"{path} is empty, expected a file of more than 0 bytes")
@@ -147,7 +141,7 @@ def read_bytes(path: FilePath, max_pixels: float = MAX_PIXELS, share: float = FI
     with open_regular(path) as file:
         size = check_size(file, path, max_pixels, share)
         data = file.read(size + 1)
-    if len(data) > size:  # files of the system say 0 and go on for ever
+    if len(data) > size:  # files of the system have 0 and go on for ever
         raise ValueError(f"{path} has more bytes than its size says: is it still being written?")
     return data
 
@@ -199,34 +193,30 @@ def read_text(path: FilePath, max_pixels: float = MAX_PIXELS) -> str:
         raise ValueError(f"{path} is not a text file") from None
 
 
-def parse_json(text: str, max_pixels: float = MAX_PIXELS) -> Any:
-    """The value in a text of JSON. Raises ValueError, "is not valid JSON: ...", or for too many values."""
+def parse_json(text: str, max_pixels: float = MAX_PIXELS, name: FilePath = "") -> Any:
+    """The value in a text of JSON. Raises ValueError, "NAME is not valid JSON: ...", or for too many values."""
     values = sum(map(text.count, ",[{"))
-    check_limit(values, f"is JSON of {values} values", max_pixels, JSON_VALUES)
+    check_limit(values, f"{name} is JSON of {values} values".lstrip(), max_pixels, JSON_VALUES)
     import json  # only here
 
     try:
         return json.loads(text)
-    except RecursionError:
-        raise ValueError("is not valid JSON: it is nested too deeply") from None
-    except ValueError as error:
-        raise ValueError(f"is not valid JSON: {error}") from None
+    except (ValueError, RecursionError) as error:
+        reason = "it is nested too deeply" if isinstance(error, RecursionError) else error
+        raise ValueError(f"{name} is not valid JSON: {reason}".lstrip()) from None
 
 
 def parse_object(text: str, path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str, Any]:
     """The object in the text of a JSON file. Raises ValueError, naming the file, for anything else."""
-    try:
-        data = parse_json(text, max_pixels)
-    except ValueError as error:
-        raise ValueError(f"{path} {error}") from None
+    data = parse_json(text, max_pixels, path)
     if not isinstance(data, dict):
         raise ValueError(f"{path} must hold a JSON object, got {shown(data)}")
     return data
 
 
-def split_numbers(text: str, around: str = " \t\r\n,;[]()") -> list[float] | None:
-    """The numbers of a text that holds nothing but numbers, else None. around: characters that do not count."""
+def split_numbers(text: str, ignored: str = " \t\r\n,;[]()") -> list[float] | None:
+    """The numbers of a text that holds nothing but numbers, else None. ignored: characters at its ends."""
     try:
-        return [float(part) for part in re.split(r"[\s,;]+", text.strip(around))]
+        return [float(part) for part in re.split(r"[\s,;]+", text.strip(ignored))]
     except ValueError:
         return None

@@ -1,4 +1,4 @@
-"""What lies in a folder and what its names say; and which files a file may name."""
+"""What lies in a folder and what its names mean; and which files a file may name."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from itertools import islice
+from itertools import accumulate, islice
 from operator import attrgetter
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,20 +30,21 @@ _ROLE_WORD = re.compile(rf"(?:^|(?<=[\W_])|(?<=\d))(?:{'|'.join([*_PARTS, 'im'])
 
 @dataclass(frozen=True)
 class ListedFile:
-    """A file of a folder. Its name, and the folders that it lies in, say what it is for."""
+    """A file of a folder. Its name, and the folders that it lies in, show what it is for."""
 
     path: Path
     name: str  # relative to the folder, in lower case, with slashes
 
     @cached_property
     def suffix(self) -> str:
-        return suffix_of(self.name.rpartition("/")[2])
+        """Of its own name, with the dot, in lower case; "" without one."""
+        name = self.name.rpartition("/")[2]
+        return name[name.rfind(".") :] if "." in name else ""
 
     @cached_property
     def stem(self) -> str:
         """Of its own name, in lower case."""
-        name = self.name.rpartition("/")[2]
-        return name.removesuffix(self.suffix)
+        return self.name.rpartition("/")[2].removesuffix(self.suffix)
 
     @cached_property
     def level(self) -> int:
@@ -66,7 +67,7 @@ class ListedFile:
 
     @cached_property
     def role(self) -> str:
-        """What it is: depth, shown depth (a picture of it, for the eye), color, other; "" if the name does not say."""
+        """Its kind: depth, shown depth (a picture of it, for the eye), color, other; "" if unknown."""
         own = self.words - ANY_PICTURE if self.folder_words & DEPTH else self.words
         for words in (own, self.folder_words):
             is_depth, is_color = bool(words & DEPTH), bool(words & COLOR)
@@ -75,21 +76,16 @@ class ListedFile:
             if words & NEITHER:
                 return "other"
             if is_depth and words & {"color", "colour", "rgb"} and words is own:
-                return self._first_of_both()
+                first = re.search(r"depth|colou?r|rgb", self.stem)  # of depth_to_color.png and color_to_depth.png
+                is_first = first and first[0] == "depth"
+                return "shown depth" if "to" not in words else "depth" if is_first else "color"
             if is_depth or (is_color and self.suffix not in ONLY_DEPTH):
                 return "depth" if is_depth else "color"
         return ""
 
-    def _first_of_both(self) -> str:
-        """Of depth_to_color.png and color_to_depth.png; without the "to" it is a picture of depth in colours."""
-        if "to" not in self.words:
-            return "shown depth"
-        first = re.search(r"depth|colou?r|rgb", self.stem)
-        return "depth" if first and first[0] == "depth" else "color"
-
     @cached_property
     def is_registered(self) -> bool:
-        """Whether its name says that it is depth which was brought to the colour's camera."""
+        """Whether by its name it is depth which was brought to the colour's camera."""
         return REGISTERED.search(self.name) is not None
 
     @cached_property
@@ -110,7 +106,7 @@ class ListedFile:
 
 @_remembered
 def key_of(stem: str) -> str:
-    """A name without its suffix, in lower case, without the words that say what the file is for."""
+    """A name without its suffix, in lower case, without the words for what the file is."""
     return _ROLE_WORD.sub("", _BITS.sub("", stem)).strip("._- ")
 
 
@@ -132,9 +128,9 @@ class Listing:
         self._seen: dict[Path, _SeenFolder] = {}
 
     def files(self, folder: Path, levels: int, suffixes: Collection[str] | None = None) -> list[ListedFile]:
-        """Return all files up to so many folders deep, in natural order: 2.png before 10.png. Hidden ones are left out.
+        """Return all files up to so many folders deep, in natural order, without hidden ones; only those with suffixes.
 
-        suffixes  in lower case, "" for none: only files with these
+        Suffixes are in lower case, "" for none.
         """
         found = self._walk(self._look(folder), "", levels)
         return sorted((item for item in found if suffixes is None or item.suffix in suffixes), key=_ORDER)
@@ -144,10 +140,7 @@ class Listing:
         return self._look(folder).folders
 
     def not_whole(self, folder: Path) -> list[str]:
-        """Return a sentence for each folder, of those looked at in this one and itself, of which something is left out.
-
-        Each begins with its path.
-        """
+        """Return a sentence, with its path, for each folder looked at in this one of which something is left out."""
         missed = ((path, seen.missed) for path, seen in self._seen.items() if seen.missed)
         return [f"{path} {why}" for path, why in missed if path.is_relative_to(folder)]
 
@@ -168,17 +161,13 @@ class Listing:
 
 
 class _SeenFolder(NamedTuple):
-    """A folder's files, and the folders in it, in natural order.
-
-    missed  why something in it is left out; "" if nothing is
-    inside  the same of its folders, once they were looked at
-    items   its files by what stands before their names, as seen from the folder that was asked for
-    """
+    """A folder's files, and the folders in it, in natural order."""
 
     files: list[Path]
     folders: list[Path]
-    missed: str
-    inside: list[_SeenFolder]
+    missed: str  # why something in it is left out; "" if nothing is
+    inside: list[_SeenFolder]  # the same of its folders, once they were looked at
+    # its files by what stands before their names, as seen from the folder that was asked for
     items: dict[str, list[ListedFile]]
 
 
@@ -206,11 +195,6 @@ def _kind_of(entry: os.DirEntry[str]) -> str:
         return ""
 
 
-def suffix_of(name: str) -> str:
-    """Of a file's own name, with the dot; "" without one."""
-    return name[name.rfind(".") :] if "." in name else ""
-
-
 @_remembered
 def natural(name: str) -> tuple[tuple[int, str], ...]:
     """Sorts 2.png before 10.png."""
@@ -225,17 +209,14 @@ _ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:[/\\]")
 
 @dataclass(frozen=True)
 class Folder:
-    """A folder, and what the files in it may name.
-
-    allow_outside  names in its files may leave it
-    root           its files must lie in here, also with links followed: the folder of a scene, which came as a whole.
-                   Without a root any link is followed: it is the user's own, perhaps to a data set on another disk.
-    listing        what lies in it and around it, looked at once
-    """
+    """A folder, and what the files in it may name."""
 
     path: Path
-    allow_outside: bool = False
+    allow_outside: bool = False  # names in its files may leave it
+    # its files must lie in here, also with links followed: the folder of a scene, which came as a whole. Without a root
+    # any link is followed: it is the user's own, perhaps to a data set on another disk.
     root: Path | None = None
+    # what lies in it and around it, looked at once
     listing: Listing = field(default_factory=Listing, compare=False, repr=False)
 
     def named(self, text: Any) -> Path:
@@ -245,12 +226,13 @@ class Folder:
         is_address = _ADDRESS.match(text)
         if is_address or (_ABSOLUTE.match(text) and not self.allow_outside):
             way_out = ", and nothing is fetched" if is_address else self._way_out()
-            raise ValueError(
-                f"{shown(text)} is an address or an absolute path, expected a path relative to {self._title}{way_out}"
-            )
+            expected = f"expected a path relative to {self._title}{way_out}"
+            raise ValueError(f"{shown(text)} is an address or an absolute path, {expected}")
         if self.allow_outside or ".." not in text:
             return self.path / text
-        if _climbs(text):
+        # whether it goes above its start on the way, on any system
+        steps = ({"..": -1, ".": 0, "": 0}.get(part, 1) for part in re.split(r"[/\\]", text))
+        if min(accumulate(steps)) < 0:
             raise ValueError(f"{shown(text)} leaves {self._title}{self._way_out()}")
         return self.path / os.path.normpath(text)  # a/.. is nothing here, also where a is a link
 
@@ -279,9 +261,8 @@ class Folder:
 def places_of(path: Path) -> list[Path]:
     """Where a path lies, from the root; then what it leads to, if there are links on the way.
 
-    What belongs to a file is known by names and neighbours. Those of the place where it lies come first: in a data set
-    that is made of links (git-annex, DVC) what they lead to has neither. Where nothing is found there, as beside a
-    single link to a data set on another disk, those of the file itself count.
+    Names and neighbours show what belongs to a file. Those where it lies come first: in a data set of links
+    (git-annex, DVC) what they lead to has neither. Beside a single link to another disk those of the file itself count.
     """
     return list(dict.fromkeys((from_root(path), followed(path))))
 
@@ -293,13 +274,3 @@ def from_root(path: Path) -> Path:
     for part in parts:
         here = here / part if part != ".." else (followed(here) if here.is_symlink() else here).parent
     return here
-
-
-def _climbs(text: str) -> bool:
-    """Whether a relative path goes above its start on the way, on any system."""
-    depth = 0
-    for part in re.split(r"[/\\]", text):
-        depth += {"..": -1, ".": 0, "": 0}.get(part, 1)
-        if depth < 0:
-            return True
-    return False

@@ -114,7 +114,7 @@ NOT_A_POSE = re.compile(r"annotated|object|(^|[/_])ob(j|ject)?s?[_/]")  # of obj
 
 
 class DataSet(NamedTuple):
-    """A data set whose folders hold no camera: how it is known, and what its web page says."""
+    """A data set whose folders hold no camera: how it is known, and what its web page states."""
 
     title: str
     known_by: str  # pattern in the folder's path, or in the names and first lines of its lists
@@ -147,7 +147,7 @@ DATA_SETS = (
 
 
 class SetCoding(NamedTuple):
-    """How the pictures of a data set hold depth, where no file says so: known by the names of files and folders."""
+    """How the pictures of a data set hold depth, where no file states it: known by the names of files and folders."""
 
     title: str
     known_by: str  # pattern
@@ -227,7 +227,7 @@ SCENE_SUFFIXES = (".gltf", ".glb")
 RENDERED = (*IMAGES, *FILMS, *PAGES, *POINTS)  # by `pointshade render`
 NUMBERED = (*IMAGES, *POINTS)  # by it, to many files
 
-# of a batch, each behind a dot; its normals are told from its pictures by their names
+# of a batch, each behind a dot; names distinguish its normals from its pictures
 BATCH_PICTURES = ("png", "jpg", "webp", "tif")
 BATCH_NORMALS = ("normals.png", "normals.exr", "normals.npy")
 BATCH_PAGE = "html"
@@ -235,11 +235,13 @@ BATCH_FILMS = tuple(suffix[1:] for suffix in FILMS)
 BATCH = (*BATCH_PICTURES, *BATCH_NORMALS, BATCH_PAGE, *BATCH_FILMS)
 
 
-def check_suffix(path: Path, known: tuple[str, ...], subject: str = "its suffix") -> None:
-    """Raises ValueError, listing the known ones, for another suffix."""
+def check_suffix(path: FilePath, known: tuple[str, ...], subject: str = "its suffix") -> Path:
+    """The path. Raises as `check_path`, and ValueError, listing the known ones, for another suffix."""
+    path = check_path(path)
     if path.suffix.lower() not in known:
         one_of = f"one of {', '.join(known)}" if len(known) > 2 else " or ".join(known)
         raise ValueError(f"cannot write {path}: {subject} must be {one_of}")
+    return path
 
 
 FRAMES = ("vase",)
@@ -249,8 +251,7 @@ SCENES = {"demo": "scene/scene.gltf"}
 def builtin_name(source: object) -> str | None:
     """The built-in frame or scene that a source names; None for any other.
 
-    A text is the built-in name whatever lies in the folder one is in, as "./vase" is the folder of that name. A Path
-    knows no such difference: it is the built-in name only where no such file or folder exists.
+    A text always is the built-in name, as "./vase" is the folder of that name; a Path only where no such file exists.
     """
     name = os.fspath(source) if isinstance(source, str | os.PathLike) else None
     if name not in (*FRAMES, *SCENES) or (not isinstance(source, str) and Path(name).exists()):

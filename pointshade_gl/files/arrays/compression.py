@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 import threading
 import weakref
+from contextlib import ExitStack
 from io import BufferedIOBase
 from pathlib import Path
 from typing import cast
@@ -24,14 +25,14 @@ class Archive:
     def __init__(self, path: FilePath, max_pixels: float = MAX_PIXELS):
         self.path, self.max_pixels, self._lock = Path(path), max_pixels, threading.Lock()
         open_regular(path).close()
+        self._opened = ExitStack()
         with naming(path, "is a broken or truncated zip archive"):  # zipfile raises of everything for broken bytes
-            self._zip = ZipFile(path)  # opened by its name, it closes itself
+            self._zip = self._opened.enter_context(ZipFile(path))
             members = self._zip.infolist()
         check_limit(len(members), f"{path} has {len(members)} members", max_pixels, PARTS)
         self._members = {member.filename: member for member in members if not member.is_dir()}
         self.names = self._members.keys()
-        self._streams: list[BufferedIOBase] = []
-        weakref.finalize(self, _close, self._zip, self._streams)
+        weakref.finalize(self, self._opened.close)
 
     def size(self, name: str) -> int:
         """The bytes of a member. `read` and `open` give no more, whatever is packed."""
@@ -53,24 +54,16 @@ class Archive:
         """A member as a stream, which is closed with the archive. Raises ValueError if it is missing or damaged."""
         member = self._find(name)
         with naming(f"{self.path}/{shown(name)[1:-1]}", "is damaged"), self._lock:
-            self._streams.append(cast(BufferedIOBase, self._zip.open(member)))
-            return self._streams[-1]
+            return cast(BufferedIOBase, self._opened.enter_context(self._zip.open(member)))
 
     def _find(self, name: str) -> ZipInfo:
         member = self._members.get(name)
         if member is None:
             raise ValueError(f"{self.path} has no {shown(name)[1:-1]}")
         if member.flag_bits & _ENCRYPTED or member.compress_type not in METHODS:
-            raise ValueError(
-                f"{self.path} is packed with a password or an unusual method: unpack it and pass the files"
-            )
+            way_out = "unpack it and pass the files"
+            raise ValueError(f"{self.path} is packed with a password or an unusual method: {way_out}")
         return member
-
-
-def _close(archive: ZipFile, streams: list[BufferedIOBase]) -> None:
-    for stream in streams:
-        stream.close()
-    archive.close()
 
 
 _RUN = 32  # control bytes below are the length of a run, less 1
@@ -133,7 +126,7 @@ def unpack_lzfse(data: bytes, size: int, name: str) -> bytes:
 
 
 def _declared_size(data: bytes) -> int:
-    """The sum of what all blocks say. Raises ValueError or struct.error if they do not end in the data."""
+    """The sum of the sizes that all blocks state. Raises ValueError or struct.error if they do not end in the data."""
     at = total = 0
     while (kind := data[at : at + 4]) != _END:
         (raw,) = struct.unpack_from("<I", data, at + 4)

@@ -66,7 +66,7 @@ class _Dataset:
 
 
 MATLAB_5 = b"MATLAB 5.0"
-_HEADER = 128  # bytes before the first element; the last two of them say the order of bytes
+_HEADER = 128  # bytes before the first element; the last two of them give the order of bytes
 _START = 4096  # bytes of an element that hold its flags, its sides and its name
 _ARRAY, _PACKED = 14, 15
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
@@ -81,16 +81,18 @@ def matlab_5_arrays(path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str,
     return {name: _Frames(array) for name, array in _list_arrays(path, max_pixels).items()}
 
 
-def read_matrix_mat(path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str, NDArray[Any]]:
-    """The small arrays of a .mat file by name, in MATLAB's order of axes. Raises OSError or ValueError for others."""
+def read_matrix_mat(path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str, list[float]]:
+    """The numbers of the small arrays of a .mat file, row after row. Raises OSError or ValueError for others."""
     head = read_head(path)
     if head.startswith(MATLAB_73):
-        arrays = hdf5_arrays(path, max_pixels).items()
-        return {name: array.part(()).T for name, array in arrays if math.prod(array.shape) <= _SMALL}
-    if head.startswith(MATLAB_5):
-        found = _list_arrays(path, max_pixels).items()
-        return {name: array.read() for name, array in found if math.prod(array.shape) <= _SMALL}
-    raise ValueError(f"{path} is not a MATLAB file of version 5 or 7.3")
+        new = hdf5_arrays(path, max_pixels).items()
+        arrays = {name: one.part(()).T for name, one in new if math.prod(one.shape) <= _SMALL}
+    elif head.startswith(MATLAB_5):
+        old = _list_arrays(path, max_pixels).items()
+        arrays = {name: one.read() for name, one in old if math.prod(one.shape) <= _SMALL}
+    else:
+        raise ValueError(f"{path} is not a MATLAB file of version 5 or 7.3")
+    return {name: array.ravel().tolist() for name, array in arrays.items()}
 
 
 class _Array(NamedTuple):
@@ -108,8 +110,7 @@ class _Array(NamedTuple):
 
     def read(self) -> NDArray[Any]:
         """Raises ValueError for more bytes than a picture may have, and if the file is broken."""
-        count = math.prod(self.shape)
-        title = f"{self.path}/{self.name}"
+        count, title = math.prod(self.shape), f"{self.path}/{self.name}"
         size = count * self.dtype.itemsize
         check_limit(size, f"{title} has {size} bytes of shape {self.shape}", self.max_pixels, FILE_BYTES)
         with naming(title, "is broken or truncated", _DAMAGE):
@@ -153,12 +154,11 @@ def _list_arrays(path: FilePath, max_pixels: float) -> dict[str, _Array]:
             if size > end - place - 8:
                 raise ValueError(f"an element has {end - place - 8} of {size} bytes")
             if kind in (_ARRAY, _PACKED):
-                data = _content(file, place + 8, size, kind == _PACKED, _START)
-                header = _header_of(data, order)
+                where = place + 8, size, kind == _PACKED
+                header = _header_of(_content(file, *where, _START), order)
                 if header.kind in _CLASSES and header.name:
                     dtype = np.dtype(_CLASSES[header.kind])
-                    where = order, place + 8, size, kind == _PACKED
-                    found[header.name] = _Array(path, header.name, header.shape, dtype, *where, max_pixels)
+                    found[header.name] = _Array(path, header.name, header.shape, dtype, order, *where, max_pixels)
             place, count = place + 8 + size, count + 1
             check_limit(count, f"{path} has {count} arrays", max_pixels, PARTS)
     return found

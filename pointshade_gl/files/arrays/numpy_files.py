@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ...notes.notes import Note
 from ...notes.words import shown
+from ...scene.camera import from_matrices
 from ..access.content import (
     FILE_BYTES,
     MAX_PIXELS,
@@ -176,15 +177,15 @@ _LISTED = 12
 
 def find_roles(names: Iterable[str]) -> dict[str, str]:
     """The best name for each role. Of names in groups, such as frame/depth, the last part counts."""
-    plain = {}
+    found: dict[str, str] = {}
     for name in names:
-        plain.setdefault(_plain(name.rpartition("/")[2]), name)
-    found = {role: [plain[_plain(name)] for name in known if _plain(name) in plain] for role, known in ROLES.items()}
-    return {role: matching[0] for role, matching in found.items() if matching}
+        found.setdefault(plain(name.rpartition("/")[2]), name)
+    keys = {role: next((key for key in map(plain, known) if key in found), None) for role, known in ROLES.items()}
+    return {role: found[key] for role, key in keys.items() if key is not None}
 
 
 def is_named(name: str, names: Sequence[str]) -> bool:
-    return _plain(name.rpartition("/")[2]) in map(_plain, names)
+    return plain(name.rpartition("/")[2]) in map(plain, names)
 
 
 def list_arrays(shapes: dict[str, tuple[int, ...]]) -> str:
@@ -193,7 +194,8 @@ def list_arrays(shapes: dict[str, tuple[int, ...]]) -> str:
     return ", ".join(listed) + (f" and {len(shapes) - _LISTED} more" if len(shapes) > _LISTED else "")
 
 
-def _plain(name: str) -> str:
+def plain(name: str) -> str:
+    """A name in lower case, letters and digits only."""
     return "".join(filter(str.isalnum, name.lower()))
 
 
@@ -297,9 +299,7 @@ def read_cam(path: FilePath, max_pixels: float = MAX_PIXELS) -> tuple[NDArray[np
     if len(data) != 4 + 8 * _CAMERA:
         raise ValueError(f"{path} has {len(data)} bytes, expected {4 + 8 * _CAMERA} of a .cam")
     numbers = np.frombuffer(data, "<f8", offset=4).astype(np.float64)
-    pose = np.eye(4)
-    pose[:3] = numbers[9:].reshape(3, 4)
-    return numbers[:9], pose
+    return numbers[:9], from_matrices(numbers[None, 9:])[0]
 
 
 _COLMAP_HEADER = re.compile(rb"(\d{1,9})&(\d{1,9})&(\d{1,9})&")

@@ -62,10 +62,10 @@ class _PlyHeader(NamedTuple):
 
 
 class Ply(NamedTuple):
-    """What a PLY file holds; comments are the lines of its header without that word."""
+    """What a PLY file holds."""
 
     elements: Elements
-    comments: list[str]
+    comments: list[str]  # the lines of its header that begin with that word, without it
     form: str
 
 
@@ -81,9 +81,7 @@ def write_ply(file: BufferedIOBase, elements: Elements, comments: Sequence[str] 
 
 
 def read_ply(path: FilePath, max_pixels: float = MAX_PIXELS, last: str = "") -> Ply:
-    """The elements of a PLY file, text or binary. Lists, such as the corners of faces, are left out.
-
-    last  the element after which nothing is read; "" reads all
+    """The elements of a PLY file up to the last one that is wanted. Lists, such as corners of faces, are left out.
 
     Raises OSError if the path is not a file, ValueError for one that is broken, truncated or too large.
     """
@@ -93,7 +91,10 @@ def read_ply(path: FilePath, max_pixels: float = MAX_PIXELS, last: str = "") -> 
         at, form = header.at, next(name for name, order in _ORDERS.items() if order == header.order)
         if header.order == _TEXT:
             check_limit(len(data), f"{path} has {len(data)} bytes of text", max_pixels, CLOUD_TEXT)
-            data, at = _doubles(data[at:]), 0
+            values = parse_numbers(data[at:].decode("ascii", "replace"))  # 8 bytes each
+            if not values.size and data[at:].strip(_PADDING):
+                raise ValueError("after its header it holds something other than numbers")
+            data, at = values.tobytes(), 0
         found: Elements = {}
         for element in header.elements:
             rows, at = _read_rows(data, at, element, header.order)
@@ -137,14 +138,6 @@ def _read_header(data: bytes) -> _PlyHeader:
     raise ValueError("its header has no end")
 
 
-def _doubles(text: bytes) -> bytes:
-    """The numbers of a text, 8 bytes each."""
-    values = parse_numbers(text.decode("ascii", "replace"))
-    if not values.size and text.strip(_PADDING):
-        raise ValueError("after its header it holds something other than numbers")
-    return values.tobytes()
-
-
 def _read_rows(data: bytes, at: int, element: _Element, order: str) -> tuple[NDArray[Any], int]:
     """(n,) structured: the rows that begin there, as they are stored, without lists; and where they end."""
     stored = {
@@ -158,21 +151,18 @@ def _read_rows(data: bytes, at: int, element: _Element, order: str) -> tuple[NDA
         raise ValueError(f"its element {shown(element.name)} has no properties")
     if element.rows * least > len(data) - at:
         raise _truncated(element)
+    end = at + element.rows * row.itemsize
     if lists:
         data, end = _without_lists(data, at, element, [*stored.values()])
         at = 0
-    else:
-        end = at + element.rows * row.itemsize
     rows = np.frombuffer(data, row, element.rows, at) if row.itemsize else np.empty(element.rows, row)
     return rows, end
 
 
 def _without_lists(data: bytes, at: int, element: _Element, stored: Sequence[_Property]) -> tuple[bytes, int]:
     """The numbers of rows that begin there, without lists; and where they end."""
-    steps, size = (
-        list[tuple[int, struct.Struct, int]](),
-        0,
-    )  # bytes of numbers, then a list: its length, bytes of an item
+    steps: list[tuple[int, struct.Struct, int]] = []  # bytes of numbers, then a list: its length, bytes of an item
+    size = 0
     for one in stored:
         item = np.dtype(one.kind).itemsize
         if one.length:
@@ -208,8 +198,7 @@ def _as_declared(rows: NDArray[Any], element: _Element) -> NDArray[Any]:
         if declared[name].kind in "iu" and rows.dtype[name].kind == "f":
             column, limits = rows[name], np.iinfo(declared[name])
             if not ((column >= limits.min) & (column <= limits.max) & (column % 1 == 0)).all():
-                fact = f"whole numbers from {limits.min} to {limits.max}"
-                raise ValueError(f"its property {shown(name)} must be {fact}")
+                raise ValueError(f"its property {shown(name)} must be whole numbers from {limits.min} to {limits.max}")
     return rows.astype(declared, copy=False)
 
 

@@ -1,3 +1,1 @@
 """Reads camera intrinsics and poses from files of many programs."""
-
-from __future__ import annotations

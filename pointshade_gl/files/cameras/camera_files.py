@@ -88,10 +88,8 @@ def read_intrinsics(source: Any, note: Note, max_pixels: float = MAX_PIXELS, of_
         return source
     if isinstance(source, Camera):
         return Intrinsics("the camera", source.intrinsics, (source.width, source.height))
-    if isinstance(source, str):
-        numbers = split_numbers(source)
-        if numbers is not None:
-            return _from_numbers(numbers, option("intrinsics"), note)
+    if isinstance(source, str) and (numbers := split_numbers(source)) is not None:
+        return _from_numbers(numbers, option("intrinsics"), note)
     if isinstance(source, str | PathLike):
         return _read_file(Path(source), note, max_pixels, of_color)
     array = as_array(source, f"intrinsics must be {_EXPECTED}")
@@ -105,8 +103,7 @@ def _read_file(path: Path, note: Note, max_pixels: float, of_color: bool) -> Int
     if head.startswith(MATLAB):
         from ..arrays.matlab import read_matrix_mat  # only here
 
-        arrays = read_matrix_mat(path, max_pixels).items()
-        return _from_names({name: array.ravel().tolist() for name, array in arrays}, path, note, of_color)
+        return _from_names(read_matrix_mat(path, max_pixels), path, note, of_color)
     if head.startswith(SINTEL):
         return _from_numbers(read_cam(path, max_pixels)[0], str(path), note)
     if path.suffix.lower() == ".bin":
@@ -117,11 +114,11 @@ def _read_file(path: Path, note: Note, max_pixels: float, of_color: bool) -> Int
         return next(iter(cameras.values()))
     if realsense := from_realsense(text, str(path)):
         return realsense
-    named = _read_table(text) or read_named(text, path, max_pixels)
-    if not named and not text.lstrip().startswith("{"):
+    named, is_json = _read_table(text) or read_named(text, path, max_pixels), text.lstrip().startswith("{")
+    if not named and not is_json:
         return _from_numbers(_first_matrix(read_numbers(path, max_pixels)), str(path), note)
     found = _from_names(named, path, note, of_color)
-    if not text.lstrip().startswith("{"):
+    if not is_json:
         return found
     kind = parse_object(text, path, max_pixels).get("depth_kind")
     if not isinstance(kind, str | None):
@@ -144,10 +141,9 @@ def _from_names(named: Named, path: Path, note: Note, of_color: bool) -> Intrins
     found = from_named(named, str(path), of_color)
     if not found:
         has = ", ".join([*named][:6]) or "no numbers"
-        raise ValueError(
-            f"{path} holds no camera: expected fx, fy, cx, cy, or a 3x3 matrix called K, intrinsic_matrix "
-            f"or camera_matrix, or fov_x and fov_y in degrees; it has {cut(has)}"
-        )
+        matrix = "a 3x3 matrix called K, intrinsic_matrix or camera_matrix"
+        expected = f"expected fx, fy, cx, cy, or {matrix}, or fov_x and fov_y in degrees"
+        raise ValueError(f"{path} holds no camera: {expected}; it has {cut(has)}")
     if any(len(numbers) == 1 and numbers[0] for name, numbers in named.items() if word(name) in DISTORTION):
         note(f"{path}: the lens distortion is ignored, pictures are taken as undistorted")
     return replace(found[0], alternatives=tuple(found[1:]))
@@ -168,12 +164,12 @@ def _from_numbers(numbers: Sequence[float] | NDArray[np.float64], name: str, not
     found = from_numbers(values, name)
     if found is None and values.size not in (4, 9, 12, 16):
         raise ValueError(f"{name} must hold fx, fy, cx, cy or a matrix of 3x3 or 4x4, got {values.size} numbers")
+    form = "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]"
     if found is None:
         rows = values.reshape(3 if values.size < 16 else 4, -1).tolist()
-        raise ValueError(f"{name} must be a matrix [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], got {rows}")
+        raise ValueError(f"{name} must be a matrix {form}, got {rows}")
     if values.size in (9, 12, 16) and values[2] == 0 != found.numbers[2]:
-        read = "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]"
-        note(f"{name}: rows and columns of the matrix are exchanged, it is read as {read}")
+        note(f"{name}: rows and columns of the matrix are exchanged, it is read as {form}")
     return found
 
 
@@ -195,7 +191,7 @@ def read_transforms(path: Path, max_pixels: float = MAX_PIXELS) -> list[CameraEn
     per_metre = scale if isinstance(scale, int | float) and scale > 0 else 1.0
     shared = from_named(named_of({key: value for key, value in data.items() if key != "frames"}), str(path))
     entries = [_entry(frame, per_metre, path) for frame in frames]
-    if shared:  # it may say the unit of the depth for all
+    if shared:  # it may state the unit of the depth for all
         entries = [one._replace(camera=merged(one.camera, shared[0])) if one.camera else one for one in entries]
     return sorted(entries, key=lambda one: natural(one.color or one.depth or ""))
 
@@ -207,12 +203,8 @@ def _entry(frame: Any, per_metre: float, path: Path) -> CameraEntry:
         pose[:3, 3] /= per_metre
     except (KeyError, TypeError, ValueError, OverflowError):
         raise ValueError(f"{path}: every frame must have a transform_matrix of 4x4 numbers") from None
-    color, depth = frame.get("file_path"), frame.get("depth_file_path", frame.get("depth_path"))
+    names = frame.get("file_path"), frame.get("depth_file_path", frame.get("depth_path"))
+    color, depth = (name if isinstance(name, str) else None for name in names)
     own = {key: value for key, value in frame.items() if key != "transform_matrix"}
     cameras = from_named(named_of(own), str(path)) if "fl_x" in own else []
-    return CameraEntry(
-        color if isinstance(color, str) else None,
-        depth if isinstance(depth, str) else None,
-        pose,
-        cameras[0] if cameras else None,
-    )
+    return CameraEntry(color, depth, pose, cameras[0] if cameras else None)

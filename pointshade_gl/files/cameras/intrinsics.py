@@ -30,27 +30,18 @@ _SAME_VIEW = 0.02  # pictures whose aspect ratios differ by less may show the sa
 
 @dataclass(frozen=True)
 class Intrinsics:
-    """What a source states about a camera; None = nothing.
+    """What a source states about a camera; None = nothing."""
 
-    name          of the source, for messages
-    numbers       fx, fy, cx, cy in pixels, pixel centres at integers; fy is NaN if pixels are square, cx and cy are
-                  NaN if only the focal length is known
-    size          (width, height) of the picture that they are for; NORMALIZED fits any
-    depth_scale   raw depth values per metre
-    depth_kind    one of depth_kinds.KINDS
-    baseline      metres between the cameras of a disparity
-    doffs         pixels to add to a disparity, where the two principal points differ (Middlebury)
-    alternatives  other cameras of the same source, such as that of the colour picture
-    """
-
-    name: str
+    name: str  # of the source, for messages
+    # fx, fy, cx, cy in pixels, pixel centres at integers; fy is NaN if pixels are square, cx and cy are NaN if only the
+    # focal length is known
     numbers: Numbers
-    size: Size | None = None
-    depth_scale: float | None = None
-    depth_kind: str | None = None
-    baseline: float | None = None
-    doffs: float | None = None
-    alternatives: tuple[Intrinsics, ...] = ()
+    size: Size | None = None  # (width, height) of the picture that they are for; NORMALIZED fits any
+    depth_scale: float | None = None  # raw depth values per metre
+    depth_kind: str | None = None  # one of depth_kinds.KINDS
+    baseline: float | None = None  # metres between the cameras of a disparity
+    doffs: float | None = None  # pixels to add to a disparity, where the two principal points differ (Middlebury)
+    alternatives: tuple[Intrinsics, ...] = ()  # other cameras of the same source, such as that of the colour picture
 
 
 def merged(given: Intrinsics, filed: Intrinsics | None) -> Intrinsics:
@@ -73,10 +64,8 @@ def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: 
         raise ValueError(f"{chosen.name}: intrinsics are for {_text(size)} pixels: there is no such picture")
     if size != NORMALIZED and not _fits(size, depth, color):
         seen = f"depth is {_text(depth)} and " + (f"color is {_text(color)}" if color else "there is no color")
-        raise ValueError(
-            f"{chosen.name}: intrinsics are for {_text(size)} pixels, but {seen}: "
-            "pass the intrinsics of one of the two pictures"
-        )
+        way_out = "pass the intrinsics of one of the two pictures"
+        raise ValueError(f"{chosen.name}: intrinsics are for {_text(size)} pixels, but {seen}: {way_out}")
     fx, fy, cx, cy = chosen.numbers
     if math.isnan(fy):
         fy = fx * (depth[0] / depth[1] if size == NORMALIZED else 1)
@@ -88,10 +77,8 @@ def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: 
         raise ValueError(f"{chosen.name}: {error}") from None
     angle = math.degrees(2 * math.atan(camera.height / 2 / abs(camera.fy)))
     if angle > _WIDEST:
-        note(
-            f"{chosen.name} has fy {camera.fy:g} px for {_text(size)}, which sees {angle:.0f} degrees: "
-            f"if that is wrong, pass {option('intrinsics', 'fx,fy,cx,cy')} or {option('fov', 'DEGREES')}"
-        )
+        way_out = f"if that is wrong, pass {option('intrinsics', 'fx,fy,cx,cy')} or {option('fov', 'DEGREES')}"
+        note(f"{chosen.name} has fy {camera.fy:g} px for {_text(size)}, which sees {angle:.0f} degrees: {way_out}")
     if size == depth:
         return camera
     if size != NORMALIZED:
@@ -109,10 +96,8 @@ def _turned(intrinsics: Intrinsics, size: Size, note: Note) -> Intrinsics:
     """Return the camera of a picture that was turned since: upright ones clockwise, as telephones do, others back."""
     (fx, fy, cx, cy), (width, height) = intrinsics.numbers, size
     center = (height - 1 - cy, cx) if width > height else (cy, width - 1 - cx)
-    note(
-        f"{intrinsics.name} is for {_text(size)} and the picture is turned: the camera is turned, too; "
-        f"pass {option('intrinsics', 'fx,fy,cx,cy')} if that is wrong"
-    )
+    way_out = f"pass {option('intrinsics', 'fx,fy,cx,cy')} if that is wrong"
+    note(f"{intrinsics.name} is for {_text(size)} and the picture is turned: the camera is turned, too; {way_out}")
     return replace(intrinsics, numbers=(fx if math.isnan(fy) else fy, fx, *center))
 
 
@@ -133,9 +118,8 @@ def _guess_size(intrinsics: Intrinsics, depth: Size, color: Size | None, note: N
 
     size = min((depth, color or depth), key=distance)  # the depth when both are as near
     if not distance(size) <= 0.5:
-        raise ValueError(
-            f"{intrinsics.name}: the principal point ({cx:g}, {cy:g}) must lie in the depth picture of {_text(depth)}"
-        )
+        expected = f"must lie in the depth picture of {_text(depth)}"
+        raise ValueError(f"{intrinsics.name}: the principal point ({cx:g}, {cy:g}) {expected}")
     if color and color != depth:
         which = "depth" if size == depth else "color"
         note(f"{intrinsics.name}: no picture size is given, taken as for the {which} picture of {_text(size)}")
@@ -153,9 +137,9 @@ _SAME_SHAPE = 0.02
 
 
 def camera_from_exif(path: FilePath, max_pixels: float = MAX_PIXELS) -> Intrinsics | None:
-    """The camera of a picture with EXIF FocalLengthIn35mmFilm, upright, its principal point in the middle.
+    """The camera of a picture with EXIF FocalLengthIn35mmFilm, upright; None if it has none, or was cropped.
 
-    Whole millimetres make it right to a few per cent. None if the picture does not say it, or was cropped.
+    Its principal point is the middle. Whole millimetres make it right to a few per cent.
     """
     head = read_head(path)
     with open_regular(path) as file:
@@ -163,7 +147,7 @@ def camera_from_exif(path: FilePath, max_pixels: float = MAX_PIXELS) -> Intrinsi
         try:
             with opened_picture(file, head) as image:
                 return camera_of_lens(str(path), image.getexif(), image.size)
-        except Exception:  # broken bytes make Pillow raise of everything: then the picture does not say it
+        except Exception:  # broken bytes make Pillow raise of everything: then the picture has none
             return None
 
 
@@ -200,7 +184,10 @@ def from_matrix(values: Sequence[float] | NDArray[np.float64]) -> Numbers | None
     """fx, fy, cx, cy of a 3x3, 3x4 or 4x4 matrix, by rows or by columns, or of four numbers; None for anything else."""
     array = np.asarray(values, np.float64).ravel()
     if array.size == 4:
-        return _of_four(*array.tolist())
+        a, b, c, d = array.tolist()
+        # OpenLORIS writes fx, cx, fy, cy: the two focal lengths are alike
+        is_crossed = abs(c) and abs(a / c - 1) < _SQUARE and abs(b) and abs(a / b - 1) > _APART
+        return (a, c, b, d) if is_crossed else (a, b, c, d)
     if array.size not in (9, 12, 16):
         return None
     k = array.reshape((3, -1) if array.size == 12 else (int(array.size**0.5), -1))[:3, :3]
@@ -211,17 +198,10 @@ def from_matrix(values: Sequence[float] | NDArray[np.float64]) -> Numbers | None
     return float(k[0, 0]), float(k[1, 1]), float(k[0, 2]), float(k[1, 2])
 
 
-def _of_four(a: float, b: float, c: float, d: float) -> Numbers:
-    """fx, fy, cx, cy; or fx, cx, fy, cy, as OpenLORIS writes them: the two focal lengths are alike."""
-    is_crossed = abs(c) and abs(a / c - 1) < _SQUARE and abs(b) and abs(a / b - 1) > _APART
-    return (a, c, b, d) if is_crossed else (a, b, c, d)
-
-
 def from_numbers(values: NDArray[np.float64], name: str) -> Intrinsics | None:
     """A camera of nothing but numbers: a focal length, four, a matrix, one with a baseline, a range or a size; or None.
 
-    With a size: `width height fx fy cx cy` (ARKitScenes; Matterport3D with five of distortion) or `fx fy cx cy width
-    height`.
+    `width height fx fy cx cy` is ARKitScenes' (Matterport3D adds five of distortion); or fx fy cx cy come first.
     """
     if values.size == 1 and values[0] > 1:
         return Intrinsics(name, (float(values[0]), math.nan, math.nan, math.nan))
@@ -291,8 +271,17 @@ def from_named(named: Named, name: str, of_color: bool = False) -> list[Intrinsi
     of_color  the colour camera first: the depth was brought to it
     """
     named = {_SENS.sub(r"\1.\2", key): numbers for key, numbers in named.items()}
-    grouped = _grouped(named)
-    groups = [(grouped.get(group, {}), _around(grouped, group)) for group in _groups(named, of_color)]
+    grouped: dict[str, dict[str, list[float]]] = {}  # by what stands before their last word
+    for key, numbers in named.items():
+        group, _, last = key.removesuffix(".data").rpartition(".")  # ROS and OpenCV put a matrix one level deeper
+        if not _OTHERS.search(last):
+            grouped.setdefault(group, {}).setdefault(word(last), numbers)
+    # "" is the top; cameras that took neither picture are left out
+    names = dict.fromkeys(["", *(key.rpartition(".")[0] for key in named)])
+    own = [group for group in names if not _OTHERS.search(group)]
+    first, last = (_COLOR, _DEPTH) if of_color else (_DEPTH, _COLOR)
+    own.sort(key=lambda group: (bool(last.search(group)), not first.search(group), group.count(".")))
+    groups = [(grouped.get(group, {}), _with_above(grouped, group)) for group in own]
     outside = next((numbers[0] for key, numbers in named.items() if word(key) in BASELINE), None)
     found = [_from_group(*words, name) for words in groups]
     found = [camera and replace(camera, baseline=camera.baseline or outside) for camera in found]
@@ -301,62 +290,36 @@ def from_named(named: Named, name: str, of_color: bool = False) -> list[Intrinsi
     return [camera for camera in found if camera]
 
 
-def _groups(named: Named, of_color: bool) -> list[str]:
-    """The names under which other names lie; "" is the top. Cameras that took neither picture are left out."""
-    groups = dict.fromkeys(["", *(key.rpartition(".")[0] for key in named)])
-    own = [group for group in groups if not _OTHERS.search(group)]
-    first, last = (_COLOR, _DEPTH) if of_color else (_DEPTH, _COLOR)
-    return sorted(own, key=lambda group: (bool(last.search(group)), not first.search(group), group.count(".")))
-
-
-def _grouped(named: Named) -> dict[str, dict[str, list[float]]]:
-    """The words of each group. ROS and OpenCV put the numbers of a matrix one level deeper, as `data`."""
-    found: dict[str, dict[str, list[float]]] = {}
-    for key, numbers in named.items():
-        group, _, last = key.removesuffix(".data").rpartition(".")
-        if not _OTHERS.search(last):
-            found.setdefault(group, {}).setdefault(word(last), numbers)
-    return found
-
-
-def _around(grouped: dict[str, dict[str, list[float]]], group: str) -> Words:
+def _with_above(grouped: dict[str, dict[str, list[float]]], group: str) -> Words:
     """The words of a group with what stands further up: sizes and units often do."""
-    levels = [grouped.get(group, {})]
-    while group:
-        group = group.rpartition(".")[0]
-        levels.append(grouped.get(group, {}))
-    return ChainMap(*levels)
+    parts = group.split(".") if group else []
+    return ChainMap(*(grouped.get(".".join(parts[:k]), {}) for k in range(len(parts), -1, -1)))
 
 
-def _from_group(words: Words, around: Words, name: str) -> Intrinsics | None:
+def _from_group(words: Words, with_above: Words, name: str) -> Intrinsics | None:
     sensor, lens = _first(words, SENSOR), _first(words, FOCAL)
     if sensor and lens and sensor > 0 and lens > 0:
         return Intrinsics(name, (lens / sensor, math.nan, 0.0, 0.0), NORMALIZED)
     if not any(key in words for key in (*FX, *FOCAL, *MATRIX, *LENS, "matrix")):
         return None
-    size = _size_of(around, name)
+    size = _size_of(with_above, name)
     numbers = _numbers_of(words, size)
     if numbers is None:
         return None
     if any(key in words for key in _CORNER):
         numbers = (numbers[0], numbers[1], numbers[2] - 0.5, numbers[3] - 0.5)
-    scale, each = _first(around, PER_METRE), _first(around, METRES_EACH)
-    baseline, doffs = _first(around, BASELINE), _first(around, DOFFS)
+    scale, each = _first(with_above, PER_METRE), _first(with_above, METRES_EACH)
+    baseline, doffs = _first(with_above, BASELINE), _first(with_above, DOFFS)
     if doffs is not None and baseline is not None:  # Middlebury, where the baseline is in millimetres
         baseline /= 1000
-    if baseline is None:
-        baseline = _between(words)
+    for left, right in (("prect02", "prect03"), ("p2", "p3")) if baseline is None else ():
+        if len(words.get(left, ())) == len(words.get(right, ())) == 12 and words[left][0]:
+            # between KITTI's two colour cameras: the fourth number of a projection is -fx times its place
+            baseline = (words[left][3] - words[right][3]) / words[left][0]
+            break
     if scale and _BOP in words:
         scale = 1000 / scale  # BOP's is millimetres for each unit
     return Intrinsics(name, numbers, size, 1 / each if each else scale, None, baseline, doffs)
-
-
-def _between(words: Words) -> float | None:
-    """Metres between KITTI's two colour cameras: the fourth number of a projection is -fx times its place."""
-    for left, right in (("prect02", "prect03"), ("p2", "p3")):
-        if len(words.get(left, ())) == len(words.get(right, ())) == 12 and words[left][0]:
-            return (words[left][3] - words[right][3]) / words[left][0]
-    return None
 
 
 def _numbers_of(words: Words, size: Size | None) -> Numbers | None:

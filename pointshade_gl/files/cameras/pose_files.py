@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,43 +22,21 @@ from .camera_files import read_colmap_images, read_transforms
 from .intrinsics import word
 
 _IN_LIST = re.compile(r"\.\d+\.")  # one of several values, such as the objects that a camera sees
-_POSE_WORDS = {  # whether it leads to the world, and whether its camera has OpenGL's axes
-    "cameraposearframe": (True, True),
-    "alignedpose": (True, False),
-    "camerapose": (True, False),
-    "pose": (True, False),
-    "cam2world": (True, False),
-    "c2w": (True, False),
-    "transformmatrix": (True, True),
-    "cameraviewtransform": (False, True),  # Omniverse
-    "camerartmatrix": (False, False),  # 2D-3D-S
-    "extrinsic": (False, False),
-    "extrinsics": (False, False),
-    "w2c": (False, False),
-    "rotationtranslationmatrix": (False, False),
-}
+_TO_WORLD = ("cameraposearframe", "alignedpose", "camerapose", "pose", "cam2world", "c2w", "transformmatrix")
+_TO_CAMERA = (  # cameraviewtransform: Omniverse's; camerartmatrix: 2D-3D-S'
+    "cameraviewtransform", "camerartmatrix", "extrinsic", "extrinsics", "w2c", "rotationtranslationmatrix",
+)  # fmt: skip
+_OF_OPENGL = ("cameraposearframe", "transformmatrix", "cameraviewtransform")  # in its axes
 
 
 class PoseList(NamedTuple):
-    """The poses of a file in its order, and what says to which frames they belong: names or time stamps, or neither.
-
-    metric   their unit is the metre; structure from motion has any unit
-    numbers  of the frames in their folder, counted from 0, in a file that this package wrote
-    """
+    """The poses of a file in its order, and what assigns them to frames: names or time stamps, or neither."""
 
     poses: Matrices
     names: list[str] | None = None
     times: NDArray[np.float64] | None = None
-    metric: bool = True
-    numbers: list[int] | None = None
-
-
-@np.errstate(invalid="ignore", over="ignore")  # poses are checked later
-def from_text(text: str, path: Path) -> PoseList | None:
-    """Numbers with names: MVSNet's `extrinsic` above its matrix, T-LESS' info.yml. MVSNet's have any unit."""
-    named = read_named(text, path)
-    found = _from_bop(named) or from_words(named)
-    return found._replace(metric="extrinsic" not in named) if found else None
+    metric: bool = True  # their unit is the metre; structure from motion has any unit
+    numbers: list[int] | None = None  # of the frames in their folder, counted from 0, in a file that this package wrote
 
 
 @np.errstate(invalid="ignore", over="ignore")  # poses are checked later
@@ -93,9 +72,8 @@ def _from_cells(data: Any) -> PoseList | None:
     """Polycam's camera of one frame: t_00 to t_23, camera-to-world in ARKit's axes."""
     if "t_00" not in data:
         return None
-    pose = np.eye(4)
-    pose[:3] = [[data[f"t_{row}{column}"] for column in range(4)] for row in range(3)]
-    return PoseList((pose @ OPENGL)[None])
+    cells = [data[f"t_{row}{column}"] for row in range(3) for column in range(4)]
+    return PoseList(from_matrices(np.array([cells], np.float64)) @ OPENGL)
 
 
 def _from_bop(named: Named) -> PoseList | None:
@@ -114,9 +92,9 @@ def _from_nerfies(data: Any) -> PoseList | None:
     """Nerfies' camera of one frame: the turn is world-to-camera, the position is the camera's."""
     if not {"orientation", "position"} <= data.keys():
         return None
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = np.array(data["orientation"], np.float64).reshape(3, 3).T, data["position"]
-    return PoseList(pose[None], metric=False)
+    turn = np.array(data["orientation"], np.float64).reshape(3, 3).T
+    place = np.array(data["position"], np.float64).reshape(3, 1)
+    return PoseList(from_matrices(np.hstack([turn, place]).reshape(1, 12)), metric=False)
 
 
 def _by_frame(data: Any) -> PoseList | None:
@@ -128,30 +106,24 @@ def _by_frame(data: Any) -> PoseList | None:
 
 def _from_named_matrices(data: Any) -> PoseList | None:
     """A matrix by the name of each frame, or a list of matrices."""
-    values = list(data.values()) if isinstance(data, dict) else data
-    rows = np.array(values, np.float64).reshape(len(values), -1)
-    if rows.shape[1] not in (12, 16):
-        return None
-    return PoseList(from_matrices(rows), list(data) if isinstance(data, dict) else None)
+    names = list(data) if isinstance(data, dict) else None
+    rows = np.array(data if names is None else list(data.values()), np.float64).reshape(len(data), -1)
+    return PoseList(from_matrices(rows), names) if rows.shape[1] in (12, 16) else None
 
 
 def from_words(named: Named) -> PoseList | None:
-    """Read one matrix among other values of a frame, by a name that says what it is; the first of the table wins."""
+    """Read one matrix among other values of a frame, by a name that is known; the first of the table wins."""
     own = {name: numbers for name, numbers in named.items() if len(numbers) in (12, 16)}
     own = {name: numbers for name, numbers in own.items() if not _IN_LIST.search(name)} or own
     numbers = {word(name): numbers for name, numbers in reversed(own.items())}
-    for key, (to_world, is_opengl) in _POSE_WORDS.items():
-        if key in numbers:
-            pose = _by_rows(from_matrices(np.array([numbers[key]], np.float64)))
-            pose = pose if to_world else inverted(pose)
-            return PoseList(pose @ OPENGL if is_opengl else pose)
-    return None
-
-
-def _by_rows(poses: Matrices) -> Matrices:
-    """Transpose matrices whose translation is in the last row, as programs write them that multiply from the left."""
-    is_turned = (poses[:, :3, 3] == 0).all() and bool(poses[:, 3, :3].any())
-    return poses.transpose(0, 2, 1) if is_turned else poses
+    key = next((key for key in (*_TO_WORLD, *_TO_CAMERA) if key in numbers), None)
+    if key is None:
+        return None
+    pose = from_matrices(np.array([numbers[key]], np.float64))
+    if not pose[0, :3, 3].any() and pose[0, 3, :3].any():  # programs that multiply from the left write it so
+        pose = pose.transpose(0, 2, 1)
+    pose = pose if key in _TO_WORLD else inverted(pose)
+    return PoseList(pose @ OPENGL if key in _OF_OPENGL else pose)
 
 
 WRITTEN = "# pointshade_gl: number"  # with this the files begin that this package writes, in TUM's form
@@ -164,15 +136,15 @@ def load_pose(path: FilePath) -> NDArray[np.float64]:
 
 
 def pose_of(numbers: NDArray[np.float64], name: str) -> NDArray[np.float64]:
-    """(4, 4) camera-to-world from 16 or 12 numbers of a matrix, row by row, or from tx ty tz qx qy qz qw, which a time
-    stamp may precede. Raises ValueError, naming it, for anything else.
+    """(4, 4) camera-to-world from a matrix of 16 or 12 numbers, row by row, or from [time] tx ty tz qx qy qz qw.
+
+    Raises ValueError, with the name, for anything else.
     """
     if numbers.size in (12, 16):
         return check_pose(from_matrices(numbers.reshape(1, -1))[0], name)
     if numbers.size not in (7, 8):
-        raise ValueError(
-            f"{name} must hold a matrix of 4x4 or 3x4, or tx ty tz qx qy qz qw, got {numbers.size} numbers"
-        )
+        expected = "a matrix of 4x4 or 3x4, or tx ty tz qx qy qz qw"
+        raise ValueError(f"{name} must hold {expected}, got {numbers.size} numbers")
     place, turn = numbers[None, -7:-4], numbers[None, -4:]
     if not abs(np.linalg.norm(turn) - 1) < 0.01:
         raise ValueError(f"{name} must end with qx qy qz qw of length 1, got {shown(turn[0].tolist())}")
@@ -185,8 +157,7 @@ def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
     if head.startswith(MATLAB):
         from ..arrays.matlab import read_matrix_mat  # only here
 
-        arrays = {name: array.ravel().tolist() for name, array in read_matrix_mat(path, max_pixels).items()}
-        return _checked(from_words(arrays), path, "arrays of other kinds")
+        return _checked(from_words(read_matrix_mat(path, max_pixels)), path, "arrays of other kinds")
     if head.startswith(NUMPY):
         array = read_npy(path, max_pixels)
         columns = array.shape[-2] * array.shape[-1] if array.ndim > 1 else 1
@@ -198,10 +169,7 @@ def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
         return PoseList(*read_colmap_images(path, max_pixels), metric=False)
     text = read_text(path, max_pixels)
     if text.lstrip()[:1] in ("{", "["):
-        try:
-            data = parse_json(text, max_pixels)
-        except ValueError as error:
-            raise ValueError(f"{path} {error}") from None
+        data = parse_json(text, max_pixels, path)
         return _checked(from_json(data, path, max_pixels), path, "JSON without poses")
     if (found := _from_colmap(text) or _from_named_rows(text)) is not None:
         return found
@@ -209,15 +177,19 @@ def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
     if text.startswith(WRITTEN) and rows is not None and rows.shape[1] == 8 and np.abs(rows[:, 0]).max() < 2**31:
         return PoseList(from_quaternions(rows[:, 1:4], rows[:, 4:]), numbers=rows[:, 0].astype(int).tolist())
     found = (_from_header(header, rows) or _from_rows(rows)) if rows is not None else None
-    found = found or _from_blocks(text) or from_text(text, path)
+    found = found or _from_blocks(text)
+    if found is None:  # numbers with names: MVSNet's `extrinsic`, in any unit, above its matrix, T-LESS' info.yml
+        named = read_named(text, path)
+        with np.errstate(invalid="ignore", over="ignore"):  # poses are checked later
+            found = _from_bop(named) or from_words(named)
+        found = found and found._replace(metric="extrinsic" not in named)
     return _checked(found, path, "a text" if rows is None else f"rows of {rows.shape[1]} numbers")
 
 
 def _checked(found: PoseList | None, path: Path, got: str) -> PoseList:
     if found is None or not len(found.poses):
-        raise ValueError(
-            f"{path} holds no poses: expected t x y z qx qy qz qw, or a matrix of 3x4 or 4x4, for each frame, got {got}"
-        )
+        expected = "expected t x y z qx qy qz qw, or a matrix of 3x4 or 4x4, for each frame"
+        raise ValueError(f"{path} holds no poses: {expected}, got {got}")
     return found
 
 
@@ -241,31 +213,38 @@ def _all_numbers(words: list[str]) -> bool:
 def _from_header(header: list[str], rows: NDArray[np.float64]) -> PoseList | None:
     """A table whose columns have names, such as StrayScanner's odometry.csv: timestamp, frame, x, ..., qw."""
     columns = {re.sub(r"[^a-z0-9]", "", name.lower()): k for k, name in enumerate(header)}
-    place = [columns.get(f"t{axis}", columns.get(axis, columns.get(f"p{axis}"))) for axis in "xyz"]
-    turn = [columns.get(f"q{axis}") for axis in "xyzw"]
+
+    def column(*names: str) -> int | None:
+        return next((columns[name] for name in names if name in columns), None)
+
+    place = [column(f"t{axis}", axis, f"p{axis}") for axis in "xyz"]
+    turn = [column(f"q{axis}") for axis in "xyzw"]
     if None in place or None in turn or len(header) != rows.shape[1]:
         return None
     poses = from_quaternions(rows[:, place], rows[:, turn])  # type: ignore[index]
-    named = columns.get("frame", columns.get("index", columns.get("id")))
-    names = None if named is None else [f"{number:.0f}" for number in rows[:, named]]
-    time = columns.get("timestamp", columns.get("time"))
-    return PoseList(poses, names, None if time is None else rows[:, time])
+    named, time = column("frame", "index", "id"), column("timestamp", "time")
+    return PoseList(poses, None if named is None else _numbers(rows, named), None if time is None else rows[:, time])
+
+
+def _numbers(rows: NDArray[np.float64], column: int = 0) -> list[str]:
+    """Whole numbers by which frames are named."""
+    return [f"{number:.0f}" for number in rows[:, column]]
 
 
 def _from_rows(rows: NDArray[np.float64]) -> PoseList | None:
-    """A row for each pose: its length says which form it has."""
+    """A row for each pose: its length shows which form it has."""
     columns = rows.shape[1]
     if columns == 8 or (columns == 9 and _are_turns(rows[:, 4:8])):  # RTAB-Map adds the number of a node
         return PoseList(from_quaternions(rows[:, 1:4], rows[:, 4:8]), None, rows[:, 0])
     if columns == 7:
         return _from_seven(rows)
     if columns in (13, 17):
-        return PoseList(from_matrices(rows[:, 1:]), [f"{number:.0f}" for number in rows[:, 0]], rows[:, 0])
+        return PoseList(from_matrices(rows[:, 1:]), _numbers(rows), rows[:, 0])
     if columns in (12, 16):
         return PoseList(from_matrices(rows))
     if columns == 18:  # Virtual KITTI: frame, camera, world-to-camera
         rows = rows[rows[:, 1] == rows[0, 1]]
-        return PoseList(inverted(from_matrices(rows[:, 2:])), [f"{number:.0f}" for number in rows[:, 0]])
+        return PoseList(inverted(from_matrices(rows[:, 2:])), _numbers(rows))
     if columns == 4:
         is_square = len(rows) % 4 == 0 and (len(rows) % 3 or (rows[3::4, :3] == 0).all())
         side = 16 if is_square else 12
@@ -328,25 +307,19 @@ FAILS = 0.08
 _BETTER = 0.4  # another reading must leave less than this share of the error
 _POINTS = 4000  # of a view
 _SEEN = 0.15  # of them must lie in the other view
+_MOVED = 0.01  # poses that differ by less do not distinguish one reading from another
 _SCALES = (1 / 5, 1000 / 6553.5, 1 / 4, 1 / 10, 1000 / 256, 10.0)  # of depth taken as millimetres: 5000, 6553.5, ...
 
 
 @dataclass(frozen=True)
 class Reading:
-    """How poses and cameras are to be understood: as they are written, or in another convention that programs use.
+    """How poses and cameras are to be understood: as they are written, or in another convention that programs use."""
 
-    to_world    the pose is camera-to-world
-    axes        of the camera that the pose means, one of AXES
-    mirrored    fy has the other sign
-    scale       the depth is to be multiplied by this
-    pose_scale  the places of the poses are to be multiplied by this
-    """
-
-    to_world: bool = True
-    axes: str = "opencv"
-    mirrored: bool = False
-    scale: float = 1.0
-    pose_scale: float = 1.0
+    to_world: bool = True  # the pose is camera-to-world
+    axes: str = "opencv"  # of the camera that the pose means, one of AXES
+    mirrored: bool = False  # fy has the other sign
+    scale: float = 1.0  # the depth is to be multiplied by this
+    pose_scale: float = 1.0  # the places of the poses are to be multiplied by this
 
     def pose(self, pose: NDArray[np.float64]) -> NDArray[np.float64]:
         """Convert a pose as it is written to (4, 4) camera-to-world in OpenCV axes."""
@@ -358,14 +331,14 @@ class Reading:
         return replace(camera, fy=-camera.fy) if self.mirrored else camera
 
     def __str__(self) -> str:
-        said = [
-            "" if self.to_world else "poses lead from the world to the camera",
-            "" if self.axes == "opencv" else f"the poses' cameras have the axes of {self.axes}",
-            "fy is negative" if self.mirrored else "",
-            "" if self.scale == 1 else f"a metre has {1000 / self.scale:g} depth units",
-            "" if self.pose_scale == 1 else f"the poses are {self.pose_scale:.4g} times as large",
-        ]
-        return ", ".join(part for part in said if part) or "as written"
+        changes = {
+            "poses lead from the world to the camera": not self.to_world,
+            f"the poses' cameras have the axes of {self.axes}": self.axes != "opencv",
+            "fy is negative": self.mirrored,
+            f"a metre has {1000 / self.scale:g} depth units": self.scale != 1,
+            f"the poses are {self.pose_scale:.4g} times as large": self.pose_scale != 1,
+        }
+        return ", ".join(text for text, is_made in changes.items() if is_made) or "as written"
 
 
 class Finding(NamedTuple):
@@ -382,33 +355,25 @@ def find_reading(frames: Sequence[Frame], may_scale: bool, metric_poses: bool) -
     may_scale     the units of the depth were guessed, so that another scale may be right
     metric_poses  the unit of the poses is the metre; else it is fitted to the depth
     """
-    pairs = [(frames[k], frames[k + 1]) for k in range(len(frames) - 1) if _moved(frames[k].pose, frames[k + 1].pose)]
+    with np.errstate(invalid="ignore"):  # of poses that are not finite
+        pairs = [(a, b) for a, b in pairwise(frames) if _MOVED < abs(a.pose - b.pose).max() < np.inf]
     if not pairs:
         return None
     written = _error(pairs, Reading())
     if written < _SURE:
         return Finding(Reading(), written, written)
-    scales = _SCALES if may_scale and metric_poses else ()
-    errors = [(_error(pairs, one), one) for one in _readings((1.0, *scales))]
+    scales = (1.0, *_SCALES) if may_scale and metric_poses else (1.0,)
+    choices = product(scales, (False, True), AXES, (True, False))  # those with the fewest changes first
+    readings = [Reading(to_world, axes, mirrored, scale) for scale, mirrored, axes, to_world in choices]
+    errors = [(_error(pairs, one), one) for one in readings]
     least = min(error for error, _ in errors)
-    # of those that fit alike the one with the fewest changes, which comes first
+    # of those that fit alike the one with the fewest changes
     error, best = next((error, one) for error, one in errors if error <= 1.1 * least)
     if error > AGREES and not metric_poses:
         error, best = _fit_pose_scale(pairs)
     if error < AGREES and error < _BETTER * written:
         return Finding(best, error, written)
     return Finding(Reading(), written, written) if written < 1 else None
-
-
-def _readings(scales: Sequence[float]) -> list[Reading]:
-    """Return all conventions of poses and cameras, those with the fewest changes first."""
-    return [
-        Reading(to_world, axes, mirrored, scale)
-        for scale in scales
-        for mirrored in (False, True)
-        for axes in AXES
-        for to_world in (True, False)
-    ]
 
 
 def _fit_pose_scale(pairs: Sequence[tuple[Frame, Frame]]) -> tuple[float, Reading]:
@@ -421,11 +386,6 @@ def _fit_pose_scale(pairs: Sequence[tuple[Frame, Frame]]) -> tuple[float, Readin
         error, best = min(((_error(pairs, one), one) for one in tried), key=lambda found: found[0])
         readings, step = [best], step ** (1 / 5)
     return error, best
-
-
-def _moved(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
-    """Return whether two poses differ enough to distinguish one reading from another."""
-    return bool(np.isfinite(a).all() and np.isfinite(b).all() and abs(a - b).max() > 0.01)
 
 
 def _error(pairs: Sequence[tuple[Frame, Frame]], reading: Reading) -> float:

@@ -77,20 +77,16 @@ def read_npz_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoint
         found = found_by_number(table, "NumPy archive", str(path), note)
         for role, names in _BESIDE.items():
             if (name := _named(arrays, names)) and math.prod(arrays[name].shape[:-1] or (1,)):
-                setattr(found, role, _fitting(read(name), len(table), role, name))
+                array, is_three = read(name), role in ("colors", "normals")
+                array = array.reshape(-1, array.shape[-1])[:, :3] if is_three and array.ndim > 1 else array.ravel()
+                if array.shape != ((len(table), 3) if is_three else (len(table),)):
+                    raise ValueError(f"its {name} have shape {array.shape}, and there are {len(table)} points")
+                setattr(found, role, array)
         return found
 
 
 def _named(arrays: dict[str, NpzArray], names: tuple[str, ...]) -> str | None:
     return next((name for one in names for name in arrays if is_named(name, [one])), None)
-
-
-def _fitting(array: NDArray[Any], count: int, role: str, name: str) -> NDArray[Any]:
-    is_three = role in ("colors", "normals")
-    array = array.reshape(-1, array.shape[-1])[:, :3] if is_three and array.ndim > 1 else array.ravel()
-    if array.shape != ((count, 3) if is_three else (count,)):
-        raise ValueError(f"its {name} have shape {array.shape}, and there are {count} points")
-    return array
 
 
 def as_table(array: NDArray[Any]) -> NDArray[Any]:
@@ -118,31 +114,30 @@ def read_lidar_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoi
     data = read_bytes(path, max_pixels)
     columns = lidar_columns(data[:HEAD], len(data))
     if columns is None:
+        way_out = "other numbers without a header can be saved as .npy"
         raise ValueError(
-            f"{path} is no scan of a lidar: expected float32 x, y, z and intensity, as in KITTI; other numbers "
-            "without a header can be saved as .npy"
+            f"{path} is no scan of a lidar: expected float32 x, y, z and intensity, as in KITTI; {way_out}"
         )
     table = np.frombuffer(data, "<f4").reshape(-1, columns)
     check_points(len(table), path, max_pixels)
-    found = FoundPoints(f"float32, {columns} columns", table[:, :3], up="z", up_from="usual of lidars")
-    if columns == 6:
-        found.colors = table[:, 3:]
-    else:
-        found.intensity = table[:, 3]
-    return found
+    more: dict[str, Any] = {"colors": table[:, 3:]} if columns == 6 else {"intensity": table[:, 3]}
+    return FoundPoints(f"float32, {columns} columns", table[:, :3], up="z", up_from="usual of lidars", **more)
 
 
 def lidar_columns(head: bytes, size: int) -> int | None:
-    """How many numbers a point has, from the beginning of a file of that size; None if it is no scan.
-
-    Numbers beside the coordinates are 0 to 1, or 0 to 255.
-    """
+    """How many numbers a point has, from the beginning of a file of that size; None if it is no scan."""
     numbers = np.frombuffer(head[: len(head) // 4 * 4], "<f4")
     if size % 4 or not np.isfinite(numbers).all() or not numbers.size or np.abs(numbers).max() > _FARTHEST:
         return None
     fitting = [one for one in _COLUMNS if size % (4 * one) == 0 and numbers.size >= _FEWEST * one]
     best = max((*fitting, *_OTHERS), key=lambda one: _apart(numbers, one))
-    return best if best in fitting and _is_scan(_table(numbers, best)) else None
+    if best not in fitting:
+        return None
+    table = _table(numbers, best)
+    more = table[:, 3:]  # from 0 to 1, or to 255
+    is_whole = best != 5 or (more[:, 1] % 1 == 0).all()  # a ring's number
+    is_wide = np.ptp(table[:, :2], 0).min() > 0
+    return best if is_whole and is_wide and more.min() >= 0 and more.max() <= _BRIGHTEST else None
 
 
 def _table(numbers: NDArray[np.float32], columns: int) -> NDArray[np.float32]:
@@ -157,14 +152,7 @@ def _apart(numbers: NDArray[np.float32], columns: int) -> float:
     return float(table.mean(0).var() + np.abs(table).mean(0).var())
 
 
-def _is_scan(table: NDArray[np.float32]) -> bool:
-    at, more = table[:, :3], table[:, 3:]
-    is_whole = table.shape[1] != 5 or (more[:, 1] % 1 == 0).all()  # a ring's number
-    sides = np.ptp(at, 0)
-    return bool(is_whole and more.min() >= 0 and more.max() <= _BRIGHTEST and sides[:2].min() > 0)
-
-
-_NOWHERE = [0, 0, 0, 1, 0, 0, 0]  # the viewpoint of a file that says nothing
+_NOWHERE = [0, 0, 0, 1, 0, 0, 0]  # the viewpoint of a file that has none
 
 
 def read_pcd_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
@@ -182,7 +170,6 @@ def read_pcd_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoint
     return found
 
 
-_OPACITY = ("opacity",)
 _COLOR = ("f_dc_0", "f_dc_1", "f_dc_2")
 _SCALE = ("scale_0", "scale_1", "scale_2")
 _TURN = ("rot_0", "rot_1", "rot_2", "rot_3")  # w first
@@ -193,10 +180,6 @@ _FLAT = 0.4  # of the middle axis is the shortest one of a disc
 _GIANT = 0.99, 4.0  # quantile of the radii, and how many times that is too large
 _STEEPEST = 40.0  # exponents beyond overflow float32
 _AT_A_TIME = 1 << 18
-
-
-def is_of_gaussians(columns: Mapping[str, NDArray[Any]]) -> bool:
-    return {*_OPACITY, *_COLOR, *_SCALE, *_TURN} <= columns.keys()
 
 
 def gaussians_in(columns: Mapping[str, NDArray[Any]], form: str, name: str, note: Note) -> FoundPoints:
@@ -210,25 +193,13 @@ def gaussians_in(columns: Mapping[str, NDArray[Any]], form: str, name: str, note
         is_small = radii <= times * np.quantile(radii[np.isfinite(radii)], quantile) if np.isfinite(radii).any() else []
         kept, radii = kept[is_small], radii[is_small]
     note(f"{name}: {len(kept)} of {len(opacity)} Gaussians are opaque discs of usual size; the others are left out")
-    return FoundPoints(
-        form,
-        side_by_side([columns[one] for one in "xyz"])[kept],
-        np.concatenate([_normals(columns, part) for part in _parts(kept)] or [np.empty((0, 3), np.float32)]),
-        _colors(columns, kept),
-        sizes=radii,
-        up="-y",
-        up_from="usual of reconstructions",
-        up_is_guessed=True,
-    )
-
-
-def _parts(rows: NDArray[Any]) -> list[NDArray[Any]]:
-    return [rows[at : at + _AT_A_TIME] for at in range(0, len(rows), _AT_A_TIME)]
-
-
-def _colors(columns: Mapping[str, NDArray[Any]], rows: NDArray[Any]) -> NDArray[np.uint8]:
-    dc = np.stack([columns[one][rows] for one in _COLOR], -1).astype(np.float32)
-    return np.rint(np.nan_to_num(255 * (0.5 + np.float32(_HARMONIC) * dc)).clip(0, 255)).astype(np.uint8)
+    positions = side_by_side([columns[one] for one in "xyz"])[kept]
+    parts = [kept[at : at + _AT_A_TIME] for at in range(0, len(kept), _AT_A_TIME)] or [kept]
+    normals = np.concatenate([_normals(columns, part) for part in parts])
+    dc = np.stack([columns[one][kept] for one in _COLOR], -1).astype(np.float32)
+    colors = np.rint(np.nan_to_num(255 * (0.5 + np.float32(_HARMONIC) * dc)).clip(0, 255)).astype(np.uint8)
+    up: dict[str, Any] = {"up": "-y", "up_from": "usual of reconstructions", "up_is_guessed": True}
+    return FoundPoints(form, positions, normals, colors, sizes=radii, **up)
 
 
 def _normals(columns: Mapping[str, NDArray[Any]], rows: NDArray[Any]) -> NDArray[np.float32]:
@@ -274,7 +245,7 @@ def read_ply_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoint
         check_points(len(rows), path, max_pixels)
         columns = {name: rows[name] for name in rows.dtype.names or ()}
         form = f"PLY, {ply.form}"
-        if is_of_gaussians(columns):
+        if {"opacity", *_COLOR, *_SCALE, *_TURN} <= columns.keys():
             return gaussians_in(columns, f"{form}, 3-D Gaussians", str(path), note)
         return _as_commented(found_in(columns, form), ply.comments)
 
@@ -301,7 +272,7 @@ def vertices_of(cloud: PointCloud) -> NDArray[np.void]:
 
 
 def comments_of(cloud: PointCloud) -> list[str]:
-    """What the header says about a cloud beside its points, for `read_ply_points`."""
+    """What the header holds of a cloud beside its points, for `read_ply_points`."""
     lines = [f"{_UP} {cloud.up}"]
     if cloud.front:
         lines.append(axes_in_words(cloud.up, cloud.front))
@@ -317,13 +288,13 @@ def _text(numbers: NDArray[np.float64]) -> str:
 
 
 def _as_commented(found: FoundPoints, comments: list[str]) -> FoundPoints:
-    said = {first: rest for first, _, rest in (line.partition(" ") for line in comments)}
+    stated = {first: rest for first, _, rest in (line.partition(" ") for line in comments)}
     for up in UPS:
-        if said.get(_UP) == up:
+        if stated.get(_UP) == up:
             found.up, found.up_from = up, "its header says so"
             found.front = next((one for one in map(front_in_words, comments) if one and one[-1] != up[-1]), None)
     for name in (_ORIGIN, _SEEN_FROM):
-        numbers = split_numbers(said.get(name, "")) or []
+        numbers = split_numbers(stated.get(name, "")) or []
         if len(numbers) == 3 and np.isfinite(numbers).all() and found.up:  # our own
             setattr(found, name, np.array(numbers))
     return found

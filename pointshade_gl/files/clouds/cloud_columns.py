@@ -14,7 +14,7 @@ from ...notes.notes import Note
 from ...notes.words import shown
 from ...scene.cloud import Up
 from ..access.content import CLOUD_TEXT, FilePath, check_limit, naming, read_bytes
-from ..arrays.numpy_files import parse_numbers
+from ..arrays.numpy_files import parse_numbers, plain
 
 ColorBy = Literal["rgb", "intensity", "class", "height"]
 COLOR_BY: tuple[ColorBy, ...] = get_args(ColorBy)
@@ -23,36 +23,23 @@ _COLUMNS = ("positions", "normals", "colors", "intensity", "classes", "sizes", "
 
 @dataclass
 class FoundPoints:
-    """The points of a file. None = the file does not say.
+    """The points of a file. None = the file has none."""
 
-    form        what the file is, for a report
-    positions   (n, 3) numbers
-    normals     (n, 3)
-    colors      (n, 3) of any scale
-    intensity   (n,) of any scale
-    classes     (n,) whole numbers, as LAS counts them
-    sizes       (n,) radii
-    confidence  (n,)
-    seen_from   (3,) or (n, 3) float64: where the scanner stood
-    origin      what the caller's own program wrote as the origin of the positions, which still contain it
-    up          which axis points up, how that is known, and whether there is doubt
-    front       which axis points towards the viewer, as seen with that up
-    """
-
-    form: str
-    positions: NDArray[Any]
-    normals: NDArray[Any] | None = None
-    colors: NDArray[Any] | None = None
-    intensity: NDArray[Any] | None = None
-    classes: NDArray[Any] | None = None
-    sizes: NDArray[Any] | None = None
-    confidence: NDArray[Any] | None = None
-    seen_from: NDArray[np.float64] | None = None
+    form: str  # what the file is, for a report
+    positions: NDArray[Any]  # (n, 3) numbers
+    normals: NDArray[Any] | None = None  # (n, 3)
+    colors: NDArray[Any] | None = None  # (n, 3) of any scale
+    intensity: NDArray[Any] | None = None  # (n,) of any scale
+    classes: NDArray[Any] | None = None  # (n,) whole numbers, as LAS counts them
+    sizes: NDArray[Any] | None = None  # (n,) radii
+    confidence: NDArray[Any] | None = None  # (n,)
+    seen_from: NDArray[np.float64] | None = None  # (3,) or (n, 3) float64: where the scanner stood
+    # what the caller's own program wrote as the origin of the positions, which still contain it
     origin: NDArray[np.float64] | None = None
-    up: Up | None = None
+    up: Up | None = None  # which axis points up, how that is known, and whether there is doubt
     up_from: str = ""
     up_is_guessed: bool = False
-    front: Up | None = None
+    front: Up | None = None  # which axis points towards the viewer, as seen with that up
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -108,7 +95,7 @@ _PACKED = ("rgb", "rgba")  # a colour in one number of four bytes, as PCL stores
 
 def has_positions(names: Iterable[str]) -> bool:
     """Whether three of the names are those of positions."""
-    return _first_of(_THREES["positions"], {_plain(name) for name in names}) is not None
+    return _first_of(_THREES["positions"], {plain(name) for name in names}) is not None
 
 
 def found_in(columns: Mapping[str, NDArray[Any]], form: str) -> FoundPoints:
@@ -116,7 +103,7 @@ def found_in(columns: Mapping[str, NDArray[Any]], form: str) -> FoundPoints:
     known: dict[str, NDArray[Any]] = {}
     for name, column in columns.items():
         if column.ndim == 1:
-            known.setdefault(_plain(name), column)
+            known.setdefault(plain(name), column)
     threes = {role: _first_of(groups, known.keys()) for role, groups in _THREES.items()}
     if threes["positions"] is None:
         raise ValueError(f"it has no x, y and z, only {', '.join([*columns][:12]) or 'nothing'}")
@@ -140,10 +127,6 @@ def unpacked(colors: NDArray[Any]) -> NDArray[np.uint8]:
 
 def _first_of(groups: Iterable[Names], known: Iterable[str]) -> Names | None:
     return next((names for names in groups if set(names) <= set(known)), None)
-
-
-def _plain(name: str) -> str:
-    return "".join(filter(str.isalnum, name.lower()))
 
 
 COUNTS = (3, 4, 6, 7, 9)  # x y z, then an intensity, a colour, a normal, or two of them
@@ -198,9 +181,9 @@ _BOM = b"\xef\xbb\xbf"
 
 
 class Head(NamedTuple):
-    """What comes before the points. at: where they begin; separators: bytes that become blanks, and decimal commas."""
+    """What comes before the points."""
 
-    at: int
+    at: int  # where they begin
     columns: int
     names: list[str]
     counted: int | None
@@ -218,7 +201,8 @@ def read_text_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoin
         del data
         if any(sign in body for sign in (b"#", b"//", b"%", b"!")):
             body = re.sub(rb"(?:#|//|%|!)[^\r\n]*", b"", body)
-        table = _table_of_text(_plain_text(body, head), head)
+        body = body.replace(b",", b"." if head.has_decimal_commas else b" ").replace(b";", b" ")
+        table = _table_of_text(body, head)
         if head.counted is not None and head.counted != len(table):
             raise ValueError(f"its first line counts {head.counted} points, and it has {len(table)}")
         check_points(len(table), path, max_pixels)
@@ -236,8 +220,7 @@ def read_text_head(data: bytes) -> Head | None:
         words = _words(line[comment.end() :] if comment else line)
         numbers = None if comment else _numbers(line)
         if numbers is not None and len(numbers) >= 3:
-            has_commas = b";" in line and b"," in line
-            return Head(at, len(numbers), names, count, has_commas)
+            return Head(at, len(numbers), names, count, b";" in line and b"," in line)
         if comment is None and words:
             words_seen += 1
             if numbers is not None and len(numbers) == 1 and numbers[0] % 1 == 0 and count is None and not names:
@@ -262,13 +245,6 @@ def _numbers(line: bytes) -> list[float] | None:
         return [float(word) for word in _words(line)] or None
     except ValueError:
         return None
-
-
-def _plain_text(body: bytes, head: Head) -> bytes:
-    """The numbers with blanks between them."""
-    if head.has_decimal_commas:
-        return body.replace(b",", b".").replace(b";", b" ")
-    return body.translate(bytes.maketrans(b",;", b"  "))
 
 
 def _table_of_text(body: bytes, head: Head) -> NDArray[np.float64]:

@@ -1,11 +1,13 @@
-"""Loads point clouds: reads the file, leaves out what is no point, places it; and says what a file holds."""
+"""Loads point clouds: reads the file, leaves out what is no point, places it; and recognises and examines files."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -13,13 +15,24 @@ from ...checks.arguments import check_choice, check_count, check_path, check_pos
 from ...notes.notes import Note, print_note
 from ...notes.words import option
 from ...scene.cloud import UPS, PointCloud, Up
-from ..access.content import MAX_PIXELS, FilePath, read_head
-from ..arrays.compression import ZIP
-from ..arrays.numpy_files import NUMPY
+from ..access.content import MAX_PIXELS, FilePath, naming, read_head
+from ..access.known_names import NOT_PICTURES, builtin_name
+from ..arrays.compression import ZIP, Archive
+from ..arrays.numpy_files import BROKEN, NUMPY, SURFACES, find_roles, is_named, npz_arrays, read_header
 from ..arrays.ply_and_pcd import is_pcd
+from ..containers.array_frames import is_organised
 from ..frames.frame_parts import LoadOptions
-from .cloud_arrays import read_lidar_points, read_npy_points, read_npz_points, read_pcd_points, read_ply_points
-from .cloud_columns import COLOR_BY, TEXTS, ColorBy, FoundPoints, read_text_points
+from . import cloud_arrays
+from .cloud_columns import (
+    COLOR_BY,
+    COUNTS,
+    TEXTS,
+    ColorBy,
+    FoundPoints,
+    has_positions,
+    read_text_head,
+    read_text_points,
+)  # fmt: skip
 from .placing import choices, colors_of, drop_invalid, guess_up, keep_most, main_box, placed, spacing_of
 from .scans import E57, LAS, read_e57_points, read_las_points
 
@@ -29,7 +42,7 @@ _Reader = Callable[[FilePath, Note, float], FoundPoints]
 
 @dataclass(frozen=True)
 class CloudOptions:
-    """What the caller says about a cloud; see `load_cloud`."""
+    """What the caller gives with a cloud; see `load_cloud`."""
 
     up: Up | None = None
     most: int | None = None
@@ -89,9 +102,12 @@ def load_cloud(
 
 @np.errstate(all="ignore")  # numbers of broken files are of any size; positions are checked
 def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointCloud, FoundPoints]:
-    """As `load_cloud`, with what the file says."""
-    name = str(path)
-    found = _reader_for(path)(path, note, options.max_pixels)
+    """As `load_cloud`, with what the file holds."""
+    name, head = str(path), read_head(path, 1024)
+    read = next((reader for is_kind, reader in _READERS if is_kind(head)), None)
+    is_bare = path.suffix.lower() == ".bin" or (b"\0" in head and path.suffix.lower() not in TEXTS)
+    read = read or (cloud_arrays.read_lidar_points if is_bare else read_text_points)
+    found = read(path, note, options.max_pixels)
     drop_invalid(found, name, note)
     keep_most(found, options.most, name, note)
     positions, origin = placed(found)
@@ -99,24 +115,21 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
     colors = colors_of(found, options.color_by, up, name)
     seen_from = None if found.seen_from is None else found.seen_from - origin
     front = found.front if up == found.up else None
-    each = positions, _units(found), colors, _positive(found.sizes), _shares(found)
-    return PointCloud(*each, origin, up, seen_from, front=front), found
-
-
-def _reader_for(path: Path) -> _Reader:
-    head = read_head(path, 1024)
-    known = next((reader for is_kind, reader in _READERS if is_kind(head)), None)
-    is_bare = path.suffix.lower() == ".bin" or (b"\0" in head and path.suffix.lower() not in TEXTS)
-    return known or (read_lidar_points if is_bare else read_text_points)
+    sizes, shares = found.sizes, None
+    if sizes is not None:  # 0 where the file has none that can be drawn
+        sizes = np.nan_to_num(sizes.astype(np.float32), posinf=0, neginf=0).clip(0, None)
+    if found.confidence is not None and found.normals is not None:  # how sure each normal is, 0 to 1
+        shares = np.nan_to_num(found.confidence.astype(np.float32), posinf=1).clip(0, 1)
+    return PointCloud(positions, _units(found), colors, sizes, shares, origin, up, seen_from, front=front), found
 
 
 _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (
-    (lambda head: head.startswith((b"ply\n", b"ply\r")), read_ply_points),
-    (is_pcd, read_pcd_points),
+    (lambda head: head.startswith((b"ply\n", b"ply\r")), cloud_arrays.read_ply_points),
+    (is_pcd, cloud_arrays.read_pcd_points),
     (lambda head: head.startswith(LAS), read_las_points),
     (lambda head: head.startswith(E57), read_e57_points),
-    (lambda head: head.startswith(NUMPY), read_npy_points),
-    (lambda head: head.startswith(ZIP), read_npz_points),
+    (lambda head: head.startswith(NUMPY), cloud_arrays.read_npy_points),
+    (lambda head: head.startswith(ZIP), cloud_arrays.read_npz_points),
 )
 
 
@@ -147,26 +160,16 @@ def _units(found: FoundPoints) -> np.ndarray | None:
     return normals
 
 
-def _positive(sizes: np.ndarray | None) -> np.ndarray | None:
-    """Radii, 0 where the file has none that can be drawn."""
-    return None if sizes is None else np.nan_to_num(sizes.astype(np.float32), posinf=0, neginf=0).clip(0, None)
-
-
-def _shares(found: FoundPoints) -> np.ndarray | None:
-    """How sure each normal is: a confidence that belongs to normals, 0 to 1."""
-    if found.confidence is None or found.normals is None:
-        return None
-    return np.nan_to_num(found.confidence.astype(np.float32), posinf=1).clip(0, 1)
-
-
 def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
     """What was found; numbers are plain, lengths in the file's units, so that programs can read it as JSON.
 
-    options  those of `load_cloud`, except notes. Raises as it does.
+    Options are those of `load_cloud`, except notes. Raises as it does.
     """
     notes: list[str] = []
     cloud, found = read_cloud(check_path(path), CloudOptions(**options), notes.append)
-    low, high = (_plain(end + cloud.origin) for end in main_box(cloud.positions)) if len(cloud) else ([], [])
+    low, high = ((end + cloud.origin).tolist() for end in main_box(cloud.positions)) if len(cloud) else ([], [])
+    places = [] if cloud.seen_from is None else np.unique(np.atleast_2d(cloud.seen_from), axis=0) + cloud.origin
+    with_normal = 0.0 if cloud.normals is None else float(cloud.normals.any(1).mean())
     return {
         "file": str(path),
         "format": found.form,
@@ -175,39 +178,23 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
         "box": [low, high],
         "spacing": _rounded(spacing_of(cloud.positions)),
         "stored_as": str(cloud.positions.dtype),
-        "origin": _plain(cloud.origin),
+        "origin": cloud.origin.tolist(),
         "up": {"axis": cloud.up, "why": found.up_from},
         "front": cloud.front,
         "colors": cloud.colors is not None,
-        "normals": _share(cloud),
+        "normals": round(with_normal, 4),  # the share of points that have one
         "sizes": cloud.sizes is not None,
-        "seen_from": _places(cloud),
+        "seen_from": np.asarray(places).tolist(),  # where scanners stood, in the file's coordinates
         "color_by": choices(found),
         "assumed": notes,
     }
-
-
-def _share(cloud: PointCloud) -> float:
-    """Of the points that have a normal."""
-    return 0.0 if cloud.normals is None else round(float(cloud.normals.any(1).mean()), 4)
-
-
-def _places(cloud: PointCloud) -> list[list[float]]:
-    """Where scanners stood, in the file's coordinates."""
-    if cloud.seen_from is None:
-        return []
-    return [_plain(place + cloud.origin) for place in np.unique(np.atleast_2d(cloud.seen_from), axis=0)]
-
-
-def _plain(numbers: np.ndarray) -> list[float]:
-    return [float(one) for one in numbers]
 
 
 def _rounded(number: float) -> float:
     return float(f"{number:.4g}")
 
 
-LIMITS = ("allow_outside", "max_pixels", "notes")  # that frames, scenes and clouds share
+_LIMITS = ("allow_outside", "max_pixels", "notes")  # that frames, scenes and clouds share
 _OF_CLOUDS = ("up", "most", "color_by")
 
 
@@ -221,7 +208,7 @@ class AnyOptions(LoadOptions, total=False):
 
 def check_cloud_options(options: Iterable[str], source: FilePath) -> None:
     """Raises ValueError for options of a frame, given with a point cloud."""
-    check_fitting(options, (*LIMITS, *_OF_CLOUDS), f"{source} is a point cloud, and no frame")
+    check_fitting(options, _OF_CLOUDS, f"{source} is a point cloud, and no frame")
 
 
 def check_frame_options(options: Iterable[str], source: FilePath | None) -> None:
@@ -231,6 +218,76 @@ def check_frame_options(options: Iterable[str], source: FilePath | None) -> None
 
 
 def check_fitting(options: Iterable[str], fitting: tuple[str, ...], fact: str) -> None:
-    """Raises ValueError, with the fact, for options that do not fit it."""
-    if given := [option(name) for name in options if name not in fitting]:
+    """Raises ValueError, with the fact, for options that neither fit it nor are those that all inputs share."""
+    if given := [option(name) for name in options if name not in (*_LIMITS, *fitting)]:
         raise ValueError(f"{fact}: leave out {', '.join(given)}")
+
+
+# Names decide which files are point clouds where they are certain, else the content: NumPy's may be depth as well.
+#
+# PLY, LAS, E57   always, as .xyz, .pts and the like
+# PCD             unless its points lie in a picture that a pinhole camera sees: that is a frame
+# NumPy           records with x, y and z, or an array (n, 3|4|6|7|9) of very many rows; (h, w) is depth, and so is what
+#                 holds an array called depth; (h, w, 3) is a frame's points
+# .bin            float32 of a lidar, some of it below 0, which depth never is
+# .txt, .csv      many lines of 3, 4, 6, 7 or 9 numbers, or columns called x, y and z
+_HEAD = 1 << 16  # bytes that are looked at
+_MANY = 100  # rows: no picture is so much higher than wide
+CLOUD_SUFFIXES = (".ply", ".las", ".laz", ".e57", *TEXTS)
+_MAYBE_TEXTS = (".txt", ".csv")
+
+
+def is_cloud(source: FilePath | None) -> TypeGuard[FilePath]:
+    """Whether it is the path of a file that `load_cloud` reads, and `load_frame` does not."""
+    if not isinstance(source, str | PathLike) or builtin_name(source) is not None:
+        return False
+    path = Path(source)
+    try:
+        if not path.is_file():
+            return False
+        if path.suffix.lower() in CLOUD_SUFFIXES:
+            return True
+        return _is_cloud(path, read_head(path, _HEAD))
+    except (OSError, ValueError):  # reported by whoever reads it
+        return path.suffix.lower() == ".pcd"
+
+
+def _is_cloud(path: Path, head: bytes) -> bool:
+    suffix = path.suffix.lower()
+    if head.startswith((b"ply\n", b"ply\r", LAS, E57)):
+        return True
+    if suffix == ".pcd" or is_pcd(head):
+        return not is_organised(path)
+    if head.startswith(NUMPY):
+        return _is_table(path)
+    if head.startswith(ZIP):
+        return suffix == ".npz" and _has_points(path)
+    if suffix == ".bin" and not NOT_PICTURES.fullmatch(path.name):
+        columns = cloud_arrays.lidar_columns(head, path.stat().st_size) or 0
+        numbers = np.frombuffer(head[: len(head) // (4 * columns) * 4 * columns], "<f4") if columns else None
+        return numbers is not None and bool(numbers.reshape(-1, columns)[:, :3].min() < 0)
+    if suffix in _MAYBE_TEXTS and (found := read_text_head(head)):
+        return has_positions(found.names) or (found.columns in COUNTS and head.count(b"\n") > _MANY)
+    return False
+
+
+def _is_table(path: Path) -> bool:
+    with path.open("rb") as file, naming(path, BROKEN):  # NumPy raises of everything for broken bytes
+        shape, _, dtype = read_header(file, "biufV")
+    if dtype.names:
+        return has_positions(dtype.names)
+    return dtype.kind in "iuf" and _is_of_points(shape)
+
+
+def _has_points(path: Path) -> bool:
+    arrays = npz_arrays(Archive(path))
+    for role, name in find_roles(arrays).items():
+        shape = arrays[name].shape
+        is_of_pixels = role in SURFACES and math.prod(shape) and sum(side != 1 for side in shape) > 2
+        if is_of_pixels or role in ("depth", "inverse", "ray"):
+            return False
+    return any(_is_of_points(array.shape) for name, array in arrays.items() if is_named(name, cloud_arrays.POSITIONS))
+
+
+def _is_of_points(shape: tuple[int, ...]) -> bool:
+    return len(shape) == 2 and shape[1] in COUNTS and shape[0] > _MANY

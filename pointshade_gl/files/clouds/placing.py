@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
@@ -31,9 +32,8 @@ def drop_invalid(found: FoundPoints, name: str, note: Note) -> None:
     if at.dtype.kind != "f" or not at.size or (np.abs((at.min(), at.max())) <= LARGEST).all():
         return
     good = np.asarray((np.abs(at) <= LARGEST).all(1))
-    note(
-        f"{name}: {counted(int(np.count_nonzero(~good)), 'point')} of {len(at)} lie nowhere (NaN or infinite): left out"
-    )
+    lost = counted(int(np.count_nonzero(~good)), "point")
+    note(f"{name}: {lost} of {len(at)} lie nowhere (NaN or infinite): left out")
     found.select(good)
 
 
@@ -49,7 +49,7 @@ def keep_most(found: FoundPoints, most: int | None, name: str, note: Note) -> No
 
 
 def placed(found: FoundPoints) -> tuple[NDArray[np.floating], NDArray[np.float64]]:
-    """Positions (n, 3), and the origin (3,) that they count from: zero, where float32 tells points apart from there.
+    """Positions (n, 3), and the origin (3,) that they count from: zero, where float32 distinguishes points from there.
 
     Else the origin is the middle, in whole units. Positions stay float64 only where float32 loses points even so.
     """
@@ -125,9 +125,9 @@ def guess_up(positions: NDArray[np.floating], is_far: bool) -> tuple[Up, str]:
     if least != 0 and sides[least] < _FLAT * sides[middle]:
         return _directed("xyz"[least], positions, least), "it is least high there"
     normals = _planes(positions, low, sides.max())
-    votes = (np.abs(normals) > _UPRIGHT).mean(0) if len(normals) >= _PLANES else np.zeros(3)
-    first = int(np.argmax(votes[1:])) + 1
-    if votes[first] > _CLEAR and votes[first] > _AHEAD * np.delete(votes, first).max():
+    shares = (np.abs(normals) > _UPRIGHT).mean(0) if len(normals) >= _PLANES else np.zeros(3)
+    first = int(np.argmax(shares[1:])) + 1
+    if shares[first] > _CLEAR and shares[first] > _AHEAD * np.delete(shares, first).max():
         return _directed("xyz"[first], positions, first), "most of its planes lie level so"
     return "y", "nothing shows it"
 
@@ -160,10 +160,8 @@ def _planes(positions: NDArray[np.floating], low: NDArray[np.float64], size: flo
     _, cell, counts = np.unique(cells @ np.array([1, 10**3, 10**6]), return_inverse=True, return_counts=True)
     middle = np.stack([np.bincount(cell, some[:, k], len(counts)) for k in range(3)], -1) / counts[:, None]
     away = some - middle[cell]
-    products = [
-        np.bincount(cell, away[:, i] * away[:, j], len(counts))
-        for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-    ]
+    axes = combinations_with_replacement(range(3), 2)
+    products = [np.bincount(cell, away[:, i] * away[:, j], len(counts)) for i, j in axes]
     enough = counts >= _FEWEST
     xx, xy, xz, yy, yz, zz = (one[enough] for one in products)
     values, vectors = np.linalg.eigh(np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], -1).reshape(-1, 3, 3))
@@ -189,12 +187,18 @@ def colors_of(found: FoundPoints, color_by: ColorBy | None, up: Up, name: str) -
     if color_by == "height":
         return _by_height(found.positions, up)
     if color_by == "class":
-        return _table()[np.asarray(found.classes).astype(np.int64).clip(0, 255)]
+        table = np.full((256, 3), _OTHER, np.uint8)
+        table[[*_CLASSES]] = [*_CLASSES.values()]
+        return table[np.asarray(found.classes).astype(np.int64).clip(0, 255)]
     if color_by == "intensity":
         return _grey(np.asarray(found.intensity))
-    if found.colors is None:
-        return None if found.intensity is None or _is_uniform(found.intensity) else _grey(found.intensity)
-    return _bytes(found.colors)
+    if found.colors is not None:
+        return _bytes(found.colors)
+    if found.intensity is None:
+        return None
+    low, middle, high = np.nan_to_num(np.quantile(_some(found.intensity), (_ENDS[0], 0.5, _ENDS[1])))
+    # the least or the largest intensity of most points shows nothing of the surface
+    return None if middle in (low, high) else _grey(found.intensity)
 
 
 def choices(found: FoundPoints) -> list[ColorBy]:
@@ -203,18 +207,12 @@ def choices(found: FoundPoints) -> list[ColorBy]:
     return [one for one in COLOR_BY if columns[one] is not None]
 
 
-def _is_uniform(intensity: NDArray[Any]) -> bool:
-    """Whether most points have the least or the largest intensity, which tells nothing about the surface."""
-    low, middle, high = np.nan_to_num(np.quantile(_some(intensity), (_ENDS[0], 0.5, _ENDS[1])))
-    return bool(middle in (low, high))
-
-
 def _some(values: NDArray[Any]) -> NDArray[Any]:
     return values[:: -(-len(values) // _SAMPLE)] if len(values) else np.zeros(1)
 
 
 def _bytes(colors: NDArray[Any]) -> NDArray[np.uint8]:
-    """Colours of 8 bits, of 16 bits, of 0 to 1 or of 0 to 255: the largest value says which."""
+    """Colours of 8 bits, of 16 bits, of 0 to 1 or of 0 to 255: the largest value shows which."""
     if colors.dtype == np.uint8 or not colors.size:
         return colors.astype(np.uint8, copy=False)
     largest = np.nanmax(colors)
@@ -244,9 +242,3 @@ def _by_height(positions: NDArray[Any], up: Up) -> NDArray[np.uint8]:
     share = (positions[:, axis] - low) / ((high - low) or 1.0)
     share = 1 - share if up[0] == "-" else share
     return ramp("viridis")[(share * 255).clip(0, 255).astype(np.uint8)]
-
-
-def _table() -> NDArray[np.uint8]:
-    table = np.full((256, 3), _OTHER, np.uint8)
-    table[[*_CLASSES]] = [*_CLASSES.values()]
-    return table

@@ -7,7 +7,6 @@ from io import BufferedReader
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...notes.notes import Note
 from ...notes.words import counted
@@ -44,8 +43,7 @@ def check_las_header(file: BufferedReader, size: int) -> None:
 def _check_chunks(file: BufferedReader, offset: int, row: int, size: int) -> None:
     """Of a compressed file: a chunk has one whole point at least."""
     place = _int64(file, offset)
-    if place == _LAST:
-        place = _int64(file, size - 8)
+    place = _int64(file, size - 8) if place == _LAST else place
     if not offset <= place <= size - 8:
         raise ValueError(f"its table of chunks begins at {place} of {size} bytes")
     file.seek(place)
@@ -141,23 +139,25 @@ def read_e57_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoint
         if min(counts, default=0) < 0 or sum(counts) > _PER_BYTE * size:
             raise ValueError(f"it counts {sum(counts)} points in {size} bytes")
         scans = [_scan(file, header) for header in headers]
+        places = {tuple(map(float, header.translation)) for header in headers if header.has_pose()}
     if not scans:
         raise ValueError(f"{path} has no scans, only pictures or nothing")
     at = np.concatenate([one["positions"] for one in scans])
-    places = {tuple(one["seen_from"]) for one in scans if one["seen_from"] is not None}
     known = f"seen from {counted(len(places), 'place')}" if places else "which do not say where the scanner stood"
     note(f"{path}: {counted(len(at), 'point')} of {counted(len(scans), 'scan')}, {known}")
-    together: dict[str, Any] = {name: _joined(scans, name) for name in ("colors", "intensity")}
-    return FoundPoints(
-        "E57", at, seen_from=_seen_from(scans, len(places)), up="z", up_from="always so in E57", **together
-    )
+    together: dict[str, Any] = {}
+    for name in ("colors", "intensity", "seen_from"):
+        if all(one[name] is not None for one in scans):
+            together[name] = np.concatenate([one[name] for one in scans])
+    if len(places) == 1 and "seen_from" in together:
+        together["seen_from"] = np.array(next(iter(places)))
+    return FoundPoints("E57", at, up="z", up_from="always so in E57", **together)
 
 
 def _scan(file: Any, header: Any) -> dict[str, Any]:
     """The values of a scan's points, in the file's axes."""
-    names = [
-        name for name in (*_CARTESIAN, *_SPHERICAL, "intensity", *_COLORS, *_INVALID) if name in header.point_fields
-    ]
+    known = (*_CARTESIAN, *_SPHERICAL, "intensity", *_COLORS, *_INVALID)
+    names = [name for name in known if name in header.point_fields]
     is_spherical = not set(_CARTESIAN) <= set(names)
     if is_spherical and not set(_SPHERICAL) <= set(names):
         raise ValueError(f"a scan has no coordinates, only {', '.join([*header.point_fields][:12])}")
@@ -171,34 +171,15 @@ def _scan(file: Any, header: Any) -> dict[str, Any]:
         if name in data:
             good &= data[name] == 0
     columns = {name: column[good] for name, column in data.items()}
-    at = (
-        _of_sphere(*(columns[name] for name in _SPHERICAL))
-        if is_spherical
-        else np.stack([columns[n] for n in _CARTESIAN], -1)
-    )
+    at = np.stack([columns[name] for name in (_SPHERICAL if is_spherical else _CARTESIAN)], -1)
+    if is_spherical:
+        distance, azimuth, elevation = at.T
+        level = distance * np.cos(elevation)
+        at = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), distance * np.sin(elevation)], -1)
     seen_from = None
     if header.has_pose():
-        turn, seen_from = np.asarray(header.rotation_matrix, float), np.asarray(header.translation, float)
-        at = at @ turn.T + seen_from
+        place = np.asarray(header.translation, float)
+        at = at @ np.asarray(header.rotation_matrix, float).T + place
+        seen_from = np.broadcast_to(place, at.shape)
     colors = np.stack([columns[name] for name in _COLORS], -1) if set(_COLORS) <= columns.keys() else None
     return {"positions": at, "intensity": columns.get("intensity"), "colors": colors, "seen_from": seen_from}
-
-
-def _of_sphere(distance: NDArray[Any], azimuth: NDArray[Any], elevation: NDArray[Any]) -> NDArray[np.float64]:
-    level = distance * np.cos(elevation)
-    return np.stack([level * np.cos(azimuth), level * np.sin(azimuth), distance * np.sin(elevation)], -1)
-
-
-def _joined(scans: list[dict[str, Any]], name: str) -> NDArray[Any] | None:
-    """A value of all points, if every scan has it."""
-    columns = [one[name] for one in scans]
-    return None if any(column is None for column in columns) else np.concatenate(columns)
-
-
-def _seen_from(scans: list[dict[str, Any]], places: int) -> NDArray[np.float64] | None:
-    """(3,) where the only scanner stood, (n, 3) for several; None if that is not known of all."""
-    if any(one["seen_from"] is None for one in scans):
-        return None
-    if places == 1:
-        return scans[0]["seen_from"]
-    return np.concatenate([np.broadcast_to(one["seen_from"], one["positions"].shape) for one in scans])

@@ -16,9 +16,18 @@ from ...notes.notes import Note, once
 from ...notes.words import option, shown
 from ..access.content import MAX_PIXELS, PARTS, FilePath, check_limit, check_pixels, open_regular
 from ..arrays.matlab import hdf5_arrays
-from ..arrays.numpy_files import MAYBE_ERROR, MAYBE_INVERSE, SURFACES, Stored, find_roles, is_named, list_arrays
+from ..arrays.numpy_files import (
+    MAYBE_ERROR,
+    MAYBE_INVERSE,
+    SURFACES,
+    HeldArray,
+    Stored,
+    find_roles,
+    is_named,
+    list_arrays,
+)
 from ..arrays.ply_and_pcd import PCD_HEADER, Pcd, read_pcd, read_pcd_header
-from ..cameras.intrinsics import Intrinsics, Numbers, Size
+from ..cameras.intrinsics import Intrinsics, Numbers
 from .container_contents import NUMBERS, PLANES, SURE, ArrayItem, Contents, Frames, as_color, turn_normals
 
 _LOOKED_AT = 50_000  # points
@@ -29,8 +38,7 @@ _FEWEST = 16
 def fit_pinhole(points: NDArray[np.floating]) -> tuple[tuple[float, float, float, float], float]:
     """(fx, fy, cx, cy) by least squares from (h, w, 3) points in the camera's axes, and how far pixels are from it.
 
-    u = fx*x/z + cx and v = fy*y/z + cy, each a straight line. The distance is the root mean square, as a share of the
-    width; it is infinite if hardly any point is in front of the camera.
+    The distance is the root mean square, as a share of the width; infinite if hardly any point is before the camera.
     """
     height, width = points.shape[:2]
     step = max(1, int(np.sqrt(height * width / _LOOKED_AT)))
@@ -40,7 +48,7 @@ def fit_pinhole(points: NDArray[np.floating]) -> tuple[tuple[float, float, float
     nothing = (0.0, 0.0, 0.0, 0.0), float("inf")
     if np.count_nonzero(seen) < max(_FEWEST, seen.size / 100):
         return nothing
-    x, y, z = some[seen].T
+    x, y, z = some[seen].T  # u = fx*x/z + cx and v = fy*y/z + cy, each a straight line
     (fx, cx, off_x), (fy, cy, off_y) = _line(x / z, columns[seen]), _line(y / z, rows[seen])
     return ((fx, fy, cx, cy), float(np.hypot(off_x, off_y)) / width) if fx > 0 and fy != 0 else nothing
 
@@ -68,9 +76,7 @@ class Assembly:
 
     @np.errstate(all="ignore")  # what is missing may be infinite, or anything else
     def read(self, k: int) -> Contents:
-        pose = self._pose(k)
-        fitted = None
-        depth = self._part(self.surface, k)
+        pose, fitted, depth = self._pose(k), None, self._part(self.surface, k)
         if self.surface in ("points", "own_points"):
             points, fitted = self._own_points(depth, pose)
             depth = points[..., 2]
@@ -79,8 +85,10 @@ class Assembly:
         numbers = self._camera(k, depth.shape) or fitted
         intrinsics = None
         if numbers is not None:
-            size = _size(depth.shape, None if color is None else color.shape, numbers)
-            intrinsics = Intrinsics(self.name, numbers, size, scale, kind)
+            height, width = depth.shape
+            is_inside = 0 < numbers[2] < width and 0 < numbers[3] < height  # else it may be of another picture
+            is_one = is_inside and (color is None or color.shape[:2] == depth.shape)
+            intrinsics = Intrinsics(self.name, numbers, (width, height) if is_one else None, scale, kind)
         elif self.usual is not None:
             intrinsics, kind = self.usual, kind or self.usual.depth_kind
         valid = self._valid(k)
@@ -102,9 +110,9 @@ class Assembly:
             if off_moved < off:
                 points, fitted, off = moved, fitted_moved, off_moved
         if off >= MOST_OFF:
+            axes = "x right, y down and z forward, in the camera's axes or with the camera's pose beside them"
             raise ValueError(
-                f"{self.name}: no pinhole camera sees its points where they are in the picture: expected x right, "
-                "y down and z forward, in the camera's axes or with the camera's pose beside them"
+                f"{self.name}: no pinhole camera sees its points where they are in the picture: expected {axes}"
             )
         return points, fitted
 
@@ -125,10 +133,9 @@ class Assembly:
             if 0 < cx <= 1 and 0 < cy <= 1:  # from edge to edge
                 fx, fy, cx, cy = fx * width, fy * height, cx * width - 0.5, cy * height - 0.5
             return float(fx), float(fy), float(cx), float(cy)
-        focal = self._numbers("focal", k)
+        focal, center = self._numbers("focal", k), self._numbers("center", k)
         if focal is None:
             return None
-        center = self._numbers("center", k)
         cx, cy = ((width - 1) / 2, (height - 1) / 2) if center is None else center[:2]
         return float(focal[0]), float(focal[-1]), float(cx), float(cy)
 
@@ -145,7 +152,7 @@ class Assembly:
         return numbers.reshape(rows, -1)[k if rows > 1 else 0]
 
     def _scale(self) -> float | None:
-        """Raw values per metre; below 1 the file says metres per raw value, as RealSense does."""
+        """Raw values per metre; below 1 the file has metres per raw value, as RealSense does."""
         numbers = self._numbers("scale", 0)
         scale = 0.0 if numbers is None else float(numbers[0])
         return None if not 0 < scale < math.inf else 1 / scale if scale < 1 else scale
@@ -165,8 +172,7 @@ class Assembly:
             part = self._part(role, k)
             if role == "confidence":
                 is_good = _is_sure(part)
-                share = np.mean(~is_good)
-                if share:
+                if share := np.mean(~is_good):
                     self.note(f"{self.name}: {share:.0%} of the depth is of low confidence and left out")
             else:
                 is_good = (part > (0.5 if part.dtype.kind == "f" else 0)) == (role == "mask")
@@ -175,20 +181,16 @@ class Assembly:
 
 
 def _is_sure(confidence: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return where a network is sure of its depth: a tenth of the picture's median confidence or more. Levels: above 0.
-
-    Confidence counts from where it starts: 1 if nothing is below (VGGT, DUSt3R and Depth Anything 3 give 1 + exp(x)),
-    else 0; values below 0 are logits (Pi3) and become shares by the logistic function. NaN is not sure.
-    """
+    """Return where a network is sure of its depth: a tenth of the picture's median confidence or more."""
     if confidence.dtype.kind != "f":
         return confidence > 0  # ARKit's 0, 1, 2
     values = confidence.astype(np.float64)
     known = values[np.isfinite(values)]
     if not known.size:
         return np.ones(values.shape, bool)
-    if known.min() < 0:
+    if known.min() < 0:  # Pi3's logits
         values, known = (1 / (1 + np.exp(-v.clip(-50, 50))) for v in (values, known))
-    elif known.min() >= 1:
+    elif known.min() >= 1:  # VGGT, DUSt3R and Depth Anything 3 give 1 + exp(x)
         values, known = values - 1, known - 1
     return values >= SURE * np.median(known)
 
@@ -200,45 +202,40 @@ def _inverse(pose: NDArray[np.float64], name: str) -> NDArray[np.float64]:
         raise ValueError(f"{name}: its pose cannot be inverted: {shown(pose[:3].tolist())}") from None
 
 
-def _size(depth: tuple[int, ...], color: tuple[int, ...] | None, numbers: Numbers) -> Size | None:
-    """(width, height) of the picture that a camera is of; None if that is not certain."""
-    is_one = color is None or color[:2] == depth
-    return (depth[1], depth[0]) if is_one and 0 < numbers[2] < depth[1] and 0 < numbers[3] < depth[0] else None
-
-
 _LONGEST = 4  # times as high as wide is a picture of depth at most
 
 
 def open_arrays(
-    name: str,
+    name: str,  # of the file, for messages
     arrays: dict[str, Stored],
     note: Note,
     max_pixels: float = MAX_PIXELS,
-    is_transposed: bool = False,
-    usual: Intrinsics | None = None,
+    is_transposed: bool = False,  # (w, h) instead of (h, w), and so on: MATLAB's arrays in HDF5
+    usual: Intrinsics | None = None,  # the camera if the arrays have none
 ) -> Frames:
-    """The frames that arrays of these names make. Raises ValueError if none is a depth, or if it has too many pixels.
-
-    name           of the file, for messages
-    is_transposed  (w, h) instead of (h, w), and so on: MATLAB's arrays in HDF5
-    usual          the camera if the arrays do not say it
-    """
+    """The frames that arrays make, by their names. Raises ValueError if none is a depth, or a too large one."""
     roles = find_roles(arrays)
     items = {role: ArrayItem(role, arrays[key]) for role, key in roles.items()}
     surface = next((role for role in SURFACES if role in items and items[role].lead is not None), None)
     if surface is None:
         listed = list_arrays({key: array.shape for key, array in arrays.items()})
-        raise ValueError(
-            f"{name} has no array called depth or points, only {listed or 'nothing'}: "
-            f"save the depth alone as .npy and pass it as {option('depth', 'FILE')}"
-        )
+        way_out = f"save the depth alone as .npy and pass it as {option('depth', 'FILE')}"
+        raise ValueError(f"{name} has no array called depth or points, only {listed or 'nothing'}: {way_out}")
     _check_surface(name, roles[surface], items[surface], max_pixels)
     for role, item in list(items.items()):
         if not _fits(role, item, items[surface]):
             note(f"{name}: {list_arrays({roles[role]: item.array.shape})} does not fit the depth and is not used")
             del items[role]
-    _doubt_depth(name, roles[surface], surface, items, usual, note)
-    _doubt_confidence(name, roles, items, note)
+    is_video = surface == "depth" and items[surface].count > 1 and items[surface].array.dtype.kind == "f"
+    has_camera = usual is not None or "intrinsics" in items or "focal" in items
+    # inverse depth is known by its name, and videos of floats without a camera often are inverse
+    if is_named(roles[surface], MAYBE_INVERSE) or (is_video and not has_camera):
+        kind = option("depth_kind", "inverse")
+        note(f"{name}: {roles[surface]} is read as distances; pass {kind} for Depth Anything, DepthCrafter or MiDaS")
+    key = roles.get("confidence", "")
+    if "confidence" in items and is_named(key, MAYBE_ERROR) and items["confidence"].array.dtype.kind == "f":
+        note(f"{name}: {key} is not used, it may be an expected error as UniDepth's is")
+        del items["confidence"]
     assembly = Assembly(name, items, surface, is_transposed, usual, once(note), max_pixels)
     return Frames(items[surface].count, assembly.read)
 
@@ -249,10 +246,8 @@ def _check_surface(name: str, key: str, item: ArrayItem, max_pixels: float) -> N
     check_pixels(width, height, f"{name}/{key}", max_pixels)
     check_limit(item.count, f"{name} has {item.count} frames", max_pixels, PARTS)
     if item.count > 1 and _LONGEST * width < min(height, item.count):
-        raise ValueError(
-            f"{name}: {list_arrays({key: item.array.shape})} must have the shape (h, w) or (n, h, w): "
-            "move the axis that counts frames to the front"
-        )
+        given, way_out = list_arrays({key: item.array.shape}), "move the axis that counts frames to the front"
+        raise ValueError(f"{name}: {given} must have the shape (h, w) or (n, h, w): {way_out}")
 
 
 def _fits(role: str, item: ArrayItem, surface: ArrayItem) -> bool:
@@ -261,25 +256,6 @@ def _fits(role: str, item: ArrayItem, surface: ArrayItem) -> bool:
         return True
     is_same = role not in (*PLANES, "normals") or item.size == surface.size
     return item.lead is not None and item.count in (1, surface.count) and is_same
-
-
-def _doubt_depth(
-    name: str, key: str, surface: str, items: dict[str, ArrayItem], usual: Intrinsics | None, note: Note
-) -> None:
-    """Print a note if the numbers may be inverse: by their name, or as videos of floats without a camera often are."""
-    is_video = surface == "depth" and items[surface].count > 1 and items[surface].array.dtype.kind == "f"
-    has_camera = usual is not None or "intrinsics" in items or "focal" in items
-    if is_named(key, MAYBE_INVERSE) or (is_video and not has_camera):
-        kind = option("depth_kind", "inverse")
-        note(f"{name}: {key} is read as distances; pass {kind} for Depth Anything, DepthCrafter or MiDaS")
-
-
-def _doubt_confidence(name: str, roles: dict[str, str], items: dict[str, ArrayItem], note: Note) -> None:
-    """Leave out confidence that may be an error instead."""
-    key = roles.get("confidence", "")
-    if "confidence" in items and is_named(key, MAYBE_ERROR) and items["confidence"].array.dtype.kind == "f":
-        note(f"{name}: {key} is not used, it may be an expected error as UniDepth's is")
-        del items["confidence"]
 
 
 _HYPERSIM = "depth_meters"  # in the file's name; its only array is called dataset
@@ -297,7 +273,7 @@ def open_hdf5(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS, is_mat
 
 
 def _usual_camera(path: Path, arrays: dict[str, Stored], note: Note, is_matlab: bool) -> Intrinsics | None:
-    """The camera of data sets whose files do not say it."""
+    """The camera of data sets whose files have none."""
     shapes = {name: array.shape for name, array in arrays.items()}
     if is_matlab and shapes.get("depths", ())[-2:] == (640, 480) and "images" in shapes:
         note(f"{path}: the camera is taken as NYU Depth v2's, fx {_NYU[0]:.1f} at 640x480")
@@ -313,27 +289,17 @@ _AXES = ("x", "y", "z")
 _COLORS = ("rgb", "rgba")  # four bytes: blue, green, red, and one more
 
 
-class _Held:
-    """An array in memory, as one in a file."""
-
-    def __init__(self, array: NDArray[Any]):
-        self._array, self.shape, self.dtype = array, array.shape, array.dtype
-
-    def part(self, index: tuple[int, ...]) -> NDArray[Any]:
-        return self._array[index]
-
-
 def open_pcd(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> Frames:
     """The frame of an organised PCD file. Raises ValueError for any other."""
     pcd = read_pcd(path, max_pixels)
-    points = _points(pcd)
-    if points is None or not _is_seen(points):
+    points = _seen_points(pcd)
+    if points is None:
         raise ValueError(f"{path} is a point cloud, no depth: `pointshade render` draws it, load_cloud reads it")
-    arrays = {"points": _Held(points)}
+    arrays = {"points": HeldArray(points)}
     color = next((pcd.columns[name] for name in _COLORS if name in pcd.columns), None)
     if color is not None and color.dtype.itemsize == 4:
         blue_first = np.ascontiguousarray(color).view(np.uint8).reshape(*points.shape[:2], 4)
-        arrays["color"] = _Held(np.ascontiguousarray(blue_first[..., 2::-1]))
+        arrays["color"] = HeldArray(np.ascontiguousarray(blue_first[..., 2::-1]))
     return open_arrays(str(path), dict(arrays), note, max_pixels)
 
 
@@ -343,23 +309,19 @@ def is_organised(path: FilePath, max_pixels: float = MAX_PIXELS) -> bool:
         header = read_pcd_header(file.read(PCD_HEADER))
         status = os.fstat(file.fileno())
     is_picture = min(header.width, header.height) > 1
-    return is_picture and _is_small_enough(str(path), status.st_mtime_ns, status.st_size, max_pixels)
+    return is_picture and _is_seen(str(path), status.st_mtime_ns, status.st_size, max_pixels)
 
 
 @lru_cache(64)
-def _is_small_enough(path: str, changed: int, size: int, max_pixels: float) -> bool:
-    points = _points(read_pcd(path, max_pixels))
-    return points is not None and _is_seen(points)
-
-
-def _points(pcd: Pcd) -> NDArray[Any] | None:
-    """(h, w, 3), None for points that lie in no picture."""
-    width, height, columns = pcd.header.width, pcd.header.height, pcd.columns
-    if min(width, height) < 2 or any(name not in columns or columns[name].ndim > 1 for name in _AXES):
-        return None
-    return np.stack([columns[name] for name in _AXES], -1).reshape(height, width, 3)
+def _is_seen(path: str, changed: int, size: int, max_pixels: float) -> bool:
+    return _seen_points(read_pcd(path, max_pixels)) is not None
 
 
 @np.errstate(all="ignore")  # what is missing may be infinite, or anything else
-def _is_seen(points: NDArray[Any]) -> bool:
-    return points.dtype.kind == "f" and fit_pinhole(points)[1] < MOST_OFF
+def _seen_points(pcd: Pcd) -> NDArray[Any] | None:
+    """(h, w, 3), None for points that lie in no picture that a pinhole camera sees."""
+    width, height, columns = pcd.header.width, pcd.header.height, pcd.columns
+    if min(width, height) < 2 or any(name not in columns or columns[name].ndim > 1 for name in _AXES):
+        return None
+    points = np.stack([columns[name] for name in _AXES], -1).reshape(height, width, 3)
+    return points if points.dtype.kind == "f" and fit_pinhole(points)[1] < MOST_OFF else None

@@ -19,26 +19,20 @@ SURE = 0.1  # of the median confidence: what has less is not used
 
 @dataclass(frozen=True, eq=False)
 class Contents:
-    """One frame out of a container: its own values, nothing scaled. None = the file does not say.
+    """One frame out of a container: its own values, nothing scaled. None = the file has none."""
 
-    depth        (h, w) raw numbers
-    color        (h', w', 3|4)
-    intrinsics   in this package's pixels (centres at integers); `size` is the picture they belong to
-    pose         (4, 4) camera-to-world, OpenCV axes, unchecked
-    valid        (h, w), False where the file's mask or confidence says that the depth is not to be used
-    normals      (h, w, 3) unit, OpenCV camera axes, towards the camera, NaN where missing
-    depth_kind   one of `depth_kinds.KINDS`, also where the camera is unknown; the intrinsics repeat it
-    depth_scale  raw values per metre, likewise
-    """
-
-    depth: NDArray[Any]
-    color: NDArray[np.uint8] | None = None
+    depth: NDArray[Any]  # (h, w) raw numbers
+    color: NDArray[np.uint8] | None = None  # (h', w', 3|4)
+    # in this package's pixels (centres at integers); `size` is the picture they belong to
     intrinsics: Intrinsics | None = None
-    pose: NDArray[np.float64] | None = None
+    pose: NDArray[np.float64] | None = None  # (4, 4) camera-to-world, OpenCV axes, unchecked
+    # (h, w), False where the depth is not to be used by the file's mask or confidence
     valid: NDArray[np.bool_] | None = None
+    # (h, w, 3) unit, OpenCV camera axes, towards the camera, NaN where missing
     normals: NDArray[np.float32] | None = None
+    # one of `depth_kinds.KINDS`, also where the camera is unknown; the intrinsics repeat it
     depth_kind: str | None = None
-    depth_scale: float | None = None
+    depth_scale: float | None = None  # raw values per metre, likewise
 
 
 class Frames(Sequence[Contents]):
@@ -85,21 +79,22 @@ _MATRICES = ("intrinsics", "world_to_camera", "camera_to_world")
 
 
 class ArrayItem:
-    """An array and how its axes are divided: the leading ones count frames, the others are of one frame.
-
-    lead   how many axes count frames; None if the shape is impossible for the role
-    count  of frames
-    """
+    """An array and how its axes are divided: the leading ones count frames, the others are of one frame."""
 
     def __init__(self, role: str, array: Stored):
-        self.array, self.lead = array, _lead(role, array.shape)
-        self.count = math.prod(array.shape[: self.lead or 0])
+        self.array, self.lead = array, _lead(role, array.shape)  # None if the shape is impossible for the role
+        self.count = math.prod(array.shape[: self.lead or 0])  # of frames
 
     @property
     def size(self) -> tuple[int, int]:
         """Rows and columns of a picture."""
-        first, second, *_ = [*_without_channels(self.array.shape[self.lead or 0 :]), 1, 1]
-        return first, second
+        sides = self.array.shape[self.lead or 0 :]
+        rows, columns, *_ = [
+            *(sides[1:] if len(sides) > 2 and sides[2] > 4 else sides),
+            1,
+            1,
+        ]  # channels first, or last
+        return rows, columns
 
     def part(self, k: int, is_transposed: bool) -> NDArray[Any]:
         """Of the k-th frame, or of all if there is but one: (h, w), (h, w, c) or a matrix."""
@@ -127,12 +122,6 @@ def _lead(role: str, shape: tuple[int, ...]) -> int | None:
     return len(shape) - int(own) if own <= len(shape) and 0 not in shape else None
 
 
-def _without_channels(shape: tuple[int, ...]) -> tuple[int, ...]:
-    if len(shape) < 3:
-        return shape
-    return shape[:2] if shape[2] <= 4 else shape[1:]
-
-
 # What their makers may have meant: x right, y down, z forward; the same away from the camera; y up and z backwards
 _AXES = {"": (1, 1, 1), "away from the camera": (-1, -1, -1), "with OpenGL's axes": (1, -1, -1)}
 _COARSE = 200  # rows and columns that are compared
@@ -143,7 +132,7 @@ def turn_normals(
 ) -> NDArray[np.float32]:
     """(h, w, 3) float32 in OpenCV's axes towards the camera, NaN where missing, from normals of the depth's size.
 
-    Which axes the file has is found by comparing with the depth's own surface; without a camera OpenCV's are taken.
+    Which axes they have is found by comparing with the depth's own surface; without a camera OpenCV's are taken.
     """
     vectors = normals.astype(np.float32)
     lengths = np.linalg.norm(vectors, axis=2, keepdims=True)
@@ -159,9 +148,9 @@ def turn_normals(
         known = cosines[np.isfinite(cosines)]
         return float(known.mean()) if known.size else 0.0
 
-    said, axes = max(_AXES.items(), key=lambda entry: agreement(entry[1]))
-    if said:
-        note(f"{name}: its normals are {said}, and turned")
+    change, axes = max(_AXES.items(), key=lambda entry: agreement(entry[1]))
+    if change:
+        note(f"{name}: its normals are {change}, and turned")
     return vectors * np.array(axes, np.float32)
 
 

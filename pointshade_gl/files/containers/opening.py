@@ -18,7 +18,7 @@ from ...notes.words import shown
 from ..access.content import FILE_BYTES, MAX_PIXELS, FilePath, check_limit, open_regular, read_head
 from ..arrays.compression import ZIP, Archive
 from ..arrays.matlab import HDF5, MATLAB_5, MATLAB_73, matlab_5_arrays
-from ..arrays.numpy_files import MAYBE_INVERSE, NUMPY, NpyArray, Stored, find_roles, is_named, npz_arrays
+from ..arrays.numpy_files import MAYBE_INVERSE, NUMPY, NpyArray, find_roles, is_named, npz_arrays
 from ..arrays.ply_and_pcd import is_pcd
 from .array_frames import open_arrays, open_hdf5, open_pcd
 from .container_contents import Contents
@@ -32,8 +32,7 @@ def open_container(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -
 
     Containers are .npz and .npy with more than a depth picture, HDF5, MATLAB's .mat, Record3D's recordings (.r3d, its
     zipped exports, or their folder), photographs with depth (HEIC) and organised point clouds (PCD). Raises OSError if
-    the path does not exist, ValueError for a container without depth, for a broken or too large one, and without the
-    extra that it needs.
+    there is none, ValueError for one without depth, a broken or too large one, and without the extra that it needs.
     """
     if any((Path(path) / name).is_file() for name in ("metadata", "metadata.json")):
         return open_record3d(Unpacked(Path(path), max_pixels), note, max_pixels)
@@ -58,19 +57,17 @@ def _open_npy(path: FilePath, note: Note, max_pixels: float) -> Sequence[Content
 
 
 def _open_zip(path: FilePath, note: Note, max_pixels: float) -> Sequence[Contents] | None:
+    """Recorded frames, or arrays; a single depth picture, called so or by a meaningless name, is no container."""
     archive = Archive(path, max_pixels)
     if not archive.names or not all(name.endswith(".npy") for name in archive.names):
         return open_record3d(archive, note, max_pixels)
     arrays = npz_arrays(archive)
-    return None if _is_plain(arrays) else open_arrays(str(path), arrays, note, max_pixels)
-
-
-def _is_plain(arrays: dict[str, Stored]) -> bool:
-    """Whether the only array is a depth picture, called so or by a name that says nothing."""
-    name, array = next(iter(arrays.items()), ("", None))
-    is_picture = array is not None and math.prod(array.shape) == math.prod(sorted(array.shape)[-2:])
-    says_nothing = not is_named(name, MAYBE_INVERSE) and set(find_roles([name])) <= {"depth"}
-    return len(arrays) == 1 and is_picture and says_nothing
+    if len(arrays) == 1:
+        (name, array), *_ = arrays.items()
+        is_picture = math.prod(array.shape) == math.prod(sorted(array.shape)[-2:])
+        if is_picture and not is_named(name, MAYBE_INVERSE) and set(find_roles([name])) <= {"depth"}:
+            return None
+    return open_arrays(str(path), arrays, note, max_pixels)
 
 
 _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Collection
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -69,30 +68,32 @@ def _read(path: FilePath, data: bytes, photo: Any, note: Note) -> Contents:
     from PIL import Image
 
     exif = Image.Exif()
-    with suppress(Exception):  # Pillow raises of everything for broken bytes: then EXIF says nothing
+    with suppress(Exception):  # Pillow raises of everything for broken bytes: then EXIF holds nothing
         exif.load(photo.info.get("exif") or b"")
         exif.get_ifd(EXIF)
     quarters = _QUARTERS.get(exif.get(TURNED, 1), 0)
     with naming(path, _BROKEN, (ValueError, RuntimeError, EOFError, OSError)):
-        photo_colors = Image.fromarray(np.ascontiguousarray(np.array(photo)[..., :3]))
-        color, raw = (
-            np.asarray(in_srgb(photo_colors, photo.info, str(path), note)),
-            np.array(photo.info["depth_images"][0]),
-        )
+        colors = Image.fromarray(np.ascontiguousarray(np.array(photo)[..., :3]))
+        color = np.asarray(in_srgb(colors, photo.info, str(path), note))
+        raw = np.array(photo.info["depth_images"][0])
     if raw.ndim == 3:
         raw = raw[..., 0]
     if quarters % 2 and (raw.shape[0] > raw.shape[1]) != (color.shape[0] > color.shape[1]):
         raw = np.ascontiguousarray(np.rot90(raw, -quarters))
     packet = next((found for found in _PACKET.findall(data) if b"AuxiliaryImageType" in found), b"")
     depth, kind, scale = _distances(raw, packet, photo.info["depth_images"][0].info["metadata"], str(path), note)
-    camera = _from_apple(packet, quarters, color.shape, str(path)) or _from_heif(photo, str(path))
+    camera = _from_apple(packet, quarters, color.shape, str(path))
+    matrix = photo.info.get("heif", {}).get("camera_intrinsic_matrix")
+    if camera is None and matrix:
+        fx, fy, cx, cy = (matrix[f"{name}_{axis}"] for name in ("focal_length", "principal_point") for axis in "xy")
+        camera = Intrinsics(str(path), (fx, fy, cx - _CORNER, cy - _CORNER), tuple(photo.size))
     if camera is None:
         exif[TURNED] = 1  # the picture is upright already
         camera = camera_of_lens(str(path), exif, (color.shape[1], color.shape[0]))
         if camera is not None:
             note(f"{path}: the camera is taken from the lens in EXIF, fx {camera.numbers[0]:.0f}")
     if camera is not None:
-        camera = Intrinsics(camera.name, camera.numbers, camera.size, scale, kind)
+        camera = replace(camera, depth_scale=scale, depth_kind=kind)
     return Contents(depth, color, camera, depth_kind=kind, depth_scale=scale)
 
 
@@ -129,14 +130,6 @@ def _from_apple(packet: bytes, quarters: int, shape: tuple[int, ...], name: str)
     return Intrinsics(name, numbers, (shape[1], shape[0]))
 
 
-def _from_heif(photo: Any, name: str) -> Intrinsics | None:
-    matrix = photo.info.get("heif", {}).get("camera_intrinsic_matrix")
-    if not matrix:
-        return None
-    fx, fy, cx, cy = (matrix[f"{name}_{axis}"] for name in ("focal_length", "principal_point") for axis in "xy")
-    return Intrinsics(name, (fx, fy, cx - _CORNER, cy - _CORNER), tuple(photo.size))
-
-
 def _number(packet: bytes, key: bytes) -> float | None:
     found = re.search(_NUMBER.replace(b"{}", key), packet)
     try:
@@ -171,7 +164,9 @@ class Unpacked:
 
 def open_record3d(files: Archive | Unpacked, note: Note, max_pixels: float = MAX_PIXELS) -> Frames | None:
     """The frames of a recording, by their numbers; None if it is none. Raises ValueError for broken metadata."""
-    name = _find_metadata(files.names)
+    depths = [match for member in files.names if (match := _DEPTH.fullmatch(member))]
+    roots = {match["root"] for match in depths}  # beside a frame are its metadata
+    name = next((one for one in sorted(files.names) if (m := _METADATA.fullmatch(one)) and m["root"] in roots), None)
     if name is None:
         return None
     title, data, root = f"{files.path}/{name}", files.read(name), name.removesuffix(".json").removesuffix("metadata")
@@ -179,16 +174,9 @@ def open_record3d(files: Archive | Unpacked, note: Note, max_pixels: float = MAX
     metadata = parse_object(data.decode("utf-8", "replace"), Path(title), max_pixels)
     if not {"w", "h"} <= metadata.keys():
         return None  # another program's
-    matches = [match for member in files.names if (match := _DEPTH.fullmatch(member)) and match["root"] == root]
-    frames = {int(match["packed"] or match["exr"]): match[0] for match in matches}
+    frames = {int(match["packed"] or match["exr"]): match[0] for match in depths if match["root"] == root}
     reader = _Recording(files, title, root, metadata, frames, sorted(frames), once(note), max_pixels)
     return Frames(len(frames), reader.read)
-
-
-def _find_metadata(names: Collection[str]) -> str | None:
-    """The name of the metadata that have a frame beside them."""
-    roots = {match["root"] for name in names if (match := _DEPTH.fullmatch(name))}
-    return next((name for name in sorted(names) if (m := _METADATA.fullmatch(name)) and m["root"] in roots), None)
 
 
 @dataclass(frozen=True)
@@ -206,7 +194,10 @@ class _Recording:
         number = self.numbers[k]
         member = self.frames[number]
         if member.endswith(".exr"):
-            depth, valid = self._exr(member), None
+            with tempfile.TemporaryDirectory() as folder:  # the library reads files only
+                path = Path(folder) / Path(member).name
+                path.write_bytes(self.files.read(member))
+                depth, valid = read_exr(path, self.max_pixels), None
         else:
             depth, valid = self._packed(member, f"{self.root}rgbd/{number}.conf")
         color = None
@@ -214,23 +205,22 @@ class _Recording:
         if found:
             name = f"{self.files.path}/{found[0]}"
             color = as_color(decode_image(BytesIO(self.files.read(found[0])), name, self.max_pixels, self.note))
-        row = number if self.numbers[-1] < len(self._poses) else k  # frames may have been thinned out
-        return Contents(depth, color, self._camera(row, color), self._pose(row), valid)
-
-    def _exr(self, member: str) -> NDArray[Any]:
-        with tempfile.TemporaryDirectory() as folder:  # the library reads files only
-            path = Path(folder) / Path(member).name
-            path.write_bytes(self.files.read(member))
-            return read_exr(path, self.max_pixels)
+        poses = self.metadata.get("poses")
+        poses = poses if isinstance(poses, list) else []
+        row = number if self.numbers[-1] < len(poses) else k  # frames may have been thinned out
+        pose = None
+        if row < len(poses):
+            values = self._numbers(poses[row], 7, "poses")
+            pose = from_quaternions(np.array([values[4:]]), np.array([values[:4]]))[0] @ OPENGL
+        return Contents(depth, color, self._camera(row, color), pose, valid)
 
     def _packed(self, member: str, confidence: str) -> tuple[NDArray[Any], NDArray[np.bool_] | None]:
         """Depth, and where it is not of the lowest confidence."""
         width, height = self._side("dw", 192), self._side("dh", 256)
         name = f"{self.files.path}/{member}"
         check_pixels(width, height, name, self.max_pixels)
-        depth = np.frombuffer(unpack_lzfse(self.files.read(member), 4 * width * height, name), "<f4").reshape(
-            height, width
-        )
+        data = unpack_lzfse(self.files.read(member), 4 * width * height, name)
+        depth = np.frombuffer(data, "<f4").reshape(height, width)
         if confidence not in self.files.names:
             return depth, None
         data = unpack_lzfse(self.files.read(confidence), width * height, f"{self.files.path}/{confidence}")
@@ -239,13 +229,8 @@ class _Recording:
             self.note(f"{self.files.path}: {np.mean(~valid):.0%} of the depth is of low confidence and left out")
         return depth, valid
 
-    @property
-    def _poses(self) -> list[Any]:
-        poses = self.metadata.get("poses")
-        return poses if isinstance(poses, list) else []
-
     def _camera(self, row: int, color: NDArray[Any] | None) -> Intrinsics:
-        """Of the colour picture, which may be larger than the metadata say."""
+        """Of the colour picture, which may be larger than in the metadata."""
         each, k = self.metadata.get("perFrameIntrinsicCoeffs"), self.metadata.get("K")
         if isinstance(each, list) and row < len(each):
             fx, fy, cx, cy = self._numbers(each[row], 4, "perFrameIntrinsicCoeffs")
@@ -260,12 +245,6 @@ class _Recording:
         if color is not None:
             camera = camera.resized(color.shape[1], color.shape[0])
         return Intrinsics(self.title, camera.intrinsics, (camera.width, camera.height), 1.0, "z")
-
-    def _pose(self, row: int) -> NDArray[np.float64] | None:
-        if row >= len(self._poses):
-            return None
-        numbers = self._numbers(self._poses[row], 7, "poses")
-        return from_quaternions(np.array([numbers[4:]]), np.array([numbers[:4]]))[0] @ OPENGL
 
     def _numbers(self, value: Any, count: int, key: str) -> list[float]:
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,43 +15,8 @@ from ...checks.arguments import check_positive
 from ...notes.notes import Note
 from ...notes.words import option
 from ..networks.model_options import how_to_make_depth
-from .depth_files import (
-    CARLA,
-    CHANNELS,
-    CONFIDENCE,
-    HALF,
-    HIGH_BYTE,
-    KINECT_MISSING,
-    LEVELS,
-    MAPS,
-    REVERSED,
-    ROTATED,
-    SWAPPED,
-    Codes,
-    Counts,
-    as_codes,
-    count_codes,
-    find_channels,
-    has_confidence,
-    is_half,
-    is_kinect,
-    is_rotated,
-    is_swapped,
-    read_levels,
-    repaired,
-)
+from . import depth_files, missing_depth
 from .depth_kinds import METRIC, Coding, Decoded, DepthHints, measure_bending
-from .missing_depth import (
-    FAR,
-    FARTHEST,
-    NEAREST,
-    is_plausible,
-    is_whole,
-    middle,
-    scale_of_file,
-    scale_of_values,
-    some_values,
-)
 
 _WIDTH = 640  # a wider picture is thinned first: a large photograph is smooth from pixel to pixel
 _ROUGH = 0.22  # of the pixels bend by 3 levels or more: photographs 0.27 to 0.74, depth up to 0.19 even as JPEG
@@ -95,41 +61,36 @@ _DISPARITY = re.compile(r"(?:^|[^a-z])disp(?:arity|arities)?(?:[^a-z]|$)")  # in
 _DEPTH_NAME = re.compile(r"depth|disp")
 _MIDDLE = 2.0  # metres: where the middle of a depth without a scale is put
 _KITTI = 256.0  # raw values a pixel of disparity
-_GAP = 0.1  # of the range of all other values: between them and a 0 that says missing
+_GAP = 0.1  # of the range of all other values: between them and a 0 that means missing
 _END = 1966  # codes, 3 % of 16 bits
 _FLAT, _BENT, _ROUND = 0.8, 0.5, 0.5  # bending: of inverse depth at most, of depth at least; across to along on planes
 
 
 def read_colors(image: NDArray[np.uint8], name: str, hints: DepthHints, note: Note) -> Decoded:
     """Read a colour-mapped picture (h, w, 3|4). Raises ValueError if its map is not known."""
-    levels = read_levels(image)
+    levels, as_depth, as_color = depth_files.read_levels(image), option("depth", "FILE"), option("color", "FILE")
     if levels is None and not _DEPTH_NAME.search(Path(name).stem.lower()):
-        raise ValueError(
-            f"{name} is a photograph: {how_to_make_depth()}; or pass it as {option('color', 'FILE')} and its depth as "
-            f"{option('depth', 'FILE')}"
-        )
+        way_out = f"{how_to_make_depth()}; or pass it as {as_color} and its depth as {as_depth}"
+        raise ValueError(f"{name} is a photograph: {way_out}")
     if levels is None:
-        raise ValueError(
-            f"{name} is a colour picture, not depth, nor depth colour-mapped by {', '.join(MAPS)}: pass depth (16-bit "
-            f"PNG, .npy or EXR) as {option('depth', 'FILE')}, and the photograph as {option('color', 'FILE')}"
-        )
-    values, end = levels.values, MAPS[levels.name]
+        way_out = f"pass depth (16-bit PNG, .npy or EXR) as {as_depth}, and the photograph as {as_color}"
+        nor = f"nor depth colour-mapped by {', '.join(depth_files.MAPS)}"
+        raise ValueError(f"{name} is a colour picture, not depth, {nor}: {way_out}")
+    values, end, why = levels.values, depth_files.MAPS[levels.name], f"colours of {levels.name}"
     read = f"{name} is a colour-mapped picture of depth ({levels.name}), read back in 256 steps"
     if not hints.is_silent:
         note(f"{read}, {end} is the highest")
-        return _read_levels(values, hints, (LEVELS,))
+        return _read_levels(values, hints, (depth_files.LEVELS,))
     direction = _direction(values, np.isfinite(values))
     if not direction:
         note(f"{read} as inverse depth: {end} is taken as near; pass {option('depth_kind', 'z')} if it is far")
-        return Decoded(values, Coding("inverse", None, f"colours of {levels.name}", (LEVELS,)))
+        return Decoded(values, Coding("inverse", None, why, (depth_files.LEVELS,)))
     where = "far" if direction > 0 else "near"
-    note(
-        f"{read} as depth: {end} is {where}, as the planes in it show; "
-        f"pass {option('depth_kind', 'inverse')} if it is inverse depth and {end} is near"
-    )
+    way_out = f"pass {option('depth_kind', 'inverse')} if it is inverse depth and {end} is near"
+    note(f"{read} as depth: {end} is {where}, as the planes in it show; {way_out}")
     if direction > 0:
-        return _without_scale(values, f"colours of {levels.name}", (LEVELS,))
-    return _without_scale(255 - values, f"colours of {levels.name}", (LEVELS, REVERSED))
+        return _without_scale(values, why, (depth_files.LEVELS,))
+    return _without_scale(255 - values, why, (depth_files.LEVELS, depth_files.REVERSED))
 
 
 def read_8_bits(raw: NDArray[Any], name: str, hints: DepthHints, note: Note) -> Decoded:
@@ -146,33 +107,25 @@ def read_8_bits(raw: NDArray[Any], name: str, hints: DepthHints, note: Note) -> 
         return _read_disparity(raw, name, hints, note)
     _refuse_what_is_none(raw, name)
     if _direction(raw, raw > 0) > 0:
-        note(
-            f"{name} has 8 bits: taken as depth without a scale, bright is far, as the planes in it show; "
-            f"pass {option('depth_kind', 'inverse')} if bright is near"
-        )
+        way_out = f"pass {option('depth_kind', 'inverse')} if bright is near"
+        note(f"{name} has 8 bits: taken as depth without a scale, bright is far, as the planes in it show; {way_out}")
         return _without_scale(raw, "8 bits, by its planes")
-    note(
-        f"{name} has 8 bits: taken as a network's inverse depth, bright is near; "
-        f"pass {option('depth_kind', 'z')} if bright is far"
-    )
+    way_out = f"pass {option('depth_kind', 'z')} if bright is far"
+    note(f"{name} has 8 bits: taken as a network's inverse depth, bright is near; {way_out}")
     return Decoded(raw, Coding("inverse", None, "8 bits"))
 
 
 def _refuse_what_is_none(raw: NDArray[Any], name: str) -> None:
     """Raise ValueError for a photograph, a mask and a map of labels."""
-    instead = what_instead(raw)
-    if instead:
-        raise ValueError(
-            f"{name} has 8 bits and looks like {instead}, expected depth: pass another file, "
-            f"or {option('depth_kind', 'inverse', 'z')} to use its 256 levels as they are"
-        )
+    if instead := what_instead(raw):
+        way_out = f"pass another file, or {option('depth_kind', 'inverse', 'z')} to use its 256 levels as they are"
+        raise ValueError(f"{name} has 8 bits and looks like {instead}, expected depth: {way_out}")
 
 
-def read_relative(raw: NDArray[Any], counts: Counts | None, name: str, hints: DepthHints, note: Note) -> Decoded | None:
-    """Recognise disparity by its name, a network's depth or inverse depth by its planes; return None for anything else.
-
-    counts  of the codes, for 16 bits
-    """
+def read_relative(
+    raw: NDArray[Any], counts: depth_files.Counts | None, name: str, hints: DepthHints, note: Note
+) -> Decoded | None:
+    """Recognise disparity by its name, a network's depth or inverse depth by its planes; None for anything else."""
     if _DISPARITY.search(Path(name).stem.lower()):
         return _read_disparity(raw, name, hints, note)
     is_filled = _is_filled(raw, counts)
@@ -181,10 +134,8 @@ def read_relative(raw: NDArray[Any], counts: Counts | None, name: str, hints: De
     if _is_inverse(raw):
         if hints.has_baseline:
             return _read_disparity(raw, name, hints, note)
-        note(
-            f"{name} is taken as a network's inverse depth, as the planes in it show; "
-            f"pass {option('depth_kind', 'z')} if it is distances"
-        )
+        way_out = f"pass {option('depth_kind', 'z')} if it is distances"
+        note(f"{name} is taken as a network's inverse depth, as the planes in it show; {way_out}")
         return Decoded(raw, Coding("inverse", None, "planes bend as in inverse depth"))
     if not is_filled:
         return None
@@ -202,7 +153,7 @@ def disparity_scale(raw: NDArray[Any], hints: DepthHints, note: Note) -> float:
         return hints.filed_scale
     if raw.dtype.kind == "f":
         return 1.0
-    if middle(raw) > raw.shape[1]:
+    if missing_depth.middle(raw) > raw.shape[1]:
         note(f"disparity is larger than the picture is wide: divided by {_KITTI:g}, as in KITTI")
         return _KITTI
     note(f"disparity is of integers, without {option('depth_scale')}: taken as pixels")
@@ -215,11 +166,9 @@ def _read_disparity(raw: NDArray[Any], name: str, hints: DepthHints, note: Note)
         note(f"{name} is taken as disparity; pass {option('depth_kind', 'z')} if it is distances")
         scale = disparity_scale(raw, hints, note)
         return Decoded(raw, Coding("disparity", scale, "its name or its planes, and the baseline"))
-    note(
-        f"{name} is taken as disparity, by its name: without {option('baseline')} (metres between the cameras) its "
-        f"size is unknown, its middle is put at {_MIDDLE:g} m"
-    )
-    return Decoded(raw, Coding("inverse", _MIDDLE * middle(raw), "its name"))
+    why = f"without {option('baseline')} (metres between the cameras) its size is unknown"
+    note(f"{name} is taken as disparity, by its name: {why}, its middle is put at {_MIDDLE:g} m")
+    return Decoded(raw, Coding("inverse", _MIDDLE * missing_depth.middle(raw), "its name"))
 
 
 def _read_levels(values: NDArray[Any], hints: DepthHints, repairs: tuple[str, ...] = ()) -> Decoded:
@@ -237,10 +186,10 @@ def _read_levels(values: NDArray[Any], hints: DepthHints, repairs: tuple[str, ..
 
 def _without_scale(values: NDArray[Any], why: str, repairs: tuple[str, ...] = ()) -> Decoded:
     """Return depth z of unknown unit. If 0 is far from all other values it means missing, and is no distance at all."""
-    known = some_values(values)
+    known = missing_depth.some_values(values)
     rest = known[known > 0]
     has_zero = known.min(initial=1) == 0 and rest.size > 0 and rest.min() > _GAP * np.ptp(rest)
-    return Decoded(values, Coding("z", middle(values) / _MIDDLE if has_zero else None, why, repairs))
+    return Decoded(values, Coding("z", missing_depth.middle(values) / _MIDDLE if has_zero else None, why, repairs))
 
 
 def _direction(values: NDArray[Any], known: NDArray[np.bool_]) -> int:
@@ -264,132 +213,127 @@ def _is_inverse(raw: NDArray[Any]) -> bool:
     return True
 
 
-def _is_filled(raw: NDArray[Any], counts: Counts | None) -> bool:
+def _is_filled(raw: NDArray[Any], counts: depth_files.Counts | None) -> bool:
     """Return whether values were stretched to 0..65535 or to 0..1. A marker would stand alone at the end."""
     if counts is not None:
         next_to_end = np.count_nonzero(counts[-_END:-1])
         return bool(next_to_end >= 3 and 0 < counts[-1] < 0.002 * counts.sum() and counts[:_END].any())
-    values = some_values(raw)
+    values = missing_depth.some_values(raw)
     return raw.dtype.kind == "f" and bool(values.size and 0 <= values.min() < 0.02 and 0.98 < values.max() <= 1)
 
 
-_FEWEST = 30  # different values of an 8-bit picture that was stored in 16 bits
+_FEWEST_STORED = 30  # different values of an 8-bit picture that was stored in 16 bits
 _WORTH_A_HINT = 8.0  # metres: farther middles of millimetres are often another unit
 
 
 def decode(raw: NDArray[Any], name: str, hints: DepthHints, note: Note, like: Coding | None = None) -> Decoded:
     """Find out what raw values mean, (h, w) or, colour-mapped, (h, w, 3|4) uint8; return plain numbers with that.
 
-    name  of the file, for messages
-    like  the coding of an earlier frame of the sequence: if the same is given for this one, it is read in the same way
+    If the same is given as for an earlier frame of the sequence, whose coding is `like`, it is read in the same way.
 
     Raises ValueError for an unknown colour map, a photograph, a mask or labels of 8 bits, and an impossible scale.
     """
     if hints.scale is not None:
         check_positive(hints.scale, option("depth_scale"))
     if like is not None and like.hints == hints:
-        return Decoded(repaired(raw, like.repairs), like)
-    decoded = _decode(raw, name, hints, note)
+        return Decoded(depth_files.repaired(raw, like.repairs), like)
+    if raw.ndim == 3:
+        channels = depth_files.find_channels(raw)
+        read = partial(_read_channels, channels=channels) if channels else read_colors
+    elif depth_files.as_codes(raw) is not None:
+        raw, read = raw.astype(np.uint16, copy=False), _read_codes
+    else:
+        read = read_8_bits if raw.dtype.itemsize == 1 else _read_values
+    decoded = read(raw, name, hints, note)
     return decoded._replace(coding=replace(decoded.coding, hints=hints))
 
 
-def _decode(raw: NDArray[Any], name: str, hints: DepthHints, note: Note) -> Decoded:
-    if raw.ndim == 3:
-        channels = find_channels(raw)
-        return _read_channels(raw, channels, name, hints, note) if channels else read_colors(raw, name, hints, note)
-    codes = as_codes(raw)
-    if codes is not None:
-        return _read_codes(codes, name, hints, note)
-    if raw.dtype.itemsize == 1:
-        return read_8_bits(raw, name, hints, note)
-    return _read_values(raw, None, name, hints, note)
-
-
 def _read_channels(
-    raw: NDArray[np.uint8], channels: tuple[int, ...], name: str, hints: DepthHints, note: Note
+    raw: NDArray[np.uint8], name: str, hints: DepthHints, note: Note, channels: tuple[int, ...]
 ) -> Decoded:
     """Read numbers whose bytes are in several channels; those of 24 bits are CARLA's unless a scale is given."""
     colors = [("red", "green", "blue", "alpha")[channel] for channel in channels]
-    repair = CHANNELS + "".join(map(str, channels))
-    values = repaired(raw, [repair])
+    repair = depth_files.CHANNELS + "".join(map(str, channels))
+    values = depth_files.repaired(raw, [repair])
     note(f"{name} is taken as one number in {' + 256 '.join(colors)}")
     if len(channels) == 3 and hints.any_kind in (None, *METRIC) and not (hints.scale or hints.filed_scale):
         note(f"{name}: 24 bits are taken as CARLA's 1000 m; pass {option('depth_scale')} if that is wrong")
-        decoded = Decoded(values, Coding(hints.any_kind or "z", CARLA, "CARLA's 24 bits"))
+        coding = Coding(hints.any_kind or "z", depth_files.CARLA, "CARLA's 24 bits")
         far = np.uint32(0.999 * 2**24)  # the sky
-        decoded = decoded._replace(values=np.where(values < far, values, 0))
-    elif len(channels) == 2:
-        decoded = _read_codes(values, name, hints, note)
-    else:
-        decoded = _read_values(values, None, name, hints, note)
-    return decoded._replace(coding=replace(decoded.coding, repairs=(repair, *decoded.coding.repairs)))
+        return _after(Decoded(np.where(values < far, values, 0), coding), repair)
+    read = _read_codes if len(channels) == 2 else _read_values
+    return _after(read(values, name, hints, note), repair)
 
 
-def _read_codes(codes: Codes, name: str, hints: DepthHints, note: Note) -> Decoded:
+def _after(decoded: Decoded, *repairs: str) -> Decoded:
+    """Return what was decoded, with the repairs that came before."""
+    return decoded._replace(coding=replace(decoded.coding, repairs=(*repairs, *decoded.coding.repairs)))
+
+
+def _read_codes(codes: depth_files.Codes, name: str, hints: DepthHints, note: Note) -> Decoded:
     """Read 16-bit values: first find out whether they are plain numbers at all."""
     repairs = []
-    if is_swapped(codes):
+    if depth_files.is_swapped(codes):
         note(f"{name}: 16-bit values in the wrong byte order, read byte-swapped")
-        repairs, codes = [SWAPPED], codes.byteswap()
-    counts = count_codes(codes)
-    if hints.scale is None and is_half(codes, counts):
-        note(
-            f"{name} is taken as 16-bit floats: planes in it bend as depth only so; pass {option('depth_scale')} if not"
-        )
-        decoded = _read_values(repaired(codes, [HALF]), None, name, hints, note)
-        return decoded._replace(coding=replace(decoded.coding, repairs=(*repairs, HALF)))
+        repairs, codes = [depth_files.SWAPPED], codes.byteswap()
+    counts = depth_files.count_codes(codes)
+    if hints.scale is None and depth_files.is_half(codes, counts):
+        way_out = f"pass {option('depth_scale')} if not"
+        note(f"{name} is taken as 16-bit floats: planes in it bend as depth only so; {way_out}")
+        halves = depth_files.repaired(codes, [depth_files.HALF])
+        return _after(_read_values(halves, name, hints, note), *repairs, depth_files.HALF)
     packed = _find_packing(codes, counts, name, hints, note)
     if packed:
         repairs.append(packed)
-        codes = repaired(codes, [packed])
-    if packed == HIGH_BYTE:
+        codes = depth_files.repaired(codes, [packed])
+    if packed == depth_files.HIGH_BYTE:
         decoded = read_8_bits(codes, name, hints, note)
     elif packed:
         decoded = Decoded(codes, Coding(hints.any_kind or "z", hints.scale or 1000.0, f"millimetres, {packed}"))
     elif hints.any_kind == "kinect":
-        if int(codes.max()) > KINECT_MISSING:
-            note(
-                f"{name} is no raw disparity of a Kinect: its values go up to {codes.max()}, beyond "
-                f"{KINECT_MISSING}; leave out {option('depth_kind', 'kinect')}"
-            )
+        if int(codes.max()) > depth_files.KINECT_MISSING:
+            why = f"its values go up to {codes.max()}, beyond {depth_files.KINECT_MISSING}"
+            note(f"{name} is no raw disparity of a Kinect: {why}; leave out {option('depth_kind', 'kinect')}")
         decoded = Decoded(codes, Coding("kinect", 1.0, "as said"))
-    elif hints.is_silent and is_kinect(counts):
-        note(
-            f"{name} is taken as the raw disparity of a first Kinect ({KINECT_MISSING} is missing); "
-            f"pass {option('depth_kind', 'z')} if it is not"
-        )
+    elif hints.is_silent and depth_files.is_kinect(counts):
+        taken = f"the raw disparity of a first Kinect ({depth_files.KINECT_MISSING} is missing)"
+        note(f"{name} is taken as {taken}; pass {option('depth_kind', 'z')} if it is not")
         decoded = Decoded(codes, Coding("kinect", 1.0, "raw disparity of a Kinect"))
     else:
-        decoded = _read_values(codes, counts, name, hints, note)
-    return decoded._replace(coding=replace(decoded.coding, repairs=(*repairs, *decoded.coding.repairs)))
+        decoded = _read_values(codes, name, hints, note, counts)
+    return _after(decoded, *repairs)
 
 
-def _find_packing(codes: Codes, counts: Counts, name: str, hints: DepthHints, note: Note) -> str | None:
+def _find_packing(
+    codes: depth_files.Codes, counts: depth_files.Counts, name: str, hints: DepthHints, note: Note
+) -> str | None:
     """Return the repair that makes plain numbers of these bits, None if they are plain."""
     if hints.any_kind not in (None, *METRIC):
         return None
-    if has_confidence(codes):
+    if depth_files.has_confidence(codes):
         note(f"{name} is taken as Android's DEPTH16: millimetres in the low 13 bits, the confidence above is dropped")
-        return CONFIDENCE
-    if hints.scale is None and is_rotated(codes, counts):
-        note(
-            f"{name} is taken as SUN RGB-D's millimetres, rotated by 3 bits: all values are multiples of 8; "
-            f"pass {option('depth_scale')} to use them as they are"
-        )
-        return ROTATED
+        return depth_files.CONFIDENCE
+    if hints.scale is None and depth_files.is_rotated(codes, counts):
+        way_out = f"pass {option('depth_scale')} to use them as they are"
+        note(f"{name} is taken as SUN RGB-D's millimetres, rotated by 3 bits: all values are multiples of 8; {way_out}")
+        return depth_files.ROTATED
     values = np.flatnonzero(counts)
     in_high_byte = not (values % 257).any() or not (values % 256).any()
-    return HIGH_BYTE if hints.is_silent and values.size >= _FEWEST and in_high_byte else None
+    return depth_files.HIGH_BYTE if hints.is_silent and values.size >= _FEWEST_STORED and in_high_byte else None
 
 
-def _read_values(raw: NDArray[Any], counts: Counts | None, name: str, hints: DepthHints, note: Note) -> Decoded:
-    """Read plain numbers of more than 8 bits."""
-    relative = read_relative(raw, counts, name, hints, note) if hints.is_silent else None
-    if relative:
+def _read_values(
+    raw: NDArray[Any], name: str, hints: DepthHints, note: Note, counts: depth_files.Counts | None = None
+) -> Decoded:
+    """Read plain numbers of more than 8 bits, of 16 bits with the counts of their codes."""
+    if hints.is_silent and (relative := read_relative(raw, counts, name, hints, note)):
         return relative
     kind = hints.any_kind or "z"
     if (kind != "inverse" or hints.scale is not None) and not (kind == "disparity" and hints.has_baseline):
-        _tell_negative(raw, name, note)
+        share = 0 if raw.dtype.kind == "u" else np.count_nonzero((raw < 0) & (raw > -np.inf)) / raw.size
+        if share:
+            way_out = f"pass {option('depth_kind', 'inverse')} if it is a network's output"
+            note(f"{share:.1%} of {name} is negative, and taken as missing; {way_out}")
     if hints.scale is not None:
         _check_passed(raw, name, kind, hints.scale, note)
         return Decoded(raw, Coding(kind, hints.scale, "as passed"))
@@ -401,9 +345,8 @@ def _read_values(raw: NDArray[Any], counts: Counts | None, name: str, hints: Dep
         return Decoded(raw, Coding(kind, 1.0, "as said"))
     if hints.filed_scale is not None:
         if hints.filed_scale == 1000 and _find_scale(raw, counts):
-            note(
-                f"the values of {name} are spaced like TUM's: pass {option('depth_scale', 5000)} if all is too far away"
-            )
+            way_out = f"pass {option('depth_scale', 5000)} if all is too far away"
+            note(f"the values of {name} are spaced like TUM's: {way_out}")
         return Decoded(raw, Coding(kind, _check_filed(raw, hints.filed_scale, note), "the camera's file"))
     if counts is not None and np.count_nonzero(counts) <= LABELS and is_of_labels(raw):
         note(f"{name} looks like a map of labels (few values, in flat areas), not like depth: pass another file")
@@ -411,87 +354,70 @@ def _read_values(raw: NDArray[Any], counts: Counts | None, name: str, hints: Dep
     return Decoded(raw, Coding(kind, scale, why))
 
 
-def _tell_negative(raw: NDArray[Any], name: str, note: Note) -> None:
-    if raw.dtype.kind == "u":
-        return
-    share = np.count_nonzero((raw < 0) & (raw > -np.inf)) / raw.size
-    if share:
-        note(
-            f"{share:.1%} of {name} is negative, and taken as missing; "
-            f"pass {option('depth_kind', 'inverse')} if it is a network's output"
-        )
-
-
 def _check_passed(raw: NDArray[Any], name: str, kind: str, scale: float, note: Note) -> None:
     """Print a note, with the likely scale, if the scale that the caller passed gives impossible distances."""
-    median = middle(raw)
-    if kind in METRIC and median > 0 and not is_plausible(median / scale):
-        meant = scale_of_file(scale, median)
+    median = missing_depth.middle(raw)
+    if kind in METRIC and median > 0 and not missing_depth.is_plausible(median / scale):
+        meant = missing_depth.scale_of_file(scale, median)
         way_out = f"pass {option('depth_scale', round(meant))}" if meant else "is that right?"
-        note(
-            f"{option('depth_scale', scale)} (values per metre) puts the middle of {name} at "
-            f"{median / scale:.3g} m: {way_out}"
-        )
+        given = f"{option('depth_scale', scale)} (values per metre)"
+        note(f"{given} puts the middle of {name} at {median / scale:.3g} m: {way_out}")
 
 
 def _check_filed(raw: NDArray[Any], filed: float, note: Note) -> float:
     """Return the scale in the camera's file, or what it must mean if its distances are impossible."""
-    median = middle(raw)
+    median = missing_depth.middle(raw)
     is_float = raw.dtype.kind == "f"
-    if not is_plausible(median / filed) and median > 0:
-        scale = (1.0 if is_plausible(median) else 1000.0) if is_float else scale_of_file(filed, median)
+    if not missing_depth.is_plausible(median / filed) and median > 0:
+        scale = (
+            (1.0 if missing_depth.is_plausible(median) else 1000.0)
+            if is_float
+            else missing_depth.scale_of_file(filed, median)
+        )
         impossible = f"the camera's file has depth_scale {filed:g}, which puts the middle at {median / filed:.3g} m"
-        if scale and is_plausible(median / scale):
+        if scale and missing_depth.is_plausible(median / scale):
             note(f"{impossible}: taken as {scale:g} a metre; pass {option('depth_scale')} if that is wrong")
             return scale
         note(f"{impossible}: pass {option('depth_scale')} (raw values per metre) if that is wrong")
     elif is_float and filed != 1:
-        note(
-            f"floating point depth is divided by {filed:g}, as the intrinsics file says; "
-            f"pass {option('depth_scale', 1)} if it is in metres"
-        )
+        way_out = f"pass {option('depth_scale', 1)} if it is in metres"
+        note(f"floating point depth is divided by {filed:g}, as the intrinsics file says; {way_out}")
     return filed
 
 
 def _scale_of_floats(raw: NDArray[Any], note: Note) -> tuple[float, str]:
-    median = middle(raw)
+    median = missing_depth.middle(raw)
     network = f"{option('depth_kind', 'inverse')} for a network's output"
-    if median > FARTHEST or (median > 1000 * NEAREST and is_whole(raw)):
-        note(
-            f"floating point depth has its middle at {median:.4g}: taken as millimetres; "
-            f"pass {option('depth_scale', 1)} if it is in metres, {network}"
-        )
+    if median > missing_depth.FARTHEST or (median > 1000 * missing_depth.NEAREST and missing_depth.is_whole(raw)):
+        way_out = f"pass {option('depth_scale', 1)} if it is in metres, {network}"
+        note(f"floating point depth has its middle at {median:.4g}: taken as millimetres; {way_out}")
         return 1000.0, "millimetres, by their size"
-    if median < NEAREST:
-        note(
-            f"floating point depth has its middle at {median:.3g} m; "
-            f"pass {option('depth_scale')} if it is not in metres, {network}"
-        )
+    if median < missing_depth.NEAREST:
+        way_out = f"pass {option('depth_scale')} if it is not in metres, {network}"
+        note(f"floating point depth has its middle at {median:.3g} m; {way_out}")
     return 1.0, "floating point metres"
 
 
-def _scale_of_integers(raw: NDArray[Any], counts: Counts | None, note: Note) -> tuple[float, str]:
+def _scale_of_integers(raw: NDArray[Any], counts: depth_files.Counts | None, note: Note) -> tuple[float, str]:
     scale = _find_scale(raw, counts)
     if scale:
-        note(
-            f"depth is of integers, taken as {scale:g} a metre (TUM's), as its values are spaced; "
-            f"pass {option('depth_scale', 1000)} if it is in millimetres"
-        )
+        way_out = f"pass {option('depth_scale', 1000)} if it is in millimetres"
+        note(f"depth is of integers, taken as {scale:g} a metre (TUM's), as its values are spaced; {way_out}")
         return scale, "TUM's, by the spacing of its values"
-    median = middle(raw)
-    told = f"depth is of integers, without {option('depth_scale')}: taken as millimetres (1000 per metre)"
-    if not is_plausible(median / 1000) or median / 1000 > _WORTH_A_HINT:
-        told += (
+    median = missing_depth.middle(raw)
+    text = f"depth is of integers, without {option('depth_scale')}: taken as millimetres (1000 per metre)"
+    if not missing_depth.is_plausible(median / 1000) or median / 1000 > _WORTH_A_HINT:
+        text += (
             f", its middle is at {median / 1000:.3g} m; if that is wrong, pass {option('depth_scale')} (TUM has 5000), "
             f"or {option('depth_kind', 'inverse')} for a network's output"
         )
-    note(told)
+    note(text)
     return 1000.0, "integer millimetres"
 
 
-def _find_scale(raw: NDArray[Any], counts: Counts | None) -> float | None:
+def _find_scale(raw: NDArray[Any], counts: depth_files.Counts | None) -> float | None:
     """Return the scale that the spacing of 16-bit values shows."""
     if counts is None:
         return None
-    values = np.flatnonzero(counts[1:FAR]) + 1
-    return scale_of_values(values, counts[values], middle(raw), raw.size)
+    values = np.flatnonzero(counts[1 : missing_depth.FAR]) + 1
+    return missing_depth.scale_of_values(values, counts[values], missing_depth.middle(raw), raw.size)

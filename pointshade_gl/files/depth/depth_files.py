@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from itertools import permutations
 from pathlib import Path
@@ -45,8 +45,7 @@ def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> ND
 
     Raises OSError if the path is not a file, ValueError for another or too large a picture, and without EXR's extra.
     """
-    head = read_head(path)
-    name = str(path)
+    head, name = read_head(path), str(path)
     if head.startswith(NUMPY):
         raw = read_npy(path, max_pixels)
     elif head.startswith(_ZIP):
@@ -59,9 +58,8 @@ def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> ND
         raw = _read_pgm(Path(path), max_pixels)
     else:
         if head.startswith(_PNG) and head[24:25] == b"\x10" and head[25:26] != b"\0":
-            raise ValueError(
-                f"{name} has several channels of 16 bits, expected depth of one channel: pass another file"
-            )
+            expected = "expected depth of one channel: pass another file"
+            raise ValueError(f"{name} has several channels of 16 bits, {expected}")
         try:
             raw = read_image(path, max_pixels)
         except NotAPictureError as error:
@@ -71,7 +69,7 @@ def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> ND
 
 
 def read_raw(path: FilePath, width: int, height: int, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
-    """(h, w) values of a file without a header, such as depth.bin or depth.raw, of a size that the camera's file says.
+    """(h, w) values of a bare file, such as depth.bin or depth.raw, of the size that the camera's file states.
 
     The file's size decides the type: 1 and 2 bytes are unsigned integers, 4 and 8 floating point; 4 bytes that make no
     sensible float are integers. Little-endian; `depth_coding.decode` sees swapped ones. Raises ValueError for others.
@@ -144,7 +142,7 @@ _SMOOTHER = 8  # sensors: 80 to 500 for bytes, 37 for confidence
 MILLIMETRES = np.uint16(8191)  # the low 13 bits of Android's DEPTH16
 _STEP = 256  # millimetres: the mean step between neighbours is less in any picture of depth
 _HALF_NEAREST, _HALF_INFINITE = 0x2E00, 0x7C00  # 0.09 m; 65504 is one less than infinite
-_DISTINCT_HALVES = 50  # different values
+_DISTINCT = 50  # different values, at least, of which a coding is known
 KINECT_MISSING = 2047  # of 11 bits
 KINECT_FIRST, KINECT_LAST = 300, 1090  # from 0.44 m to where distances become infinite
 
@@ -172,10 +170,8 @@ def is_swapped(raw: Codes) -> bool:
 
 
 def has_confidence(raw: Codes) -> bool:
-    """Whether it is Android's DEPTH16: millimetres in the low 13 bits, a code of confidence in the others.
-
-    The code (0: 100 %, 1: 0 %, up to 7: 86 %) says little: a time-of-flight phone wrote 1 for 84 % of a good frame.
-    """
+    """Whether it is Android's DEPTH16: millimetres in the low 13 bits, a code of confidence in the others."""
+    # the code (0: 100 %, 1: 0 %, up to 7: 86 %) means little: a time-of-flight phone wrote 1 for 84 % of a good frame
     raw = _some_rows(raw)
     raw = np.where(raw < FAR, raw, 0)
     low = _roughness(raw & MILLIMETRES)
@@ -183,16 +179,14 @@ def has_confidence(raw: Codes) -> bool:
 
 
 def is_rotated(raw: Codes, counts: Counts) -> bool:
-    """Whether it is SUN RGB-D's coding of millimetres d, (d << 3 | d >> 13): multiples of 8 up to 8191 mm.
-
-    Multiples of 16 are something else, such as 8 or 12 bits moved to the left.
-    """
+    """Whether it is SUN RGB-D's coding of millimetres d, (d << 3 | d >> 13): multiples of 8 up to 8191 mm."""
+    # multiples of 16 are something else, such as 8 or 12 bits moved to the left
     many = counts.reshape(-1, 8).sum(axis=0)
     known = many.sum() - counts[0]
     # up to 16 and 24 m the lowest bits are 1 and 2
     if 10 * (many[0] - counts[0]) < known or many[3:].sum() > 0.001 * known or not counts[8::16].any():
         return False
-    if np.count_nonzero(counts[8::8]) < 50:
+    if np.count_nonzero(counts[8::8]) < _DISTINCT:
         return False
     raw = _some_rows(raw)
     return not many[1:].any() or 8 * _roughness(rotated_back(raw)) < _roughness(raw)
@@ -204,13 +198,11 @@ def rotated_back(raw: Codes) -> Codes:
 
 
 def is_half(raw: Codes, counts: Counts) -> bool:
-    """Whether the bits are those of 16-bit floats (CO3D, Mid-Air): as floats planes bend as depth, as integers not.
-
-    As millimetres they would all lie between 11 and 32 m, the farthest at most twice as far as the nearest.
-    """
+    """Whether the bits are those of 16-bit floats (CO3D, Mid-Air): as floats planes bend as depth, as integers not."""
+    # as millimetres they would all lie between 11 and 32 m, the farthest at most twice as far as the nearest
     codes = np.flatnonzero(counts[: _HALF_INFINITE - 64])
     codes = codes[codes > 0]
-    if codes.size < _DISTINCT_HALVES or codes[0] < _HALF_NEAREST or counts[_HALF_INFINITE + 1 :].any():
+    if codes.size < _DISTINCT or codes[0] < _HALF_NEAREST or counts[_HALF_INFINITE + 1 :].any():
         return False
     known = (raw > 0) & (raw < _HALF_INFINITE - 64)
     as_float = measure_bending(np.where(known, raw, 0).view(np.float16).astype(np.float32), known)
@@ -301,7 +293,7 @@ _CALM = 12  # steps between neighbours, in the middle: a photograph whose colour
 
 
 class Levels(NamedTuple):
-    """What a colour-mapped picture says: (h, w) float32, 0 to 255 along the map, NaN where the colour is not on it."""
+    """What a colour-mapped picture holds: (h, w) float32, 0 to 255 along the map, NaN where the colour is not on it."""
 
     name: str
     values: NDArray[np.float32]
@@ -346,15 +338,13 @@ def _find_map(image: NDArray[np.uint8]) -> int | None:
     near = off[best] < _NEAR
     if near.mean() < _FITS:
         return None
-    low, high = np.quantile(_places(colors[near], _tables()[best]), (0.02, 0.98))
-    return best if high - low >= _LONG and _is_calm(image, _tables()[best]) else None
-
-
-def _is_calm(image: NDArray[np.uint8], entries: NDArray[np.float32]) -> bool:
-    """Whether neighbours lie near each other on the map, along some rows."""
-    rows = image[:: max(1, image.shape[0] // 8), :1024, :3]
+    entries = _tables()[best]
+    low, high = np.quantile(_places(colors[near], entries), (0.02, 0.98))
+    if high - low < _LONG:
+        return None
+    rows = image[:: max(1, image.shape[0] // 8), :1024, :3]  # in which neighbours must lie near each other on the map
     steps = np.abs(np.diff(_places(rows.reshape(-1, 3), entries).reshape(rows.shape[:2]), axis=1))
-    return bool(np.isfinite(steps).any() and np.nanquantile(steps, 0.75) < _CALM)
+    return best if np.isfinite(steps).any() and np.nanquantile(steps, 0.75) < _CALM else None
 
 
 def _places(colors: NDArray[Any], entries: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -382,6 +372,13 @@ def _tables() -> NDArray[np.float32]:
 
 SWAPPED, CONFIDENCE, ROTATED, HIGH_BYTE = "bytes swapped", "confidence dropped", "bits rotated back", "high byte taken"
 HALF = "16-bit floats"
+_OF_CODES: dict[str, Callable[[Codes], NDArray[Any]]] = {
+    SWAPPED: lambda codes: codes.byteswap(),
+    HALF: lambda codes: codes.view(np.float16).astype(np.float32),
+    CONFIDENCE: lambda codes: codes & MILLIMETRES,
+    ROTATED: rotated_back,
+    HIGH_BYTE: lambda codes: (codes >> 8).astype(np.uint8),
+}
 CHANNELS = "bytes of the channels "  # and their numbers, the lowest first
 LEVELS, REVERSED = "colours read back", "order reversed"
 
@@ -411,10 +408,4 @@ def _repaired(raw: NDArray[Any], name: str) -> NDArray[Any]:
     codes = as_codes(raw)
     if codes is None:
         raise ValueError(f"depth must be of 16 bits, as the first one is, got {raw.dtype}")
-    if name == SWAPPED:
-        return codes.byteswap()
-    if name == HALF:
-        return codes.view(np.float16).astype(np.float32)
-    if name == CONFIDENCE:
-        return codes & MILLIMETRES
-    return rotated_back(codes) if name == ROTATED else (codes >> 8).astype(np.uint8)
+    return _OF_CODES[name](codes)

@@ -1,4 +1,4 @@
-"""Converts raw depth to metres along the optical axis; tells its kind by planes, and enlarged depth by its edges."""
+"""Converts raw depth to metres along the axis; recognises its kind by planes, and enlarged depth by its edges."""
 
 from __future__ import annotations
 
@@ -48,21 +48,14 @@ class DepthHints:
 
 @dataclass(frozen=True)
 class Coding:
-    """What the raw values of a depth picture mean.
-
-    scale    values per metre (see `to_metres`); None for z or inverse depth without any
-    why      how kind and scale were found, in a few words
-    repairs  what makes plain numbers of the raw values, in this order (see `depth_repairs`)
-    hints     what was given before
-    enlarged how many pixels along a side are one of the depth as it was made, see `enlarged_depth`
-    """
+    """What the raw values of a depth picture mean."""
 
     kind: str
-    scale: float | None
-    why: str
-    repairs: tuple[str, ...] = ()
-    hints: DepthHints | None = None
-    enlarged: int = 1
+    scale: float | None  # values per metre (see `to_metres`); None for z or inverse depth without any
+    why: str  # how kind and scale were found, in a few words
+    repairs: tuple[str, ...] = ()  # make plain numbers of the raw values, in this order (see `depth_files.repaired`)
+    hints: DepthHints | None = None  # what was given before
+    enlarged: int = 1  # how many pixels along a side are one of the depth as it was made, see `times_enlarged`
 
 
 class Decoded(NamedTuple):
@@ -146,7 +139,8 @@ def _spread(
     """Depth or inverse depth of unknown scale and offset, as networks give it. 0 is an end, not missing."""
     low, high = np.inf, -np.inf
     for rows in blocks(raw):
-        values, known = _finite(raw[rows])
+        values = raw[rows].astype(np.float64)
+        known = np.isfinite(values)
         low, high = min(low, values.min(where=known, initial=low)), max(high, values.max(where=known, initial=high))
     result = np.zeros(raw.shape, dtype)
     if low > high:
@@ -161,17 +155,12 @@ def _spread(
     first, last = (1 / least, 1 / most) if is_inverse else (least, most)
     smallest = 1 / (_BEYOND * FARTHEST) if is_inverse else NEAREST / _BEYOND
     for rows in blocks(raw):
-        values, known = _finite(raw[rows])
+        values = raw[rows].astype(np.float64)
+        known = np.isfinite(values)
         laid = first + (np.where(known, values, low) - low) / (high - low) * (last - first)
         laid = np.maximum(laid, smallest)  # what comes into a film may lie beyond the ends of its first picture
         result[rows] = np.where(known, 1 / laid if is_inverse else laid, 0)
     return result
-
-
-def _finite(raw: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """The values, and which of them are finite."""
-    values = raw.astype(np.float64)
-    return values, np.isfinite(values)
 
 
 _LARGEST = 1024  # pixels a side that are looked at
@@ -188,15 +177,11 @@ _SOLVE = np.linalg.pinv(_TERMS).T
 
 
 class Bending(NamedTuple):
-    """v'' v / v'^2 along the slope, a median over windows: 2 for z, 0 for inverse depth, negative for c - z.
-
-    error   the median's standard error
-    across  v'' v / v'^2 across the slope: 0 on planes, not on round objects
-    """
+    """v'' v / v'^2 along the slope, a median over windows: 2 for z, 0 for inverse depth, negative for c - z."""
 
     along: float
-    error: float
-    across: float
+    error: float  # the median's standard error
+    across: float  # v'' v / v'^2 across the slope: 0 on planes, not on round objects
 
     def is_surely(self, low: float, high: float) -> bool:
         """Return whether it lies between the two by more than twice its error."""
@@ -207,8 +192,7 @@ class Bending(NamedTuple):
 def measure_bending(values: NDArray[Any], known: NDArray[np.bool_], zero: float | None = 0.0) -> Bending | None:
     """Measure how (h, w) values bend across planes, where they are known; None where there are too few planes.
 
-    zero  the value of no depth. None if it is unknown: then v is the range of all values, that is, z with any offset
-          gives a positive number
+    zero  the value of no depth; if it is unknown, v is the range of all values: z with any offset is positive then
     """
     step = max(1, min(values.shape) // _LARGEST)
     values, known = values[::step, ::step], known[::step, ::step]
@@ -221,12 +205,15 @@ def measure_bending(values: NDArray[Any], known: NDArray[np.bool_], zero: float 
 
 
 def _bending(means: NDArray[np.float64], zero: float | None) -> Bending | None:
-    seen = means[np.isfinite(means)]
+    y, x = np.nonzero(np.isfinite(means))
+    seen = means[y, x]
     if min(means.shape) < _SIDE or not seen.size:
         return None
     span = float(np.ptp(np.quantile(seen, (0.01, 0.99))))
-    if _is_one_plane(means, span):
-        return None
+    terms = np.stack([np.ones(x.size), x, y], axis=1)
+    off_plane = seen - terms @ np.linalg.lstsq(terms, seen, rcond=None)[0]
+    if float(np.sqrt(np.square(off_plane).mean())) <= _FLAT_DRAWING * span:
+        return None  # one linear ramp is the whole picture
     step = _SIDE // 2
     windows = np.lib.stride_tricks.sliding_window_view(means, (_SIDE, _SIDE))[::step, ::step].reshape(-1, _SIDE**2)
     windows = windows[np.isfinite(windows).all(axis=1)]
@@ -255,15 +242,6 @@ def _block_means(values: NDArray[Any], known: NDArray[np.bool_], side: int) -> N
     cut = np.s_[: h * side, : w * side]
     means = values[cut].reshape(shape).mean(axis=(1, 3), dtype=np.float64)
     return np.where(known[cut].reshape(shape).all(axis=(1, 3)), means, np.nan)
-
-
-def _is_one_plane(means: NDArray[np.float64], span: float) -> bool:
-    """Whether one linear ramp is the whole picture."""
-    y, x = np.nonzero(np.isfinite(means))
-    terms = np.stack([np.ones(x.size), x, y], axis=1)
-    seen = means[y, x]
-    off = seen - terms @ np.linalg.lstsq(terms, seen, rcond=None)[0]
-    return float(np.sqrt(np.square(off).mean())) <= _FLAT_DRAWING * span
 
 
 def _quantiles(values: NDArray[np.float64], weight: NDArray[np.float64], shares: tuple[float, ...]) -> list[float]:
@@ -315,7 +293,7 @@ _LINES = 256  # rows, and columns, that are looked at
 _EDGE = 0.1  # of the range of 1/z: by so much it changes at an edge, at least
 _END = 0.1  # of the steepest change at an edge: where it ends
 _WIDEST = 1 / 32  # of a line: what is wider is a slanted surface
-_FEWEST = 50  # edges
+_FEWEST_EDGES = 50
 _SHARPEST = 10  # percent of the edges: these are as wide as the depth was enlarged, others are surfaces that bend away
 # Widths in pixels. Of seven pictures, reduced to 518, 384 and 259 rows in four ways, the sharpest are 1 to 1.33 wide;
 # enlarged 2 times, bilinear or cubic, 1.7 to 2.7; 6 times 4.6 to 9.
@@ -325,10 +303,7 @@ _SMALLEST = 192  # pixels along the shorter side of what networks make, at least
 
 
 def times_enlarged(depth: NDArray[np.floating]) -> int:
-    """Return how many pixels along a side are one of the depth as it was made, from 1 on.
-
-    depth  (h, w) z; 0 is missing
-    """
+    """Return how many pixels along a side are one of depth (h, w) z, 0 is missing, as it was made, from 1 on."""
     most = min(depth.shape) // _SMALLEST
     if most < 2:
         return 1
@@ -338,7 +313,7 @@ def times_enlarged(depth: NDArray[np.floating]) -> int:
         return 1
     low, high = np.percentile(known, (2, 98))
     widths = np.concatenate([_edge_widths(lines, _EDGE * (high - low)) for lines in (rows, columns)])
-    if widths.size < _FEWEST:
+    if widths.size < _FEWEST_EDGES:
         return 1
     width = float(np.percentile(widths, _SHARPEST))
     return 1 if width < _OWN else min(max(2, round(width / _USUAL)), most)
@@ -367,10 +342,7 @@ def _inverse_of_lines(depth: NDArray[np.floating]) -> NDArray[np.floating]:
 
 
 def _edge_widths(lines: NDArray[np.floating], least: float) -> NDArray[np.floating]:
-    """Return how many pixels wide the edges along lines are: the whole change of 1/z over the steepest of a pixel.
-
-    least  by how much 1/z changes at an edge
-    """
+    """Return how many pixels wide edges, where 1/z changes by so much, are along lines: by the steepest change."""
     changes = np.diff(lines, axis=1)  # NaN beside what is missing
     reach = max(3, int(lines.shape[1] * _WIDEST))
     if changes.shape[1] <= 2 * reach + 2:

@@ -1,4 +1,4 @@
-"""Decides which raw depth values are distances, and in which unit, where nobody says."""
+"""Decides which raw depth values are distances, and in which unit, where nobody states it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ...notes.notes import Note
 from ...scene.frame import LEAST_SHARE, MOST_SHARE, far_plane
 from ...scene.values import median
 
-FAR = 65500  # from here on a 16-bit value says "missing": 65535 in ScanNet and 7-Scenes, 65504 the largest half
+FAR = 65500  # from here on a 16-bit value means "missing": 65535 in ScanNet and 7-Scenes, 65504 the largest half
 _BLOCK = 2**18  # pixels of a block: its numbers fit into the processor's cache
 
 Values = NDArray[np.float64]
@@ -29,7 +29,7 @@ def blocks(raw: NDArray[Any]) -> Iterator[slice]:
 def known_values(raw: NDArray[Any], kind: str, note: Note) -> Callable[[slice], Values]:
     """Return a function that gives the raw values of some rows, 0 where they mean "missing".
 
-    Missing are values that are not finite and above 0, 16-bit markers from FAR on, and the one value of a background.
+    So do values that are not finite and above 0, 16-bit markers from FAR on, and the one value of a background.
     """
     if raw.dtype.kind in "iu" and raw.dtype.itemsize <= 2:
         codes = raw.view(f"u{raw.dtype.itemsize}")
@@ -67,23 +67,18 @@ def _judge(codes: NDArray[Any], dtype: np.dtype, kind: str, note: Note) -> Value
         values[marked] = 0
         if counts[marked].any():
             note(f"{counts[marked].sum()} depth values from {FAR} to 65535 are taken as missing")
-    background = _find_background(*_ends_of_table(values, counts), note)
+    present = np.flatnonzero((values > 0) & (counts > 0))
+    present = present[np.argsort(values[present])]
+    found, many = values[present].tolist(), counts[present].tolist()
+    ends = [(found[-1], many[-1], found[-2]), (found[0], many[0], found[1])] if len(found) > 1 else []
+    background = _find_background(sum(many), ends, note)
     if background is not None:
         values[values == background] = 0
     return values
 
 
-def _ends_of_table(values: Values, counts: NDArray[np.int64]) -> tuple[int, list[_End]]:
-    """How many pixels have a value, and both ends of their range."""
-    present = np.flatnonzero((values > 0) & (counts > 0))
-    present = present[np.argsort(values[present])]
-    found, many = values[present].tolist(), counts[present].tolist()
-    ends = [(found[-1], many[-1], found[-2]), (found[0], many[0], found[1])] if len(found) > 1 else []
-    return sum(many), ends
-
-
 def _ends_of_picture(positive: Callable[[slice], Values], raw: NDArray[Any]) -> tuple[int, list[_End]]:
-    """The same for a picture of too many values for a table."""
+    """How many pixels have a value, and both ends of their range; for a picture of too many values for a table."""
     size, low, high = 0, np.inf, 0.0
     for rows in blocks(raw):
         values = positive(rows)
@@ -164,9 +159,7 @@ def scale_of_file(filed: float, median: float) -> float | None:
 
 
 def scale_of_values(values: NDArray[np.int64], counts: NDArray[np.int64], median: float, pixels: int) -> float | None:
-    """Return 5000, if the values show it: TUM's scale. None if they do not.
-
-    values  (n,) the different values, rising; counts  (n,) how many pixels have them; pixels  of the whole picture
+    """Return 5000, TUM's scale, if the different values (n,), rising, and their counts (n,) show it, else None.
 
     Millimetres times 5 are all multiples of 5. A first Kinect measures in eighths of a pixel, so 1/z is evenly spaced
     by 0.0029 per metre (Konolige & Mihelich 2010); the spacing of 1/raw then shows the scale.

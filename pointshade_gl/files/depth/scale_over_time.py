@@ -43,26 +43,20 @@ class Small:
     values: NDArray[np.float64]
     known: NDArray[np.bool_]
 
-    def moved_by(self, a: float, b: float) -> Small:
+    def on_line(self, a: float, b: float) -> Small:
         """Return it with the values a v + b."""
         return Small(self.colors, a * self.values + b, self.known)
 
 
 class Matched(NamedTuple):
-    """How a picture agrees with an earlier one.
+    """How a picture agrees with an earlier one."""
 
-    agreeing  share of its blocks that are found there
-    places    (rows, columns, 2) how far (down, across) each block moved, in pixels of the small copies
-    pairs     values where colours agree
-    is_still  whether what agrees is where it was
-    growth    how much wider the earlier picture shows it, less 1
-    """
-
-    agreeing: float
+    agreeing: float  # share of its blocks that are found there
+    # (rows, columns, 2) how far (down, across) each block moved, in pixels of the small copies
     places: NDArray[np.int_] | None
-    pairs: MatchedPairs
-    is_still: bool
-    growth: float = 0.0
+    pairs: MatchedPairs  # values where colours agree
+    is_still: bool  # whether what agrees is where it was
+    growth: float = 0.0  # how much wider the earlier picture shows it, less 1
 
 
 def small_copy(values: NDArray[np.floating], colors: NDArray[np.uint8] | None) -> Small:
@@ -93,22 +87,17 @@ def _small_colors(
 
     ratio = colors.shape[0] / size[0], colors.shape[1] / size[1]
     box = 0, 0, small[1] * step * ratio[1], small[0] * step * ratio[0]
-    picture = Image.fromarray(np.ascontiguousarray(colors[..., :3])).resize(
-        (small[1], small[0]), Image.Resampling.BOX, box
-    )
-    return np.asarray(picture, np.float32) / np.float32(255)
+    picture = Image.fromarray(np.ascontiguousarray(colors[..., :3]))
+    return np.asarray(picture.resize((small[1], small[0]), Image.Resampling.BOX, box), np.float32) / np.float32(255)
 
 
 def matched(small: Small, earlier: Small, likely: NDArray[np.int_] | None, focal: float) -> Matched:
-    """Look for the blocks of a picture in an earlier one.
-
-    likely  where those of the picture before were found in it, as `Matched.places`
-    focal   length in widths of the picture
-    """
+    """Look for the blocks of a picture in an earlier one; likely: `Matched.places` of the picture before."""
+    nothing = Matched(0.0, None, MatchedPairs(*np.empty((3, 0))), False)
     if small.colors.shape != earlier.colors.shape or min(small.values.shape) < _BLOCK:
-        return Matched(0.0, None, MatchedPairs(*np.empty((3, 0))), False)
+        return nothing
     blocks = tuple(side // _BLOCK for side in small.values.shape)
-    found = Matched(-1.0, None, MatchedPairs(*np.empty((3, 0))), False)
+    found = nothing._replace(agreeing=-1.0)
     if likely is not None:
         found = _blocks_at(small, earlier, likely, focal, _REACH)
     for shift in {(0, 0), _phase_shift(small.colors, earlier.colors)} if found.agreeing < _SURELY else ():
@@ -119,19 +108,14 @@ def matched(small: Small, earlier: Small, likely: NDArray[np.int_] | None, focal
 
 def _phase_shift(colors: NDArray[np.float32], earlier: NDArray[np.float32]) -> tuple[int, int]:
     """Return (down, across) of the whole picture (phase correlation, Kuglin and Hines 1975)."""
-    one, other = (_details(picture) for picture in (colors, earlier))
+    grey = [picture.mean(axis=2, dtype=np.float64) for picture in (colors, earlier)]
+    fade = np.outer(*(np.hanning(side + 2)[1:-1] for side in grey[0].shape))  # to the borders
+    one, other = ((picture - picture.mean()) * fade for picture in grey)
     cross = np.fft.rfft2(other) * np.conj(np.fft.rfft2(one))
     peaks = np.fft.irfft2(cross / np.maximum(np.abs(cross), 1e-9), s=one.shape)
     down, across = np.unravel_index(int(np.argmax(peaks)), peaks.shape)
     rows, columns = one.shape
     return int(down) - rows * (2 * int(down) > rows), int(across) - columns * (2 * int(across) > columns)
-
-
-def _details(colors: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return the brightness without its mean, faded to the borders."""
-    grey = colors.mean(axis=2, dtype=np.float64)
-    fade = np.outer(*(np.hanning(side + 2)[1:-1] for side in grey.shape))
-    return (grey - grey.mean()) * fade
 
 
 def _blocks_at(small: Small, earlier: Small, likely: NDArray[np.int_], focal: float, reach: int) -> Matched:
@@ -140,7 +124,9 @@ def _blocks_at(small: Small, earlier: Small, likely: NDArray[np.int_], focal: fl
     v, u = np.mgrid[:rows, :columns]
     near = [at + _spread(likely[..., k]) for k, at in enumerate((v, u))]
     there = [np.clip(at, 0, side - 1) for at, side in zip(near, (rows, columns), strict=True)]
-    gain = _gain(small.colors, earlier.colors[there[0], there[1]])
+    one, at_likely = small.colors.mean(axis=2), earlier.colors[there[0], there[1]].mean(axis=2)
+    both = (one > 0.04) & (at_likely > 0.04) & (one < 0.97) & (at_likely < 0.97)
+    gain = float(np.clip(np.median(at_likely[both] / one[both]), *_GAIN)) if both.sum() > _FEWEST else 1.0
     seen = small.colors * np.float32(gain)
     grey, other = seen.mean(axis=2), np.pad(earlier.colors.mean(axis=2), _BORDER, constant_values=np.inf)
     span = 2 * reach + 1
@@ -161,14 +147,12 @@ def _blocks_at(small: Small, earlier: Small, likely: NDArray[np.int_], focal: fl
     agreeing = cost < limit
     good = _spread(agreeing) & (off < 2 * limit) & small.known & earlier.known[y, x]
     is_still = bool(agreeing.any()) and places[agreeing].any(axis=1).mean() < _MOVED
-    found = small.values[good], earlier.values[y, x][good]
+    found, here = (small.values[good], earlier.values[y, x][good]), (v[good], u[good])
     moved = [_spread(fine[..., k])[good] for k in range(2)]
-    turned = np.ones(found[0].size) if is_still else _turned((v[good], u[good]), moved, focal, (rows, columns))
+    turned = np.ones(found[0].size) if is_still else _turned(here, moved, focal, (rows, columns))
     if agreeing.any():
         places = np.where(agreeing[..., None], places, np.median(places[agreeing], axis=0).astype(int))
-    return Matched(
-        float(agreeing.mean()), places, MatchedPairs(*found, turned), is_still, _growth((v[good], u[good]), moved)
-    )
+    return Matched(float(agreeing.mean()), places, MatchedPairs(*found, turned), is_still, _growth(here, moved))
 
 
 def _spread(blocks: NDArray[Any]) -> NDArray[Any]:
@@ -210,17 +194,10 @@ def _turned(
 
 
 def _growth(here: tuple[NDArray[np.int_], NDArray[np.int_]], moved: list[NDArray[np.float64]]) -> float:
-    """Return how much farther apart things are after they moved, less 1."""
+    """Return how much farther apart points are after they moved, less 1."""
     off = [one - one.mean() for one in here] if here[0].size else [np.zeros(1)] * 2
     spread = sum(float(one @ one) for one in off)
     return sum(float(one @ step) for one, step in zip(off, moved, strict=True)) / spread if spread > 0 else 0.0
-
-
-def _gain(colors: NDArray[np.float32], earlier: NDArray[np.float32]) -> float:
-    """Return how much brighter the earlier picture is."""
-    one, other = colors.mean(axis=2), earlier.mean(axis=2)
-    both = (one > 0.04) & (other > 0.04) & (one < 0.97) & (other < 0.97)
-    return float(np.clip(np.median(other[both] / one[both]), *_GAIN)) if both.sum() > _FEWEST else 1.0
 
 
 def _block_means(values: NDArray[np.floating]) -> NDArray[np.floating]:
@@ -254,18 +231,12 @@ class Line(NamedTuple):
 
 @dataclass
 class FrameScale:
-    """Follows a film: `of` gives the line of each picture, which must come in their order.
+    """Follows a film: `of` gives the line of each picture, which must come in their order."""
 
-    focal       length in widths of the picture
-    is_inverse  whether values are inverse depth, up to a line
-    is_metric   whether they are metres, of which the factor alone may change, by up to a tenth
-    may_move    whether that is looked for where the camera moves, too
-    """
-
-    focal: float = 0.87
-    is_inverse: bool = True
-    is_metric: bool = False
-    may_move: bool = True
+    focal: float = 0.87  # length in widths of the picture
+    is_inverse: bool = True  # whether values are inverse depth, up to a line
+    is_metric: bool = False  # whether they are metres, of which the factor alone may change, by up to a tenth
+    may_move: bool = True  # whether that is looked for where the camera moves, too
     _infinity: FarOffset = field(default_factory=lambda: FarOffset())
     _earlier: list[Small] = field(default_factory=list)
     _last: Small | None = None
@@ -276,33 +247,19 @@ class FrameScale:
     _unit: float = 1.0
 
     def of(self, values: NDArray[np.floating], colors: NDArray[np.uint8] | None) -> Line:
-        """Return the line of the next picture.
-
-        values  (h, w), NaN or infinite where unknown
-        colors  (h', w', 3) of the same view, or None
-        """
+        """Return the line of the next picture: values (h, w), not finite where unknown, colours (h', w', 3)."""
         small = small_copy(values, colors)
         line = self._line(small)
-        if line.is_first:
-            self._start(small)
-            return Line(is_first=True)
-        self._last = small.moved_by(line.a, line.b)
-        return Line(line.a * self._unit, line.b * self._unit + self._origin)
-
-    def _start(self, small: Small) -> None:
-        """Begin a shot."""
+        if not line.is_first:
+            self._last = small.on_line(line.a, line.b)
+            return Line(line.a * self._unit, line.b * self._unit + self._origin)
         known = small.values[small.known] if small.known.any() else np.array([0.0, 1.0])
         low, high = (0.0, 1.0) if self.is_metric else np.percentile(known, (2, 98))
         self._origin, self._unit = float(low), float(high - low) or 1.0
-        self._last = small.moved_by(1 / self._unit, -self._origin / self._unit)
+        self._last = small.on_line(1 / self._unit, -self._origin / self._unit)
         self._earlier, self._places, self._before, self._infinity = [self._last], None, None, FarOffset()
         self._turns = 0
-
-    def _go_on(self, places: NDArray[np.int_] | None, is_same: bool) -> None:
-        """Expect that all moves on as it did, as long as pictures are compared with the same one."""
-        going = is_same and places is not None and self._before is not None
-        self._places = 2 * places - self._before if going else places  # type: ignore[operator]
-        self._before = places
+        return Line(is_first=True)
 
     def _line(self, small: Small) -> Line:
         if self._last is None:
@@ -311,7 +268,10 @@ class FrameScale:
         found = matched(small, at_hand, self._places, self.focal)
         if found.agreeing < _ENOUGH:
             found = self._other(small, found)
-        self._go_on(found.places, is_same=len(self._earlier) == count and self._earlier[-1] is at_hand)
+        is_same = len(self._earlier) == count and self._earlier[-1] is at_hand
+        goes_on = is_same and found.places is not None and self._before is not None  # as it did
+        self._places = 2 * found.places - self._before if goes_on else found.places  # type: ignore[operator]
+        self._before = found.places
         if found.agreeing < _CUT:
             return Line(is_first=True)
         if self.is_metric:
@@ -375,9 +335,8 @@ class FarOffset:
         near = np.abs(off) <= _NEAR * 1.4826 * max(float(np.median(np.abs(off))), 1e-9)
         v, w, r = pairs.seen[near], pairs.earlier[near], pairs.turned[near]
         terms = np.stack([v / r, 1 / r, np.ones_like(r)], axis=1)
-        normal = terms.T @ terms
         try:
-            inverse = np.linalg.inv(normal)
+            inverse = np.linalg.inv(terms.T @ terms)
         except np.linalg.LinAlgError:
             return self
         found = float((inverse @ (terms.T @ w))[2])
@@ -387,10 +346,7 @@ class FarOffset:
 
 
 def fitted_line(seen: NDArray[np.float64], earlier: NDArray[np.float64]) -> Line | None:
-    """Return the rising line that most pairs of values obey, what is near counting like what is far; None if none is.
-
-    earlier  in units of the shot's range
-    """
+    """Return the rising line that most pairs of values obey, near ones counting like far ones; None if none does."""
     if seen.size < _FEWEST or np.ptp(seen) == 0:
         return None
     weights = _rarity(earlier)
@@ -440,10 +396,7 @@ def _refined(seen: NDArray[np.float64], earlier: NDArray[np.float64], a: float, 
 
 
 def _steady_line(found: Matched) -> Line:
-    """Return the factor of metres that breathe; exactly 1 where the change is none, or may be of the world.
-
-    Who goes ahead sees all grow as its distance shrinks: the product of both does not change.
-    """
+    """Return the factor of metres that breathe; exactly 1 where the change is none, or may be of the world."""
     seen, earlier, turned = found.pairs
     near = (seen > 0) & (earlier > 0)
     if near.sum() < _FEWEST:
@@ -453,6 +406,7 @@ def _steady_line(found: Matched) -> Line:
     middle, spread = float(np.median(ratios)), _spread_of(ratios)
     least = _LEAST_CHANGE if found.is_still else _LEAST_MOVING
     has_gone = not found.is_still and abs(found.growth) > _LEAST_MOVING
+    # who goes ahead sees all grow as its distance shrinks: the product of both does not change
     factor = middle * (1 + found.growth) if has_gone else middle
     is_one = np.mean(np.abs(ratios - middle) < max(3 * spread, 0.01)) > _MOST and spread < _LEAST_SURE
     changed = least < min(abs(middle - 1), abs(factor - 1)) and abs(factor - 1) < _MOST_CHANGE
@@ -501,15 +455,16 @@ class FilmScale:
     def of(
         self, index: int, decoded: Decoded, colors: NDArray[Any] | None, camera: Camera, read: Callable[[int], object]
     ) -> ScaledFrame:
-        """Return how to lay the depth of a picture.
-
-        index  of the picture in the film
-        read   reads an earlier picture, which comes here for its own
-        """
+        """Return how to lay the depth of a picture, by its number; read: reads an earlier one, which comes here."""
         if not self.is_over and not self._found and index == 0:
             self._begin(decoded)
         for before in range(len(self._found), index):
-            self._catch_up(before, read)
+            if self.is_over or len(self._found) > before:
+                continue
+            try:
+                read(before)
+            except (ValueError, OSError):  # it is passed over
+                self._found.append(self._found[-1] if self._found else ScaledFrame())
         if self.is_over:
             return ScaledFrame()
         if index == len(self._found):
@@ -521,28 +476,13 @@ class FilmScale:
         is_relative = coding.scale is None and coding.kind in ("z", "inverse")
         is_floating = decoded.values.dtype.kind == "f" and coding.kind in METRIC
         self.is_over = not (is_relative or (is_floating and self._may_breathe))
-        self._follower = FrameScale(
-            is_inverse=coding.kind == "inverse", is_metric=not is_relative, may_move=self._is_networks
-        )
+        is_inverse, may_move = coding.kind == "inverse", self._is_networks
+        self._follower = FrameScale(is_inverse=is_inverse, is_metric=not is_relative, may_move=may_move)
         if is_relative:
             self._note(
                 "each frame's depth has a scale of its own: one is found for all, from what does not change; "
                 f"pass {option('scale_frames', 'keep')} to leave each as it is"
             )
-
-    def _catch_up(self, before: int, read: Callable[[int], object]) -> None:
-        """Read an earlier picture; one that cannot be read is passed over."""
-        if self.is_over or len(self._found) > before:
-            return
-        try:
-            read(before)
-        except (ValueError, OSError):
-            self._found[len(self._found) :] = [self._found[-1] if self._found else ScaledFrame()]
-
-    def _give_up(self, index: int, factor: float) -> None:
-        """Follow files of metres no further that do not breathe at first: nobody then waits for earlier frames."""
-        is_steady = factor == 1 and all(one.factor == 1 for one in self._found)
-        self.is_over = is_steady and not self._is_networks and index >= _PATIENCE
 
     def _next(self, index: int, decoded: Decoded, colors: NDArray[Any] | None, camera: Camera) -> ScaledFrame:
         if self._follower is None:  # the first ones could not be read
@@ -553,7 +493,9 @@ class FilmScale:
         unknown = ~np.isfinite(values) if not self._follower.is_metric else ~(np.isfinite(values) & (values > 0))
         line = self._follower.of(np.where(unknown, np.float32(np.nan), values), colors)
         if self._follower.is_metric:
-            self._give_up(index, line.a)
+            # metres that do not breathe at first are followed no further: nobody then waits for earlier frames
+            is_steady = line.a == 1 and all(one.factor == 1 for one in self._found)
+            self.is_over = is_steady and not self._is_networks and index >= _PATIENCE
             return ScaledFrame(factor=line.a)
         if line.is_first:
             if index:

@@ -1,3 +1,1 @@
 """Finds out which files of a folder belong together."""
-
-from __future__ import annotations

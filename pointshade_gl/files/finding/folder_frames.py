@@ -7,39 +7,15 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...notes.notes import Note
 from ...notes.words import near_path, option
+from ..access import known_names
 from ..access.content import MAX_PIXELS, PARTS, FilePath, check_limit, followed, read_text
 from ..access.folders import LEVELS, Folder, ListedFile, key_of, numbers_in, places_of, words_of
-from ..access.known_names import (
-    ANY_PICTURE,
-    COLOR,
-    COLOR_LISTS,
-    COLOR_SUFFIXES,
-    CONFIDENCE,
-    CONTAINERS,
-    DEPTH,
-    DEPTH_LISTS,
-    DEPTH_SUFFIXES,
-    FRAME_SUFFIXES,
-    FRAMES,
-    NOT_PICTURES,
-    ONLY_DEPTH,
-    PAIR_LISTS,
-    RAW_SUFFIXES,
-    RAY_NAMES,
-    RIGHT_VIEWS,
-    SCENES,
-    SHOWN_DEPTH,
-    SPARSE,
-    TRANSFORMS,
-    VALID,
-    VIDEO_SUFFIXES,
-)
 from ..cameras.camera_files import read_transforms
 from ..depth.depth_files import read_levels
 from ..pictures.picture_files import is_deep_grey, is_ours, read_image, shallowness
@@ -56,7 +32,7 @@ def best_group(
     folder: Path, items: list[ListedFile], what: str, note: Note, partners: Sequence[ListedFile] = ()
 ) -> list[ListedFile]:
     """Return files of one folder with similar names that fit their partners best; of equal keys the best suffix."""
-    suffixes = DEPTH_SUFFIXES if what == "depth" else COLOR_SUFFIXES
+    suffixes = known_names.DEPTH_SUFFIXES if what == "depth" else known_names.COLOR_SUFFIXES
     groups: dict[str, list[ListedFile]] = {}
     for item in items:
         groups.setdefault(template(item), []).append(item)
@@ -69,7 +45,7 @@ def best_group(
         return (
             -min(matched, len(partners)),
             what == "depth" and shallowness(group[0].path),
-            what == "depth" and bool(RAY_NAMES.search(group[0].name)),
+            what == "depth" and bool(known_names.RAY_NAMES.search(group[0].name)),
             what == "depth" and not group[0].is_registered,
             group[0].level,
             -(group[0].path.parent in places),
@@ -80,47 +56,37 @@ def best_group(
 
     ranked = sorted(groups.values(), key=rank) if len(groups) > 1 else list(groups.values())
     best = ranked[0]
-    if not partners and len(ranked) > 1:
-        _tell_others(folder, best, ranked[1:], what, note)
+    if rivals := [] if partners else [group[0] for group in ranked[1:] if group[0].level == best[0].level]:
+        taken, *others = (item.path.relative_to(folder).as_posix() for item in (best[0], *rivals))
+        listed = ", ".join(others[:3]) + (f" and {len(others) - 3} more" if len(others) > 3 else "")
+        note(f"{folder}: {taken} is taken as the {what}, not {listed}")
     if what == "colour" and partners and len(best) < len(partners):
         same = [group for group in ranked if group[0].path.parent == best[0].path.parent]
         best = [item for group in same for item in group]  # named one by one: kitchen.jpg, garden.jpg
     by_stem: dict[str, list[ListedFile]] = {}
     for item in best:
         by_stem.setdefault(item.stem, []).append(item)
-    kept = [_best_form(forms, suffixes) for forms in by_stem.values()]
+    kept = []
+    for forms in by_stem.values():  # of files that differ in their suffix the one that keeps the most
+        forms.sort(key=lambda item: suffixes.index(item.suffix))
+        plain = [item for item in forms if not _is_mapped(item.path)] if what != "depth" and len(forms) > 1 else []
+        kept.append((plain or forms)[0])
     if len(kept) == 1 < len(best):
         note(f"{folder} has {', '.join(item.path.name for item in best)}: {kept[0].path.name} is taken")
     return kept
 
 
-def _best_form(forms: list[ListedFile], suffixes: tuple[str, ...]) -> ListedFile:
-    """Return, of files that differ in their suffix, the one that keeps the most, and is no colour-mapped depth."""
-    forms = sorted(forms, key=lambda item: suffixes.index(item.suffix))
-    if len(forms) > 1 and suffixes == COLOR_SUFFIXES:
-        forms = [item for item in forms if not _is_mapped(item.path)] or forms
-    return forms[0]
-
-
 def _is_mapped(path: Path) -> bool:
+    """Whether it is depth in colours."""
     image = read_image(path)
     return image.ndim == 3 and image.dtype == np.uint8 and read_levels(image) is not None
-
-
-def _tell_others(
-    folder: Path, best: list[ListedFile], others: Iterable[list[ListedFile]], what: str, note: Note
-) -> None:
-    rivals = [group[0].path.relative_to(folder).as_posix() for group in others if group[0].level == best[0].level]
-    if rivals:
-        listed = ", ".join(rivals[:3]) + (f" and {len(rivals) - 3} more" if len(rivals) > 3 else "")
-        note(f"{folder}: {best[0].path.relative_to(folder).as_posix()} is taken as the {what}, not {listed}")
 
 
 def find_partners(
     folder: Path, depths: list[ListedFile], colors: list[ListedFile], note: Note
 ) -> list[ListedFile | None]:
     """For each depth picture its colour picture, None where there is none."""
-    if colors[0].suffix in VIDEO_SUFFIXES:
+    if colors[0].suffix in known_names.VIDEO_SUFFIXES:
         return [colors[0]] * len(depths)
     if len(depths) == len(colors) == 1:
         return [colors[0]]
@@ -149,10 +115,9 @@ def find_partners(
     if len(depths) == 1:
         return [colors[0]]
     if len(depths) != len(colors):
-        raise ValueError(
-            f"{folder} has {len(depths)} depth and {len(colors)} colour pictures whose names do not show which belong "
-            "together: give the two of a frame the same name"
-        )
+        got = f"{folder} has {len(depths)} depth and {len(colors)} colour pictures"
+        way_out = "give the two of a frame the same name"
+        raise ValueError(f"{got} whose names do not show which belong together: {way_out}")
     note(f"{folder}: depth and colour are paired by order, their names do not match")
     return list(colors)
 
@@ -166,7 +131,7 @@ def nearest(wanted: np.ndarray, offered: np.ndarray) -> np.ndarray:
     return order[np.where(is_left, left, right)]
 
 
-_PICTURES = (*COLOR_SUFFIXES, *DEPTH_SUFFIXES)
+_PICTURES = (*known_names.COLOR_SUFFIXES, *known_names.DEPTH_SUFFIXES)
 _NUMBER = re.compile(r"\d{1,18}(\.\d{0,18})?")
 
 
@@ -176,11 +141,11 @@ def listed_pictures(
     """The colour and the depth pictures that lists of the folder name; none without such a list."""
     top = {item.name: item.path for item in items if not item.level}
     for name, path in top.items():
-        if TRANSFORMS.fullmatch(name):
+        if known_names.TRANSFORMS.fullmatch(name):
             files = [(entry.color, entry.depth) for entry in read_transforms(path, max_pixels) if entry.depth]
             pairs = [[_item(place.named, text) for text in pair if text] for pair in files]
             pairs = [pair for pair in pairs if len(pair) == 2 and all(item.path.is_file() for item in pair)]
-        elif PAIR_LISTS.fullmatch(name):
+        elif known_names.PAIR_LISTS.fullmatch(name):
             pairs = [row for row in _read_list(place, path, max_pixels) if len(row) == 2]
         else:
             continue
@@ -189,7 +154,7 @@ def listed_pictures(
             return [pair[is_swapped] for pair in pairs], [pair[not is_swapped] for pair in pairs]
     colors, depths = (
         next((rows for name in names if name in top and (rows := _read_list(place, top[name], max_pixels))), [])
-        for names in (COLOR_LISTS, DEPTH_LISTS)
+        for names in (known_names.COLOR_LISTS, known_names.DEPTH_LISTS)
     )
     return [row[0] for row in colors], [row[0] for row in depths]
 
@@ -234,7 +199,7 @@ def matches(keys: Sequence[str], items: Iterable[ListedFile]) -> list[Path | Non
     items = [item for item in items if item.key]
     for same, is_part in _SAME:
         if is_part and len({same(key) for key in keys}) < len(keys):
-            continue  # it does not tell one frame from another
+            continue  # it does not distinguish frames
         named = {same(item.key): item.path for item in items}
         named.pop(None, None)
         found = [named.get(same(key)) for key in keys] if named else []
@@ -252,25 +217,21 @@ _SAME: tuple[tuple[Callable[[str], Any], bool], ...] = (
 )
 
 
-class Keyed(Protocol):
-    """A frame; `key` is what the names of its files have in common."""
-
-    @property
-    def key(self) -> str: ...
-
-
 def own_files(
-    items: Iterable[ListedFile], frames: Sequence[Keyed], words: frozenset[str], is_other: Callable[[ListedFile], Any]
-) -> list[Path | None]:
+    items: Iterable[ListedFile], frames: Sequence[FrameFiles], words: frozenset[str],
+    is_other: Callable[[ListedFile], Any],
+) -> list[Path | None]:  # fmt: skip
     """For each frame a file called or laid as its own, or named like it alone. Empty if most of several have none."""
     some = [(item, bool((item.words | item.folder_words | {item.suffix[1:]}) & words)) for item in items]
-    some = [(item, is_called) for item, is_called in some if is_called or item.suffix in FRAME_SUFFIXES]
+    some = [(item, is_called) for item, is_called in some if is_called or item.suffix in known_names.FRAME_SUFFIXES]
     if len(some) < 2:
         return []  # before a frame is asked for its name
     keys = [one.key for one in frames]
     stems = set(keys)
     own = [item for item, is_called in some if is_called or item.stem in stems]
-    own = [item for item in own if not ((item.suffix in ONLY_DEPTH and item.role == "depth") or is_other(item))]
+    own = [
+        item for item in own if not ((item.suffix in known_names.ONLY_DEPTH and item.role == "depth") or is_other(item))
+    ]
     found = matches(keys, own) if len(own) > 1 else []
     return found if len(set(found)) > 1 else []
 
@@ -279,18 +240,13 @@ _OF_THE_SYSTEM = (("/", "proc"), ("/", "sys"))  # links in them lead to the whol
 
 
 class FrameFiles(NamedTuple):
-    """The files of one frame.
-
-    color   None: there is none, and the surface is light grey
-    valid   a mask or the confidence of the depth, where there is one
-    time    the depth's time stamp, if it has one
-    number  counted from 0 among the frames: which picture of a video is the colour, which frame of a container
-    """
+    """The files of one frame."""
 
     depth: Path
-    color: Path | None = None
-    valid: Path | None = None
-    time: float | None = None
+    color: Path | None = None  # None: there is none, and the surface is light grey
+    valid: Path | None = None  # a mask or the confidence of the depth, where there is one
+    time: float | None = None  # the depth's time stamp, if it has one
+    # counted from 0 among the frames: which picture of a video is the colour, which frame of a container
     number: int = 0
 
     @property
@@ -303,13 +259,12 @@ def check_folder(folder: FilePath) -> Path:
     """The folder as a path. Raises OSError if it is not one."""
     place = Path(folder)
     if place.is_file():
-        raise NotADirectoryError(
-            f"{place} is a file, expected a folder: "
-            f"pass single files as {option('depth', 'FILE')} and {option('color', 'FILE')}"
-        )
+        way_out = f"pass single files as {option('depth', 'FILE')} and {option('color', 'FILE')}"
+        raise NotADirectoryError(f"{place} is a file, expected a folder: {way_out}")
     if not place.is_dir():
         what = "file" if place.suffix else "folder"
-        raise FileNotFoundError(f"there is no {what} {place}{near_path(place, (*FRAMES, *SCENES))}")
+        meant = near_path(place, (*known_names.FRAMES, *known_names.SCENES))
+        raise FileNotFoundError(f"there is no {what} {place}{meant}")
     if followed(place).parts[:2] in _OF_THE_SYSTEM:
         raise OSError(f"{place} is a folder in which Linux shows its own state, and no pictures: pass another one")
     return place
@@ -319,16 +274,15 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     """The frames of a folder in their order; none if it has no depth.
 
     Pictures are those that a list names (depth.txt and rgb.txt of TUM, associations.txt, transforms.json), else those
-    whose names say what they are (see known_names.py), in the folder itself before those in folders of it.
-    Depth and colour belong together by name, else by number, else by the nearest time stamp, else by order.
-
-    Raises ValueError if none of these fits, or if a list names files elsewhere.
+    whose names are known (see known_names.py), in the folder itself before those in folders of it. Depth and
+    colour belong together by name, else by number, else by the nearest time stamp, else by order. Raises ValueError if
+    none of these fits, or if a list names files elsewhere.
     """
     folder = place.path
     for levels in range(1, LEVELS + 1):
         items = place.listing.files(folder, levels)
-        pictures = [item for item in items if item.suffix in (*COLOR_SUFFIXES, *DEPTH_SUFFIXES, *VIDEO_SUFFIXES)]
-        pictures = [item for item in pictures if not NOT_PICTURES.fullmatch(item.name)]
+        pictures = [item for item in items if item.suffix in (*_PICTURES, *known_names.VIDEO_SUFFIXES)]
+        pictures = [item for item in pictures if not known_names.NOT_PICTURES.fullmatch(item.name)]
         if place.root is not None:
             pictures = [item for item in pictures if place.check(item.path)]
         listed_colors, listed_depths = listed_pictures(place, items, max_pixels)
@@ -339,7 +293,7 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
         return []
     colors = listed_colors or _colors_of(folder, pictures, depths, note)
     colors = colors or _colors_beside(place, folder, depths, note)
-    masks = [item for item in pictures if (item.words | item.folder_words) & VALID and _is_mask_of(item, depths[0])]
+    masks = [item for item in pictures if _is_mask_of(item, depths[0])]
     valid = (matches([item.key for item in depths], masks) if masks else []) or [None] * len(depths)
     if not colors:
         note(f"{folder} has no colour picture (color.*, rgb.*, image.*): the surface is light grey")
@@ -347,11 +301,8 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     alone = partners.count(None) if colors else 0
     if alone:
         note(f"{folder}: {alone} of {len(depths)} depth pictures have no colour picture and are left out")
-    kept = [one for one in zip(depths, partners, valid, strict=True) if one[1] or not colors]
-    return [
-        FrameFiles(item.path, mate.path if mate else None, mask, item.time, number)
-        for number, (item, mate, mask) in enumerate(kept)
-    ]
+    kept = enumerate(one for one in zip(depths, partners, valid, strict=True) if one[1] or not colors)
+    return [FrameFiles(one.path, mate.path if mate else None, mask, one.time, k) for k, (one, mate, mask) in kept]
 
 
 def find_color(place: Folder, depth: Path, note: Note) -> Path | None:
@@ -378,25 +329,29 @@ def find_photographs(place: Folder, note: Note) -> list[Path]:
     folder = place.path
     for levels in range(1, LEVELS + 1):
         items = [item for item in place.listing.files(folder, levels) if item.role in ("color", "")]
-        photos = [item for item in items if item.suffix in COLOR_SUFFIXES and not is_ours(item.path)]
+        photos = [item for item in items if item.suffix in known_names.COLOR_SUFFIXES and not is_ours(item.path)]
         photos = [item for item in photos if place.root is None or place.check(item.path)]
         if photos:
-            own = sorted({item.path.parent for item in photos}, key=lambda one: (not words_of(one.name) & COLOR, one))
+            own = sorted(
+                {item.path.parent for item in photos}, key=lambda one: (not words_of(one.name) & known_names.COLOR, one)
+            )
             if len(own) > 1:
                 note(f"{folder}: the photographs of {own[0].name} are taken, not those of {own[1].name}")
             return [item.path for item in sorted(photos, key=lambda item: item.order) if item.path.parent == own[0]]
-        if videos := [item.path for item in items if item.suffix in VIDEO_SUFFIXES]:
+        if videos := [item.path for item in items if item.suffix in known_names.VIDEO_SUFFIXES]:
             return videos[:1]
     return []
 
 
 def _colors_in(place: Folder, folder: Path, depth: ListedFile) -> list[ListedFile]:
     """The colour pictures of a folder, for one depth picture of it; in a folder of depth only what is surely none."""
-    items = [item for item in place.listing.files(folder, 1) if item.suffix in COLOR_SUFFIXES]
+    items = [item for item in place.listing.files(folder, 1) if item.suffix in known_names.COLOR_SUFFIXES]
     if _folders_above(folder):
-        items = [item for item in items if not item.words & SHOWN_DEPTH]
+        items = [item for item in items if not item.words & known_names.SHOWN_DEPTH]
         if depth.role != "depth":  # depth/image_1.png, depth/image_2.png
-            items = [item for item in items if (item.words - ANY_PICTURE | item.folder_words) & COLOR]
+            items = [
+                item for item in items if (item.words - known_names.ANY_PICTURE | item.folder_words) & known_names.COLOR
+            ]
     return _colors_of(folder, items, [depth], lambda _: None)
 
 
@@ -405,7 +360,7 @@ def _colors_beside(place: Folder, folder: Path, depths: list[ListedFile], note: 
     for above, name in _folders_above(folder) if place.root is None else ():
         items = [item for item in place.listing.files(above, 1) if not item.name.startswith(f"{name}/")]
         others = {item.path.parent for item in items if item.level and item.role == "depth"}
-        items = [item for item in items if item.suffix in COLOR_SUFFIXES and item.path.parent not in others]
+        items = [item for item in items if item.suffix in known_names.COLOR_SUFFIXES and item.path.parent not in others]
         if colors := _colors_of(above, items, depths, note):
             return colors
     return []
@@ -413,24 +368,24 @@ def _colors_beside(place: Folder, folder: Path, depths: list[ListedFile], note: 
 
 def _folders_above(folder: Path) -> list[tuple[Path, str]]:
     """The folders above one of depth pictures, where their colours may be, and its name in each; none for others."""
-    return [(one.parent, one.name.lower()) for one in places_of(folder) if words_of(one.name) & DEPTH]
+    return [(one.parent, one.name.lower()) for one in places_of(folder) if words_of(one.name) & known_names.DEPTH]
 
 
 def _depths_of(folder: Path, pictures: list[ListedFile], note: Note) -> list[ListedFile]:
     """Return the depth pictures: those named so, else those that cannot be anything else."""
-    allowed = [item for item in pictures if item.suffix in DEPTH_SUFFIXES and not _is_right(item, pictures)]
+    allowed = [item for item in pictures if item.suffix in known_names.DEPTH_SUFFIXES and not _is_right(item, pictures)]
     for wanted in ("depth", "", "sparse depth", "shown depth"):
         found = [item for item in allowed if _depth_role(item) == wanted]
         if wanted == "":
-            found = [item for item in found if item.suffix in ONLY_DEPTH] or _deep_grey(found)
+            found = [item for item in found if item.suffix in known_names.ONLY_DEPTH] or _deep_grey(found)
         if found:
-            found = [item for item in found if item.suffix not in RAW_SUFFIXES] or found
+            found = [item for item in found if item.suffix not in known_names.RAW_SUFFIXES] or found
             return best_group(folder, found, "depth", note)
     return []
 
 
 def _depth_role(item: ListedFile) -> str:
-    is_sparse = item.role == "depth" and (item.words | item.folder_words) & SPARSE
+    is_sparse = item.role == "depth" and (item.words | item.folder_words) & known_names.SPARSE
     return "sparse depth" if is_sparse else item.role
 
 
@@ -439,18 +394,18 @@ def _colors_of(folder: Path, pictures: list[ListedFile], depths: list[ListedFile
     taken = {item.path for item in depths}
     allowed = [item for item in pictures if item.path not in taken and not _is_right(item, pictures)]
     for wanted in ("color", ""):
-        found = [item for item in allowed if item.role == wanted and item.suffix in COLOR_SUFFIXES]
+        found = [item for item in allowed if item.role == wanted and item.suffix in known_names.COLOR_SUFFIXES]
         depth_too = {item.path for item in _deep_grey(found)}
         found = [item for item in found if item.path not in depth_too and (wanted or not is_ours(item.path))]
         if found:
             return best_group(folder, found, "colour", note, depths)
-    videos = [item for item in allowed if item.suffix in VIDEO_SUFFIXES and item.role in ("color", "")]
+    videos = [item for item in allowed if item.suffix in known_names.VIDEO_SUFFIXES and item.role in ("color", "")]
     return videos[:1]
 
 
 def _is_right(item: ListedFile, pictures: list[ListedFile]) -> bool:
     """Return whether this is the second camera's picture, with the first one's beside it."""
-    left = RIGHT_VIEWS.get(item.stem)
+    left = known_names.RIGHT_VIEWS.get(item.stem)
     return left is not None and any(other.stem == left for other in pictures)
 
 
@@ -464,12 +419,14 @@ def _deep_grey(items: list[ListedFile]) -> list[ListedFile]:
 
 
 def _is_mask_of(item: ListedFile, depth: ListedFile) -> bool:
-    """Return whether a mask or a confidence is about the depth: it is named so, or it lies beside a network's depth."""
-    if item.words & DEPTH or (item.words | item.folder_words) & CONFIDENCE:
-        return True
-    return item.stem == "mask" and item.path.parent == depth.path.parent
+    """Whether it is a mask or confidence of the depth: it is named so, or it is the mask beside a network's depth."""
+    words = item.words | item.folder_words
+    is_named = item.words & known_names.DEPTH or words & known_names.CONFIDENCE
+    return bool(words & known_names.VALID and is_named) or (
+        item.stem == "mask" and item.path.parent == depth.path.parent
+    )
 
 
 def is_container(path: Path) -> bool:
     """Whether a file may hold depth together with colour and camera."""
-    return path.suffix.lower() in CONTAINERS
+    return path.suffix.lower() in known_names.CONTAINERS

@@ -23,7 +23,7 @@ from ..access.folders import Folder, places_of
 from ..access.known_names import CODINGS, COLOR_SUFFIXES, COMMON_CAMERAS, RAW_SUFFIXES, VIDEO_SUFFIXES
 from ..arrays.numpy_files import is_colmap_depth, read_colmap_depth
 from ..cameras.camera_files import read_intrinsics
-from ..cameras.intrinsics import Intrinsics, Size, merged, place_camera, shows_the_same
+from ..cameras.intrinsics import Intrinsics, Size, camera_from_exif, merged, place_camera, shows_the_same
 from ..cameras.pose_files import Reading, load_pose
 from ..containers.container_contents import SURE
 from ..depth.depth_coding import decode
@@ -42,10 +42,10 @@ _NAMES = 5  # folders of a path by which a data set is known
 
 def choose_camera(parts: FrameParts, options: ReadOptions, note: Note) -> Intrinsics | None:
     """Return the caller's camera, with what the file beside the pictures adds; else the file's, or the photo's lens."""
-    source, name = _said_camera(parts, options, note), parts.name
+    source, name = _given_camera(parts, options, note), parts.name
     if source is None or not name or options.depth_scale or options.depth_kind or source.depth_scale:
         return source
-    # what neither its file nor the caller says about the depth is that of a data set known by names
+    # what neither its file nor the caller states about the depth is that of a data set known by names
     seen = "\n".join("/".join(one.parts[-_NAMES:]) for one in places_of(Path(name))).lower()
     known = next((one for one in CODINGS if re.search(one.known_by, seen)), None)
     if known is None or source.depth_kind:
@@ -57,14 +57,11 @@ def choose_camera(parts: FrameParts, options: ReadOptions, note: Note) -> Intrin
     return replace(source, depth_scale=known.depth_scale, depth_kind=known.depth_kind)
 
 
-def _said_camera(parts: FrameParts, options: ReadOptions, note: Note) -> Intrinsics | None:
+def _given_camera(parts: FrameParts, options: ReadOptions, note: Note) -> Intrinsics | None:
     if options.intrinsics is not None:
         return merged(read_intrinsics(options.intrinsics, note, options.max_pixels), parts.filed)
     if parts.filed is None and options.fov is None and is_path(parts.color):
-        from ..cameras.intrinsics import camera_from_exif  # only here
-
-        found = camera_from_exif(parts.color, options.max_pixels)
-        if found:
+        if found := camera_from_exif(parts.color, options.max_pixels):
             focal = f"focal length {found.numbers[0]:.0f} px"
             note(f"no camera is known, the lens of {Path(parts.color).name} is taken (EXIF): {focal}")
         return found
@@ -85,10 +82,9 @@ def find_filed(place: Folder, files: Sequence[FrameFiles], options: ReadOptions,
 
 
 def assumed_camera(size: Size, is_of_sensor: bool, missing: str, note: Note) -> Intrinsics:
-    """Return a camera that is usual for a picture of this size, and say so: depth in metres alone does not tell it.
+    """Return a camera that is usual for a picture of this size, with a note, and why no file has one.
 
     is_of_sensor  whether depth has a unit, so that it may be a depth camera's; else it is seen as by a phone
-    missing       why no file has a camera
     """
     width, height = size
     way_out = f"pass {option('intrinsics')} (fx,fy,cx,cy or a file) or {option('fov')} (vertical degrees)"
@@ -98,23 +94,17 @@ def assumed_camera(size: Size, is_of_sensor: bool, missing: str, note: Note) -> 
         fx, fy, cx, cy = map(float, text.split(","))
         return Intrinsics(ASSUMED, (fx, fy, cx, cy), size)
     focal = max(size) / 2 / math.tan(math.radians(_USUAL_FOV) / 2)
-    note(
-        f"no camera is known{missing}: a field of view of {_USUAL_FOV:g} degrees across the longer side is assumed; "
-        f"{way_out}"
-    )
+    field = f"a field of view of {_USUAL_FOV:g} degrees across the longer side"
+    note(f"no camera is known{missing}: {field} is assumed; {way_out}")
     return Intrinsics(ASSUMED, (focal, focal, (width - 1) / 2, (height - 1) / 2), size)
 
 
 def make_camera(source: Intrinsics | None, fov: float | None, depth: Size, color: Size | None, note: Note) -> Camera:
-    """The camera of a depth picture under colours of these sizes. Raises ValueError if it is of neither.
-
-    source  None only with a field of view
-    """
+    """The camera, known but for a field of view, of depth under colours of these sizes. Raises ValueError for none."""
     if color and not shows_the_same(color, depth):
-        note(
-            f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, of another aspect ratio: "
-            f"they do not look registered; pass the right colour as {option('color', 'FILE')}"
-        )
+        sizes = f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, of another aspect ratio"
+        way_out = f"pass the right colour as {option('color', 'FILE')}"
+        note(f"{sizes}: they do not look registered; {way_out}")
     if fov is not None:
         return Camera.from_fov(fov, *depth)
     assert source is not None, "one is assumed where none is known"
@@ -126,7 +116,11 @@ def read_colors_of(parts: FrameParts, max_pixels: float, note: Note = lambda _: 
     if parts.color is None:
         return None
     if not is_path(parts.color):
-        return _check_color(parts.color)
+        expected = "color must have shape (h, w, 3) or (h, w, 4)"
+        array = as_given(parts.color, expected)
+        if array.ndim != 3 or 0 in array.shape:
+            raise ValueError(f"{expected}, got {array.shape}{way_to(array.shape, 'color', parts.color, (3, 4))}")
+        return array
     if Path(parts.color).suffix.lower() in VIDEO_SUFFIXES:
         from ..pictures.video import read_video_frame  # only here
 
@@ -135,10 +129,7 @@ def read_colors_of(parts: FrameParts, max_pixels: float, note: Note = lambda _: 
 
 
 def read_color(path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None) -> NDArray[np.uint8]:
-    """(h, w, 3|4) uint8 of any picture: palettes are looked up, grey is repeated, 16 bits become 8.
-
-    to_srgb  convert colours of other colour spaces, and say so
-    """
+    """(h, w, 3|4) uint8 of any picture: palettes are looked up, grey is repeated, 16 bits become 8."""
     return to_color(read_image(path, max_pixels, to_srgb), str(path))
 
 
@@ -151,30 +142,16 @@ def to_color(image: NDArray[Any], name: str) -> NDArray[np.uint8]:
     return np.repeat(image[..., None], 3, axis=2) if image.ndim == 2 else image
 
 
-def _check_color(color: Any) -> NDArray[Any]:
-    expected = "color must have shape (h, w, 3) or (h, w, 4)"
-    array = as_given(color, expected)
-    if array.ndim != 3 or 0 in array.shape:
-        raise ValueError(f"{expected}, got {array.shape}{way_to(array.shape, 'color', color, (3, 4))}")
-    return array
-
-
 def assemble(
     parts: FrameParts,
     options: ReadOptions,
     note: Note,
-    reading: Reading | None = None,
-    like: Coding | None = None,
-    stream: Hashable = None,
-    scale_of: Callable[[Decoded, Any, Camera], ScaledFrame] | None = None,
+    reading: Reading | None = None,  # how poses and camera are to be understood; None is as they are written
+    like: Coding | None = None,  # how the depth of another frame of the same sequence is coded: this one is, too
+    stream: Hashable = None,  # what the frame is one of, its `Frame.source`
+    scale_of: Callable[[Decoded, Any, Camera], ScaledFrame] | None = None,  # how the depth of a film's picture is laid
 ) -> Assembled:
-    """Read the parts of a frame and put them together. Raises ValueError, TypeError or OSError, in one sentence.
-
-    reading  how poses and camera are to be understood; None is as they are written
-    like     how the depth of another frame of the same sequence is coded: this one is, too
-    stream   what the frame is one of, its `Frame.source`
-    scale_of  gives how the depth of a film's picture is laid, from its values, colours and camera
-    """
+    """Read the parts of a frame and put them together. Raises ValueError, TypeError or OSError, in one sentence."""
     reading, parts = reading or Reading(), _unpacked(parts, options.poses is None)
     source = choose_camera(parts, options, note)
     raw = _read_raw(parts.depth, source, note, options.max_pixels)
@@ -191,11 +168,10 @@ def assemble(
     camera = reading.camera(make_camera(source, options.fov, size, color_size, note))
     laid = ScaledFrame() if scale_of is None else scale_of(decoded, colors, camera)
     metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, like is None, laid.ends)
-    if laid.factor != 1:
-        metres *= np.float32(laid.factor)
     del decoded
-    if reading.scale != 1:
-        metres *= np.float32(reading.scale)
+    for factor in (laid.factor, reading.scale):
+        if factor != 1:
+            metres *= np.float32(factor)
     if parts.valid is not None:
         _drop_invalid(metres, parts.valid, options.max_pixels, note)
     if like is None:
@@ -214,10 +190,8 @@ def assemble(
     for one in notes:
         note(one)
     if not frame.points_known:
-        where = f"{parts.name}: " if parts.name else ""
-        raise ValueError(
-            f"{where}depth must be known somewhere, got only missing values (0, negative, NaN or infinite)"
-        )
+        where, missing = f"{parts.name}: " if parts.name else "", "missing values (0, negative, NaN or infinite)"
+        raise ValueError(f"{where}depth must be known somewhere, got only {missing}")
     found = FoundFiles(parts.name or parts.maker or None, str(parts.color) if is_path(parts.color) else None)
     return Assembled(frame, found, source.name if source else option("fov"), coding, stored)
 
@@ -231,40 +205,27 @@ def _unpacked(parts: FrameParts, with_pose: bool) -> FrameParts:
     if filed is not None:
         kind, scale = held.depth_kind or filed.depth_kind, held.depth_scale or filed.depth_scale
         filed = replace(filed, depth_kind=kind, depth_scale=scale)
-    color, pose, valid = (
-        beside if own is None else own
-        for own, beside in (
-            (held.color, parts.color),
-            (held.pose if with_pose else None, parts.pose),
-            (held.valid, parts.valid),
-        )
-    )
-    coded = held.depth_kind, held.depth_scale
-    return parts._replace(depth=held.depth, color=color, filed=filed, pose=pose, valid=valid, coded=coded)
+    own = {"color": held.color, "pose": held.pose if with_pose else None, "valid": held.valid}
+    given = {name: value for name, value in own.items() if value is not None}
+    return parts._replace(depth=held.depth, filed=filed, coded=(held.depth_kind, held.depth_scale), **given)
 
 
 def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: float) -> NDArray[Any]:
     """The depth as it is stored."""
     if not is_path(depth):
         return one_channel(depth_as_given(depth, np.nan), "depth")
-    if Path(depth).suffix.lower() not in RAW_SUFFIXES and not _is_bare(Path(depth), source):
+    path, size = Path(depth), source and source.size
+    suffix, is_bare = path.suffix.lower(), False
+    if size and suffix in COLOR_SUFFIXES and path.is_file():  # ETH3D's holds only 4 bytes for each pixel
+        is_bare = path.stat().st_size == 4 * size[0] * size[1] and not is_picture(path)
+    if suffix not in RAW_SUFFIXES and not is_bare:
         return read_depth(depth, note, max_pixels)
     if is_colmap_depth(read_head(depth)):
         return read_colmap_depth(depth, max_pixels)
-    if source is None or source.size is None:
-        raise ValueError(
-            f"{depth} holds numbers without a header: pass {option('intrinsics', 'FILE')} with the width and height, "
-            "or the depth as .npy"
-        )
-    return read_raw(depth, *source.size, max_pixels)
-
-
-def _is_bare(path: Path, source: Intrinsics | None) -> bool:
-    """Return whether a file with a picture's name holds only 4 bytes for each pixel, as ETH3D's depth does."""
-    if source is None or source.size is None or path.suffix.lower() not in COLOR_SUFFIXES:
-        return False
-    width, height = source.size
-    return path.is_file() and path.stat().st_size == 4 * width * height and not is_picture(path)
+    if size is None:
+        way_out = f"pass {option('intrinsics', 'FILE')} with the width and height, or the depth as .npy"
+        raise ValueError(f"{depth} holds numbers without a header: {way_out}")
+    return read_raw(depth, *size, max_pixels)
 
 
 def _hints_of(source: Intrinsics | None, parts: FrameParts, options: ReadOptions, raw: NDArray[Any]) -> DepthHints:
@@ -297,10 +258,8 @@ def _to_metres(
     is_said = options.depth_kind is not None or (source is not None and source.depth_kind is not None)
     if coding.kind != "z" or is_said or not first or not is_ray_length(metres, camera):
         return metres, coding
-    note(
-        f"{name or 'depth'} is taken as lengths of rays: planes in it are flat only so; "
-        f"pass {option('depth_kind', 'z')} if it is not"
-    )
+    way_out = f"pass {option('depth_kind', 'z')} if it is not"
+    note(f"{name or 'depth'} is taken as lengths of rays: planes in it are flat only so; {way_out}")
     coding = replace(coding, kind="ray")
     return to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs), coding
 
@@ -309,10 +268,8 @@ def _as_made(metres: NDArray[np.float32], enlarged: int, note: Note, name: str) 
     """Return a network's depth, which was enlarged so many times, at the size at which it was made."""
     found = reduced(metres, enlarged)
     small, large = (f"{one.shape[1]}x{one.shape[0]}" for one in (found, metres))
-    note(
-        f"{name}{': ' if name else ''}depth of {large} has edges that are {enlarged} pixels wide: it is taken at "
-        f"{small}, and the colours say where edges run"
-    )
+    what = f"{name}{': ' if name else ''}depth of {large} has edges that are {enlarged} pixels wide"
+    note(f"{what}: it is taken at {small}, and the colours say where edges run")
     return found
 
 

@@ -1,4 +1,4 @@
-"""Loads frames, and says what files and folders hold."""
+"""Loads frames, and examines what files and folders hold."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ..finding.folder_frames import FrameFiles, check_folder, find_color
 from ..networks.model_options import Model, PixelsName, is_model
 from .assembly import assemble, find_filed
 from .frame_parts import Assembled, FrameParts, ReadOptions, check_registration, is_path
-from .sequences import first_readable, open_folder, open_frames
+from .sequences import first_readable, open_folder, open_frames, open_photographs
 
 
 def load_frame(
@@ -123,7 +123,12 @@ def read_frame(
     if options.poses is not None and (source is None or depth is not None or color is not None):
         raise ValueError(f"{option('poses')} is about the frames of a folder: pass a folder alone, or leave it out")
     if options.depth_model is not None and (color is not None or depth is not None):
-        return _from_photo(source, depth, color, options, allow_outside, note)
+        if depth is not None:
+            raise ValueError(f"pass {option('depth')} or {option('depth_model')}, not both")
+        if source is not None:
+            raise ValueError(f"pass the photograph as {option('color')} or as the input, not both")
+        beside = Folder(check_path(color).parent if is_path(color) else Path(), allow_outside)
+        return open_photographs(beside, color, options, note).assembled(0)
     if source is None:
         if depth is None:
             raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
@@ -142,20 +147,6 @@ def read_frame(
         taken = Path(sequence.parts[index].name).name
         note(f"{path} is a sequence of {len(sequence)} frames: {taken} is taken{all_of_them()}")
     return read
-
-
-def _from_photo(
-    source: FilePath | Folder | None, depth: Any, color: Any, options: ReadOptions, allow_outside: bool, note: Note
-) -> Assembled:
-    """A frame of a photograph that the caller gives as the colour."""
-    from .sequences import open_photographs  # only here
-
-    if depth is not None:
-        raise ValueError(f"pass {option('depth')} or {option('depth_model')}, not both")
-    if source is not None:
-        raise ValueError(f"pass the photograph as {option('color')} or as the input, not both")
-    folder = check_path(color).parent if is_path(color) else Path()
-    return open_photographs(Folder(folder, allow_outside), color, options, note).assembled(0)
 
 
 def _parts(depth: Any, color: Any) -> FrameParts:
@@ -200,10 +191,7 @@ class Examined(NamedTuple):
 
 
 def examine(source: FilePath | None, allow_outside: bool = False, **load_options: Any) -> Examined:
-    """Reads a frame as `load_frame` does, and raises as it does. Of a sequence that is its first readable frame.
-
-    load_options  those of `load_frame`, except notes
-    """
+    """Reads a frame with the options of `load_frame`, except notes, and raises as it does. Of a sequence: the first."""
     notes: list[str] = []
     color, depth = load_options.pop("color", None), load_options.pop("depth", None)
     options = ReadOptions(**load_options)

@@ -29,7 +29,7 @@ from ..networks.model_options import Model, ModelOptions, PixelsName, checked_op
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """What the caller says about frames; see `load_frame`."""
+    """What the caller gives with frames; see `load_frame`."""
 
     intrinsics: FilePath | AnyArray | Camera | None = None
     fov: float | None = None
@@ -91,28 +91,19 @@ class LoadOptions(TypedDict, total=False):
 
 
 class FrameParts(NamedTuple):
-    """What belongs to one frame; files are read when it is assembled.
-
-    filed    the camera that lies beside the pictures
-    missing  why no camera is known
-    number   counted from 0: which picture of a video is the colour
-    contents reads what a container gives instead of a depth picture
-    path     the file that holds the depth; None for the caller's own array
-    coded    kind and scale of the depth, where its maker says them
-    maker    the network that makes the depth; "" for none
-    """
+    """What belongs to one frame; files are read when it is assembled."""
 
     depth: FilePath | NDArray[Any] | None
     color: FilePath | NDArray[Any] | None = None
-    filed: Intrinsics | None = None
+    filed: Intrinsics | None = None  # the camera that lies beside the pictures
     pose: NDArray[np.float64] | None = None
     valid: FilePath | NDArray[Any] | None = None
-    missing: str = ""
-    number: int = 0
-    contents: Callable[[], Contents] | None = None
-    path: Path | None = None
-    coded: tuple[str | None, float | None] = (None, None)
-    maker: str = ""
+    missing: str = ""  # why no camera is known
+    number: int = 0  # counted from 0: which picture of a video is the colour
+    contents: Callable[[], Contents] | None = None  # reads what a container gives instead of a depth picture
+    path: Path | None = None  # the file that holds the depth; None for the caller's own array
+    coded: tuple[str | None, float | None] = (None, None)  # kind and scale of the depth, where its maker states them
+    maker: str = ""  # the network that makes the depth; "" for none
 
     @property
     def name(self) -> str:
@@ -121,30 +112,24 @@ class FrameParts(NamedTuple):
 
 
 class FoundFiles(NamedTuple):
-    """Where a frame was found: its files (None for arrays), and the sequence that it belongs to.
-
-    frames  of the sequence; shown  which of them this is; poses  how many have one
-    """
+    """Where a frame was found: its files (None for arrays), and the sequence that it belongs to."""
 
     depth: str | None
     color: str | None
-    frames: int = 1
-    shown: int = 0
-    poses: int = 0
+    frames: int = 1  # of the sequence
+    shown: int = 0  # which of them this is
+    poses: int = 0  # how many have one
     poses_from: str = ""
 
 
 class Assembled(NamedTuple):
-    """A frame, and how its files were understood.
-
-    stored  type and size of the depth as it is stored
-    """
+    """A frame, and how its files were understood."""
 
     frame: Frame
     found: FoundFiles
     camera_from: str
     coding: Coding
-    stored: str
+    stored: str  # type and size of the depth as it is stored
 
 
 def is_path(value: Any) -> TypeGuard[FilePath]:
@@ -154,7 +139,7 @@ def is_path(value: Any) -> TypeGuard[FilePath]:
 _WIDTH = 160  # pixels to which both are reduced
 _REACH = 10  # pixels of those in each direction that are searched
 _STEP = 0.06  # change of log z that is a step
-_FEW = 150  # steps that are too few to tell
+_FEW = 150  # steps that are too few to decide
 _CLEAR = 3.3  # how far the best shift must stand out from all others, in their standard deviations
 _BETTER = 1.15  # how much better it must be than none
 _NEAR = 2  # pixels: no shift
@@ -171,10 +156,7 @@ def check_registration(frame: Frame, note: Note) -> None:
 
 
 def find_shift(frame: Frame) -> tuple[int, int] | None:
-    """Return by how many reduced pixels the colours are shifted right and down; None if they fit or show too few edges.
-
-    The cross-correlation of both pictures' edges has a clear maximum where they fit.
-    """
+    """Return by how many reduced pixels the colours are shifted right and down; None if they fit or have few edges."""
     height = round(_WIDTH * frame.depth.shape[0] / frame.depth.shape[1])
     if frame.color is None or min(height, _WIDTH) < 4 * _REACH:
         return None
@@ -182,6 +164,7 @@ def find_shift(frame: Frame) -> tuple[int, int] | None:
     steps[:_REACH] = steps[-_REACH:] = steps[:, :_REACH] = steps[:, -_REACH:] = 0
     if np.count_nonzero(steps) < _FEW or not edges.any():
         return None
+    # the cross-correlation of both pictures' edges has a clear maximum where they fit
     product = np.fft.irfft2(np.fft.rfft2(edges) * np.conj(np.fft.rfft2(steps)), s=steps.shape)
     found = np.roll(product, (_REACH, _REACH), (0, 1))[: 2 * _REACH + 1, : 2 * _REACH + 1]
     usual = median(found)
@@ -216,11 +199,10 @@ def _color_edges(color: NDArray[np.uint8], height: int) -> NDArray[np.float64]:
 def _changes(values: NDArray[np.floating]) -> NDArray[np.float64]:
     """The largest difference to one of four neighbours; 0 beside what is not finite."""
     result = np.zeros(values.shape)
-    for axis in (0, 1):
-        change = np.nan_to_num(abs(np.diff(values, axis=axis)), nan=0.0, posinf=0.0)
-        first, last = [(0, 0), (0, 0)], [(0, 0), (0, 0)]
-        first[axis], last[axis] = (1, 0), (0, 1)
-        result = np.maximum(result, np.maximum(np.pad(change, first), np.pad(change, last)))
+    for own, found in ((values, result), (values.T, result.T)):
+        change = np.nan_to_num(abs(np.diff(own, axis=0)), nan=0.0, posinf=0.0)
+        found[1:] = np.maximum(found[1:], change)
+        found[:-1] = np.maximum(found[:-1], change)
     return result
 
 
@@ -270,10 +252,3 @@ def what_else(path: Path) -> str | None:
             if not file.read(len(kind.head)).startswith(kind.head):
                 return None
     return f"{kind.title}: {kind.way_out.replace(_NETWORK, option(_NETWORK, 'FILE'))}"
-
-
-def check_readable(path: Path) -> None:
-    """Raises ValueError, with the way out, for a file of a kind that is known and not read."""
-    found = what_else(path)
-    if found:
-        raise ValueError(f"{path} is {found}")

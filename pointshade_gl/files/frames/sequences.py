@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...notes.errors import Bug, error_text, is_expected
 from ...notes.notes import Note, once
@@ -26,11 +25,10 @@ from ..cameras.pose_files import FAILS, Reading, find_reading
 from ..containers.container_contents import Contents
 from ..depth.depth_kinds import Coding, Decoded
 from ..depth.scale_over_time import FilmScale, ScaledFrame
-from ..finding.folder_cameras import Cameras
+from ..finding.folder_cameras import Cameras, FoundPoses, find_poses, given_poses
 from ..finding.folder_frames import FrameFiles, check_folder, find_color, find_frames, find_photographs, is_container
-from ..finding.folder_poses import FoundPoses, find_poses, given_poses
 from .assembly import assemble, find_filed, read_colors_of
-from .frame_parts import Assembled, FrameParts, ReadOptions, check_readable, check_registration, is_path, what_else
+from .frame_parts import Assembled, FrameParts, ReadOptions, check_registration, is_path, what_else
 
 if TYPE_CHECKING:
     from ..networks.photo_depth import PhotoDepth
@@ -65,7 +63,12 @@ class FrameSequence(Sequence[Frame]):
             weakref.finalize(self, _end_video)
         self._coding = coding  # of the depth of the first frame that was read: the others are read like it
         note_read(file for one in parts for file in (one.path, one.color, one.valid))
-        self._film = film if film or len(parts) < 2 or options.scale_frames == "keep" else self._as_film()
+        # what finds one scale for all frames, which of its pictures each is, and these
+        self._film = film
+        if film is None and len(parts) > 1 and options.scale_frames != "keep":
+            is_networks = bool(parts[0].maker)
+            scale = FilmScale(not self.posed or is_networks, is_networks, note)
+            self._film = scale, range(len(parts)), parts
 
     @property
     def is_placed(self) -> bool:
@@ -104,21 +107,16 @@ class FrameSequence(Sequence[Frame]):
         except Exception as error:
             if len(self) == 1 or isinstance(error, MemoryError):
                 raise
-            if isinstance(error, OSError):
-                raise OSError(f"frame {index}: {_naming(parts, error)}") from None
-            if is_expected(error):
-                raise ValueError(f"frame {index}: {_naming(parts, error)}") from None
-            raise Bug(f"frame {index}: {error_text(error)}") from error
+            is_file = isinstance(error, OSError)
+            if not (is_file or is_expected(error)):
+                raise Bug(f"frame {index}: {error_text(error)}") from error
+            where = "" if Path(parts.name).name in str(error) else f"{parts.name}: "
+            raise (OSError if is_file else ValueError)(f"frame {index}: {where}{error}") from None
         found = read.found._replace(frames=len(self), shown=index, poses=self.posed, poses_from=self.poses_from)
         return read._replace(found=found)
 
     def _put_together(self, parts: FrameParts, note: Note, scale_of: Any = None) -> Assembled:
         return assemble(parts, self._options, note, self.reading, self._coding, self._stream, scale_of)
-
-    def _as_film(self) -> tuple[FilmScale, Sequence[int], Sequence[FrameParts]]:
-        """Return what finds one scale for all frames, and which of its pictures each is."""
-        is_networks = bool(self.parts[0].maker)
-        return FilmScale(not self.posed or is_networks, is_networks, self.note), range(len(self)), self.parts
 
     def _scale_of(self, index: int, decoded: Decoded, colors: Any, camera: Camera) -> ScaledFrame:
         """Return how a frame is laid, after those before it in the film."""
@@ -126,21 +124,19 @@ class FrameSequence(Sequence[Frame]):
         film, numbers, parts = self._film
 
         def read(number: int) -> None:
-            scale_of = partial(self._scale_in_film, number)
+            scale_of: Any = partial(film.of, number, read=lambda _: None)
             self._put_together(parts[number], self.note, scale_of)
 
         return film.of(numbers[index], decoded, colors, camera, read)
 
-    def _scale_in_film(self, number: int, decoded: Decoded, colors: Any, camera: Camera) -> ScaledFrame:
-        assert self._film is not None
-        return self._film[0].of(number, decoded, colors, camera, lambda _: None)
-
     def settle(self, may_scale: bool, metric_poses: bool) -> None:
-        """Find out how poses and camera are to be understood, from frames that see the same. A note tells any change.
+        """Find out how poses and camera are to be understood, from frames that see the same, and note any change.
 
         may_scale     the unit of the depth was guessed
         metric_poses  the unit of the poses is the metre; else it is anything
         """
+        if self.posed < 2:
+            return
         try:
             frames = [self.assembled(k, lambda _: None, with_color=False).frame for k in self._apart()]
         except (ValueError, OSError):
@@ -150,15 +146,13 @@ class FrameSequence(Sequence[Frame]):
             return
         if found.reading != Reading():
             self.reading = found.reading
-            self.note(
-                f"{self.folder}: the views lie over each other only if {found.reading}, so they are read like that "
-                f"(their depths differ by {found.error:.1%} instead of {found.error_as_written:.0%})"
-            )
+            better = f"(their depths differ by {found.error:.1%} instead of {found.error_as_written:.0%})"
+            why = f"the views lie over each other only if {found.reading}"
+            self.note(f"{self.folder}: {why}, so they are read like that {better}")
         elif found.error > FAILS:
-            self.note(
-                f"{self.folder}: by their poses the views do not lie over each other (their depths differ by "
-                f"{found.error:.0%}): are {option('depth_scale')}, camera and poses right?"
-            )
+            what = f"the views do not lie over each other (their depths differ by {found.error:.0%})"
+            question = f"are {option('depth_scale')}, camera and poses right?"
+            self.note(f"{self.folder}: by their poses {what}: {question}")
 
     def _apart(self) -> list[int]:
         """Return the first frame, and the next ones that were taken from elsewhere."""
@@ -179,11 +173,6 @@ def _end_video() -> None:
     close_video()
 
 
-def _naming(parts: FrameParts, error: Exception) -> str:
-    """Return the error's sentence, with the file if it does not name one."""
-    return str(error) if Path(parts.name).name in str(error) else f"{parts.name}: {error}"
-
-
 def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: Note) -> FrameSequence:
     """Open the frames of a folder or file. Raises OSError if there are none, ValueError for impossible content."""
     if options.depth_model is not None:
@@ -191,7 +180,8 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
         return open_photographs(Folder(folder, allow_outside), source, options, note)
     if not source.is_file():
         return open_folder(Folder(check_folder(source), allow_outside), options, note)
-    check_readable(source)
+    if unread := what_else(source):
+        raise ValueError(f"{source} is {unread}")
     from ..containers.opening import is_zip_folder, unpack_folder  # only here
 
     if is_zip_folder(source, options.max_pixels):
@@ -216,10 +206,9 @@ def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequenc
         more = f" (and {counted(len(missed) - 1, 'more folder')} likewise)" if len(missed) > 1 else ""
         note(f"{missed[0]}{more}")
     if not files:
-        raise FileNotFoundError(
-            f"{place.path} has no depth picture: expected depth.png (or {', '.join(DEPTH_SUFFIXES[:6])}...) "
-            f"or a folder depth/ in it, or pass {option('depth', 'FILE')}{_instead(place)}"
-        )
+        expected = f"expected depth.png (or {', '.join(DEPTH_SUFFIXES[:6])}...) or a folder depth/ in it"
+        way_out = f"or pass {option('depth', 'FILE')}{_instead(place)}"
+        raise FileNotFoundError(f"{place.path} has no depth picture: {expected}, {way_out}")
     return _from_files(place, files, options, note)
 
 
@@ -257,16 +246,18 @@ def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions
     parts = []
     for one, pose in zip(files, poses.poses, strict=True):
         contents = None if held is None else partial(_only, one.depth, limit)
-        if held and one is files[0]:  # whose notes are told
+        if held and one is files[0]:  # whose notes are printed
             contents = partial(held.__getitem__, 0)
         where = cameras.of(one.number), pose, one.valid, cameras.missing, one.number
         parts.append(FrameParts(one.depth, one.color, *where, contents, one.depth))
-    parts = _without_lost(parts, place.path, note)
-    sequence = FrameSequence(place, parts, options, note, poses.source)
-    if sequence.posed > 1:
-        known = cameras.of(0)
-        guessed = options.depth_scale is None and (known is None or known.depth_scale is None)
-        sequence.settle(may_scale=guessed, metric_poses=poses.metric)
+    # ScanNet writes -inf where a pose was lost
+    good = [one for one in parts if one.pose is None or np.isfinite(one.pose).all()] or parts
+    if lost := len(parts) - len(good):
+        note(f"{place.path}: {lost} of {len(parts)} frames have lost their pose (it is not finite): left out")
+    sequence = FrameSequence(place, good, options, note, poses.source)
+    known = cameras.of(0)
+    guessed = options.depth_scale is None and (known is None or known.depth_scale is None)
+    sequence.settle(may_scale=guessed, metric_poses=poses.metric)
     return sequence
 
 
@@ -283,15 +274,12 @@ def _from_container(
     elif first.pose is not None:
         is_alone = len(held) == 1  # it is read with the rest
         poses = FoundPoses([None if is_alone else held[k].pose for k in range(len(held))], path.name)
-    parts = [
-        FrameParts(
-            None, None, cameras.of(k), poses.poses[k], None, cameras.missing, k, partial(held.__getitem__, k), path
-        )
-        for k in range(len(held))
-    ]
+    parts = []
+    for k, pose in enumerate(poses.poses):
+        known = cameras.of(k), pose, None, cameras.missing, k
+        parts.append(FrameParts(None, None, *known, partial(held.__getitem__, k), path))
     sequence = FrameSequence(place, parts, options, note, poses.source)
-    if sequence.posed > 1:
-        sequence.settle(may_scale=False, metric_poses=poses.metric)
+    sequence.settle(may_scale=False, metric_poses=poses.metric)
     return sequence
 
 
@@ -301,15 +289,6 @@ def _only(path: Path, max_pixels: float) -> Contents:
     if not held:
         raise ValueError(f"{path} holds no depth, unlike the first file beside it")
     return held[0]
-
-
-def _without_lost(parts: list[FrameParts], folder: Path, note: Note) -> list[FrameParts]:
-    """Leave out the frames whose pose was lost when they were recorded: ScanNet writes -inf."""
-    good = [one for one in parts if one.pose is None or np.isfinite(one.pose).all()]
-    if not good or len(good) == len(parts):
-        return parts
-    note(f"{folder}: {len(parts) - len(good)} of {len(parts)} frames have lost their pose (it is not finite): left out")
-    return good
 
 
 def first_readable(sequence: FrameSequence) -> tuple[int, Assembled]:
@@ -327,10 +306,8 @@ def first_readable(sequence: FrameSequence) -> tuple[int, Assembled]:
 def open_photographs(place: Folder, source: Any, options: ReadOptions, note: Note) -> FrameSequence:
     """Open a photograph, a film or a folder of photographs; a network makes depth of each that is asked for.
 
-    place   the folder
-    source  a file in it, the folder itself, or (h, w, 3|4) uint8
-
-    Raises ValueError or OSError for what is no photograph.
+    The source is a file in the folder, the folder itself, or (h, w, 3|4) uint8. Raises ValueError or OSError for what
+    is no photograph.
     """
     network = options.network
     assert network is not None
@@ -339,10 +316,16 @@ def open_photographs(place: Folder, source: Any, options: ReadOptions, note: Not
     filed: Sequence[Intrinsics | None] = [None] * len(found)
     if is_path(source) and Path(source) == place.path:
         cameras = find_filed(place, [FrameFiles(Path(one.color)) for one in found], options, note)  # type: ignore[arg-type]
-        filed = [_plain(cameras.of(one.number)) for one in found]
+        cameras_of = (cameras.of(one.number) for one in found)  # what a file states about depth is of another one
+        filed = [
+            one and replace(one, depth_scale=None, depth_kind=None, baseline=None, doffs=None) for one in cameras_of
+        ]
     poses = FoundPoses([None] * len(found))
-    if options.poses is not None:  # then there is a file or a folder
-        poses = given_poses(options.poses, Path(source), list(map(_files_of, found)), note, options.max_pixels)
+    if options.poses is not None:  # then there is a file or a folder; pictures of a video are called by their numbers
+        paths = [Path(one.color) for one in found]  # type: ignore[arg-type]
+        paths = [path / str(one.number) if _is_video(path) else path for path, one in zip(paths, found, strict=True)]
+        files = [FrameFiles(path, number=k) for k, path in enumerate(paths)]
+        poses = given_poses(options.poses, Path(source), files, note, options.max_pixels)
     found = [
         one._replace(filed=camera, pose=pose, maker=network.title)
         for one, camera, pose in zip(found, filed, poses.poses, strict=True)
@@ -352,12 +335,6 @@ def open_photographs(place: Folder, source: Any, options: ReadOptions, note: Not
     shown = _Shown(found, options, PhotoDepth(network, note, options.max_pixels), note)
     parts = [one._replace(contents=partial(shown.contents, index)) for index, one in enumerate(found)]
     return FrameSequence(place, parts, options, note, poses.source)
-
-
-def _files_of(parts: FrameParts) -> FrameFiles:
-    """Return the file of a photograph; that of a picture of a video is called by its number."""
-    path = Path(parts.color)  # type: ignore[arg-type]
-    return FrameFiles(path / str(parts.number) if _is_video(path) else path, number=parts.number)
 
 
 def _list(place: Folder, source: Any, options: ReadOptions, note: Note) -> list[FrameParts]:
@@ -371,16 +348,9 @@ def _list(place: Folder, source: Any, options: ReadOptions, note: Note) -> list[
 
         return [FrameParts(None, colors[0], number=k) for k in range(count_pictures(colors[0], options.max_pixels))]
     if not colors:
-        raise FileNotFoundError(
-            f"{path} has no photographs ({', '.join(COLOR_SUFFIXES[:4])}...) of which {option('depth_model')} could "
-            "make depth"
-        )
+        photographs = f"photographs ({', '.join(COLOR_SUFFIXES[:4])}...)"
+        raise FileNotFoundError(f"{path} has no {photographs} of which {option('depth_model')} could make depth")
     return [FrameParts(None, color, number=k) for k, color in enumerate(colors)]
-
-
-def _plain(camera: Intrinsics | None) -> Intrinsics | None:
-    """Return a camera without what its file says about depth, which is another one."""
-    return camera and replace(camera, depth_scale=None, depth_kind=None, baseline=None, doffs=None)
 
 
 class _Shown:
@@ -390,7 +360,7 @@ class _Shown:
         self._parts, self._options, self._depth, self._note = parts, options, depth, note
 
     def contents(self, index: int) -> Contents:
-        """Return a photograph's depth. A film has one camera: what the network says of its first picture."""
+        """Return a photograph's depth. A film has one camera: what the network gives for its first picture."""
         found, size, focal = self._seen(index)
         if focal is not None:
             return replace(found, intrinsics=None)
@@ -402,8 +372,10 @@ class _Shown:
     def _seen(self, index: int) -> tuple[Contents, Size, float | None]:
         """Return a photograph's depth and size, and its focal length where it is known without the network."""
         parts = self._parts[index]
-        photo = _rgb(read_colors_of(parts, self._options.max_pixels))
-        size = photo.shape[1], photo.shape[0]
+        array = np.asarray(read_colors_of(parts, self._options.max_pixels))
+        if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] not in (3, 4):
+            raise ValueError(f"a photograph must have shape (h, w, 3) and be uint8, got {array.dtype} {array.shape}")
+        photo, size = np.ascontiguousarray(array[..., :3]), (array.shape[1], array.shape[0])  # nothing is transparent
         focal = self._focal(parts, size)
         path = Path(parts.color) if is_path(parts.color) else None
         try:
@@ -424,17 +396,9 @@ class _Shown:
         return None if source is None else abs(place_camera(source, size, size, _unheard).fx)
 
 
-def _rgb(color: Any) -> NDArray[np.uint8]:
-    """Return (h, w, 3) uint8 without what is transparent being hidden."""
-    array = np.asarray(color)
-    if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] not in (3, 4):
-        raise ValueError(f"a photograph must have shape (h, w, 3) and be uint8, got {array.dtype} {array.shape}")
-    return np.ascontiguousarray(array[..., :3])
-
-
 def _is_video(path: FilePath) -> bool:
     return Path(path).suffix.lower() in VIDEO_SUFFIXES
 
 
 def _unheard(_: str) -> None:
-    """What a camera needs is told when the frame is put together."""
+    """What a camera needs is noted when the frame is put together."""

@@ -70,8 +70,12 @@ def decode(value: Any, kind: Any = DOCUMENT, place: str = "") -> Any:
     """Return known keys as parts with attributes, None if missing. Raises ValueError, with the place, by wrong type."""
     if kind is object:
         return value
-    if isinstance(kind, list):
-        return _list(value, kind[0], place)
+    if isinstance(kind, list):  # a numbered part of the file may be null: `pick` refuses it where it is used
+        may_be_null = "." not in place
+        return [
+            None if item is None and may_be_null else decode(item, kind[0], f"{place}[{k}]")
+            for k, item in enumerate(_plain(value, list, place))
+        ]
     if not isinstance(kind, dict):
         return _plain(value, kind, place)
     if not isinstance(value, dict):
@@ -81,15 +85,6 @@ def decode(value: Any, kind: Any = DOCUMENT, place: str = "") -> Any:
         return {key: None if item is None else decode(item, kind[""], before + key) for key, item in value.items()}
     known = {key: decode(value[key], kind[key], before + key) for key in kind if value.get(key) is not None}
     return SimpleNamespace(**(dict.fromkeys(kind) | known))
-
-
-def _list(value: Any, kind: Any, place: str) -> list[Any]:
-    """Return the list. A numbered part of the file may be null: `pick` refuses it where it is used."""
-    may_be_null = "." not in place
-    return [
-        None if item is None and may_be_null else decode(item, kind, f"{place}[{k}]")
-        for k, item in enumerate(_plain(value, list, place))
-    ]
 
 
 def _plain(value: Any, kind: type, place: str) -> Any:
@@ -104,16 +99,13 @@ def _plain(value: Any, kind: type, place: str) -> Any:
 LIGHTS, UNLIT, QUANTIZED = "KHR_lights_punctual", "KHR_materials_unlit", "KHR_mesh_quantization"
 IMAGE_BASED = "EXT_lights_image_based"
 KNOWN = (LIGHTS, IMAGE_BASED, UNLIT, QUANTIZED)
-SPECULAR = "KHR_materials_specular"  # written for other programs: our own values say it better
-GENERATOR = "pointshade_gl"  # what our files say of who wrote them
+SPECULAR = "KHR_materials_specular"  # written for other programs: our own values are nearer
+GENERATOR = "pointshade_gl"  # what our files name as their writer
 _MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
 
 
 def read_container(path: Path, max_pixels: float) -> tuple[SimpleNamespace, memoryview | None]:
-    """Return the parts of a file, see `decode`, and a GLB's binary chunk. Raises ValueError for other than glTF 2.0.
-
-    All files that it names count as read.
-    """
+    """Return the parts of a file, see `decode`, and a GLB's binary chunk. Raises ValueError for other than glTF 2.0."""
     is_binary = read_head(path).startswith(_MAGIC)
     data = memoryview(read_bytes(path, max_pixels, SCENE_BYTES if is_binary else SCENE_TEXT))
     text, blob = _split(data) if is_binary else (data, None)
@@ -130,6 +122,7 @@ def read_container(path: Path, max_pixels: float) -> tuple[SimpleNamespace, memo
     unknown = [name for name in gltf.extensionsRequired or () if name not in KNOWN]
     if unknown:
         raise ValueError(f"requires the extension {cut(', '.join(unknown))}: known are {', '.join(KNOWN)}")
+    # all files that it names count as read
     named = [one.uri for one in (*(gltf.images or ()), *(gltf.buffers or ())) if one and one.uri]
     note_read(path.parent / unquote(uri) for uri in named if not uri.startswith("data:"))
     return gltf, blob
@@ -180,7 +173,7 @@ FAR = 1e30  # nothing in a scene is larger, and its cube still is a number
 
 
 @contextmanager
-def telling(part: str) -> Iterator[None]:
+def naming_part(part: str) -> Iterator[None]:
     """Every ValueError, TypeError and OSError inside begins with the part's name. Deep nesting is a ValueError."""
     try:
         yield
@@ -252,14 +245,14 @@ class GltfParts:
     def array(self, index: Any, types: tuple[str, ...]) -> NDArray[Any]:
         """(n, width) values of an accessor of one of the types; normalised integers become float32."""
         accessor = pick(self.gltf.accessors, index, "accessor")
-        with telling(f"accessor {index}"):
+        with naming_part(f"accessor {index}"):
             if accessor.type not in types or accessor.componentType not in _TYPES:
                 kind = f"{cut(accessor.type)} of component type {accessor.componentType}"
                 raise ValueError(f"is {kind}, expected {' or '.join(types)}")
             dtype, width = np.dtype(_TYPES[accessor.componentType]), _WIDTHS[accessor.type]
             values = self._elements(accessor.bufferView, accessor.byteOffset, accessor.count, dtype, width)
             if accessor.sparse is not None:
-                values = self._changed(accessor, values)
+                self._change(accessor, values)
             if accessor.normalized and dtype.kind != "f":
                 values = np.maximum(values.astype(np.float32) / np.iinfo(dtype).max, -1)
             return values
@@ -268,7 +261,7 @@ class GltfParts:
         """(h, w, 3|4) uint8 of an image."""
         image = pick(self.gltf.images, index, "image")
         if index not in self._pictures:
-            with telling(label("image", index, image.name)):
+            with naming_part(label("image", index, image.name)):
                 self._pictures[index] = self._decoded(image)
         return self._pictures[index]
 
@@ -305,26 +298,24 @@ class GltfParts:
         self.count_corners(count)
         return np.ndarray((count, width), dtype, data, offset, (stride, dtype.itemsize)).astype(dtype.newbyteorder("="))
 
-    def _changed(self, accessor: SimpleNamespace, values: NDArray[Any]) -> NDArray[Any]:
-        """The values with those that a sparse accessor replaces."""
-        sparse = accessor.sparse
-        if sparse is None or sparse.indices is None or sparse.values is None:
+    def _change(self, accessor: SimpleNamespace, values: NDArray[Any]) -> None:
+        """Replace the values that a sparse accessor replaces."""
+        indices, new, count = accessor.sparse.indices, accessor.sparse.values, accessor.sparse.count
+        if indices is None or new is None:
             raise ValueError("its sparse part has no indices or no values")
-        kind = _TYPES.get(sparse.indices.componentType)
-        if kind is None or kind[1] != "u":
-            raise ValueError(f"its sparse indices are of component type {sparse.indices.componentType}")
-        where = self._elements(sparse.indices.bufferView, sparse.indices.byteOffset, sparse.count, np.dtype(kind), 1)
+        kind = _TYPES.get(indices.componentType, "")
+        if kind[1:2] != "u":
+            raise ValueError(f"its sparse indices are of component type {indices.componentType}")
+        where = self._elements(indices.bufferView, indices.byteOffset, count, np.dtype(kind), 1)
         if where.max() >= len(values):
             raise ValueError(f"its sparse indices name element {where.max()} of {len(values)}")
         dtype = np.dtype(_TYPES[accessor.componentType])
-        new = self._elements(sparse.values.bufferView, sparse.values.byteOffset, sparse.count, dtype, values.shape[1])
-        values[where[:, 0]] = new
-        return values
+        values[where[:, 0]] = self._elements(new.bufferView, new.byteOffset, count, dtype, values.shape[1])
 
     def _view(self, index: Any) -> tuple[memoryview, int | None]:
         """The bytes of a buffer view, and the distance of its elements."""
         view = pick(self.gltf.bufferViews, index, "buffer view")
-        with telling(f"buffer view {index}"):
+        with naming_part(f"buffer view {index}"):
             data = self._buffer(view.buffer)
             start, length = view.byteOffset or 0, view.byteLength
             if length is None or length < 1 or start < 0 or start + length > len(data):
@@ -334,7 +325,7 @@ class GltfParts:
     def _buffer(self, index: Any) -> memoryview:
         buffer = pick(self.gltf.buffers, index, "buffer")
         if index not in self._buffers:
-            with telling(f"buffer {index}"):
+            with naming_part(f"buffer {index}"):
                 data = self._blob if buffer.uri is None else self._fetch(buffer.uri)
                 if data is None or (buffer.uri is None and index != 0):
                     raise ValueError("has no uri, and the file has no binary chunk for it")
@@ -361,10 +352,11 @@ class GltfParts:
 
 
 def options(extras: Any, known: Sequence[str]) -> dict[str, Any]:
-    """What `extras` says under "pointshade", checked for unknown names; {} when it says nothing."""
+    """What `extras` has under "pointshade", checked for unknown names; {} without it."""
     ours = extras.get("pointshade") if isinstance(extras, dict) else None
-    if isinstance(ours, str):
-        ours = from_text(ours)
+    if isinstance(ours, str):  # JSON, or the name of a frame
+        is_json = ours.lstrip().startswith("{")
+        ours = parse_json(ours, name="its extras 'pointshade': its text") if is_json else {"frame": ours}
     if ours is None:
         return {}
     if not isinstance(ours, dict):
@@ -375,14 +367,15 @@ def options(extras: Any, known: Sequence[str]) -> dict[str, Any]:
     return ours
 
 
-def from_text(ours: str) -> Any:
-    """The object in a text of JSON; any other text names a frame."""
-    if not ours.lstrip().startswith("{"):
-        return {"frame": ours}
-    try:
-        return parse_json(ours)
-    except ValueError as error:
-        raise ValueError(f"its extras 'pointshade': its text {error}") from None
+def named_light(gltf: SimpleNamespace, holder: Any, extension: str, what: str) -> tuple[int, Any] | None:
+    """The number and the object of the light that a part's extension names; None without one. Raises ValueError."""
+    held = (holder.extensions or {}).get(extension) if holder else None
+    if held is None:
+        return None
+    lights = (gltf.extensions or {}).get(extension)
+    lights = lights.get("lights") if isinstance(lights, dict) else None
+    index = held.get("light") if isinstance(held, dict) else None
+    return index, pick(lights if isinstance(lights, list) else [], index, what)  # type: ignore[return-value]
 
 
 def switch(ours: dict[str, Any], key: str, default: bool = True) -> bool:

@@ -16,7 +16,7 @@ from ...scene.environment import WIDEST, Environment, reduced
 from ...scene.light import LUX, Light, Vector, unit
 from ...scene.values import srgb_to_linear
 from ..access.content import check_pixels
-from .buffers import IMAGE_BASED, GltfParts, numbers, options, pick, switch, telling
+from .buffers import IMAGE_BASED, GltfParts, named_light, naming_part, numbers, options, switch
 
 Matrix = NDArray[np.float64]
 FLIP = np.diag([1.0, -1.0, -1.0, 1.0])  # between the axes of a glTF camera and ours, either way
@@ -30,7 +30,7 @@ _DIRECTIONAL, _FALLING = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
 def read_camera(camera: SimpleNamespace, max_pixels: float) -> Camera:
-    """A perspective camera, 480 pixels high unless its extras say otherwise. Raises ValueError."""
+    """A perspective camera, 480 pixels high unless its extras have its numbers. Raises ValueError."""
     view = camera.perspective
     if view is None:
         raise ValueError("has no perspective")
@@ -73,11 +73,9 @@ def write_camera(camera: Camera) -> dict[str, Any]:
 
 
 def read_light(light: Any, exposure: float, node_casts: bool, is_blenders: bool) -> Light:
-    """A light in node axes. Raises ValueError.
+    """A light in node axes, its intensity times the exposure. Raises ValueError.
 
-    exposure    a factor on its intensity
-    node_casts  whether it casts shadows when its own extras do not say
-    is_blenders  whether Blender wrote it
+    node_casts  whether it casts shadows where its own extras do not state it
     """
     if not isinstance(light, dict):
         raise ValueError(f"must be an object, got {shown(light)}")
@@ -85,10 +83,9 @@ def read_light(light: Any, exposure: float, node_casts: bool, is_blenders: bool)
     if kind not in ("directional", "point", "spot"):
         raise ValueError(f"its type must be directional, point or spot, got {shown(kind)}")
     ours = options(light.get("extras"), _LIGHT_KEYS)
-    if ours.get("at", "viewer") != "viewer":
-        raise ValueError(f"its extras: at must be 'viewer', got {shown(ours['at'])}")
-    if ours.get("units", "photometric") != "photometric":
-        raise ValueError(f"its extras: units must be 'photometric', got {shown(ours['units'])}")
+    for key, only in (("at", "viewer"), ("units", "photometric")):
+        if ours.get(key, only) != only:
+            raise ValueError(f"its extras: {key} must be {only!r}, got {shown(ours[key])}")
     placed, falls, is_area = "at" not in ours, kind != "directional", "size" in ours
     attenuation = _three(numbers(ours.get("attenuation", _FALLING if falls else _DIRECTIONAL), (3,), "attenuation"))
     factor = LUX * exposure / (LUMENS if is_blenders or "units" in ours else 1)
@@ -166,7 +163,7 @@ def looking_along(direction: Any) -> Matrix:
 def write_light(light: Light, node_casts: bool, reach: float, units: Units) -> dict[str, Any]:
     """A light of KHR_lights_punctual, for a node at `light_place`: of an area light the widest spot.
 
-    reach   the distance at which a light of another falloff than glTF's is as bright as ours
+    One of another falloff than glTF's is as bright as ours at the distance `reach`.
     """
     kind = "directional" if light.position is None else "point" if light.direction is None else "spot"
     strongest = max(1.0, *light.color)  # glTF's colours end at 1
@@ -182,11 +179,7 @@ def write_light(light: Light, node_casts: bool, reach: float, units: Units) -> d
         if kind != "directional":
             ours["reach"] = reach
             intensity *= _gain(light.attenuation, reach)
-    values: dict[str, Any] = {
-        "type": kind,
-        "color": [part / strongest for part in light.color],
-        "intensity": intensity,
-    }
+    values: dict[str, Any] = {"type": kind, "color": [part / strongest for part in light.color], "intensity": intensity}
     if kind == "spot":
         cone = (0.0, 90.0) if light.is_area else light.cone
         values["spot"] = _write_cone(cone, units)
@@ -299,8 +292,8 @@ def seen_on_sphere(picture: NDArray[Any], directions: Array) -> Array:
     (height, width), (x, y, z) = picture.shape[:2], np.moveaxis(directions, -1, 0)
     column = (0.5 + np.arctan2(z, x) / (2 * math.pi)) * width - 0.5
     row = (0.5 - np.arcsin(np.clip(y, -1, 1)) / math.pi) * height - 0.5
-    around = np.pad(np.pad(picture, ((1, 1), (0, 0), (0, 0)), "edge"), ((0, 0), (1, 1), (0, 0)), "wrap")
-    return _bilinear(around[None].astype(np.float64), np.zeros(row.shape, np.int64), row, column)
+    padded = np.pad(np.pad(picture, ((1, 1), (0, 0), (0, 0)), "edge"), ((0, 0), (1, 1), (0, 0)), "wrap")
+    return _bilinear(padded[None].astype(np.float64), np.zeros(row.shape, np.int64), row, column)
 
 
 def _bilinear(padded: Array, which: NDArray[np.int64], row: Array, column: Array) -> Array:
@@ -314,9 +307,8 @@ def _bilinear(padded: Array, which: NDArray[np.int64], row: Array, column: Array
 
 
 def are_mirrored(faces: Array) -> bool:
-    """Return whether each face (6, n, n, 3) is mirrored for itself, as the extension's text asks for and its viewers do
-    not: then the sides fit together better with +x and -x exchanged."""
-    positive, negative, _, _, front, back = faces
+    """Return whether each face (6, n, n, 3) is mirrored for itself, as the extension's text has it."""
+    positive, negative, _, _, front, back = faces  # if so, sides fit together better with +x and -x exchanged
 
     def gap(left: Array, right: Array) -> float:
         return float(np.abs(left[:, -1] - right[:, 0]).sum())
@@ -327,8 +319,7 @@ def are_mirrored(faces: Array) -> bool:
 
 
 def rough(picture: NDArray[Any], size: int, roughness: float) -> Array:
-    """Return the faces (6, size, size, 3) of what a surface of this roughness reflects of an environment's picture: the
-    mean over its GGX lobe, seen from above (Karis 2013)."""
+    """Return the faces (6, size, size, 3) of the mean over a rough surface's GGX lobe, seen from above (Karis 2013)."""
     ahead, total = face_directions(size), np.zeros((6, size, size, 3))
     side = np.cross(np.where(np.abs(ahead[..., 1:2]) < 0.9, (0, 1, 0), (1, 0, 0)), ahead)
     side /= np.linalg.norm(side, axis=-1, keepdims=True)
@@ -340,16 +331,14 @@ def rough(picture: NDArray[Any], size: int, roughness: float) -> Array:
         if along <= 0:
             continue
         across = math.sqrt(1 - along * along)
-        total += along * seen_on_sphere(
-            picture, along * ahead + across * (math.cos(angle) * side + math.sin(angle) * other)
-        )
+        ways = along * ahead + across * (math.cos(angle) * side + math.sin(angle) * other)
+        total += along * seen_on_sphere(picture, ways)
         weights += along
     return total / weights
 
 
 def irradiance_coefficients(picture: NDArray[Any]) -> list[list[float]]:
-    """Return the irradiance of an environment's picture as spherical harmonics of order 2, (9, 3), axes of the cube map
-    (Ramamoorthi and Hanrahan 2001)."""
+    """Return the irradiance of an environment's picture as spherical harmonics of order 2, (9, 3), in cube axes."""
     height, width = picture.shape[:2]
     edges = np.sin(math.pi * (0.5 - np.arange(height + 1) / height))
     light = picture.astype(np.float64) * ((edges[:-1] - edges[1:]) * 2 * math.pi / width)[:, None, None]
@@ -361,7 +350,7 @@ def irradiance_coefficients(picture: NDArray[Any]) -> list[list[float]]:
         0 * x + 0.282095, 0.488603 * y, 0.488603 * z, 0.488603 * x, second * x * y, second * y * z,
         0.315392 * (3 * z * z - 1), second * x * z, second / 2 * (x * x - y * y),
     ]  # fmt: skip
-    factors = [math.pi, *[2 * math.pi / 3] * 3, *[math.pi / 4] * 5]
+    factors = [math.pi, *[2 * math.pi / 3] * 3, *[math.pi / 4] * 5]  # Ramamoorthi and Hanrahan 2001
     return [(factor * np.tensordot(one, light)).tolist() for factor, one in zip(factors, bases, strict=True)]
 
 
@@ -384,21 +373,17 @@ _BLURRED = 64  # columns of the picture of which the first rough level is made; 
 def read_environment(
     scene: SimpleNamespace | None, parts: GltfParts, factor: float, axes: NDArray[np.float64]
 ) -> Environment | None:
-    """Return the environment of a scene of the file; None without one. Raises ValueError.
+    """Return the environment of a scene of the file, its light times a factor; None without one. Raises ValueError.
 
-    factor  on its light
-    axes    (3, 3) from the scene's world to the file's
+    axes  (3, 3) from the scene's world to the file's
     """
-    held = (scene.extensions or {}).get(IMAGE_BASED) if scene else None
-    if held is None:
+    found = named_light(parts.gltf, scene, IMAGE_BASED, "image-based light")
+    if found is None:
         return None
-    lights = (parts.gltf.extensions or {}).get(IMAGE_BASED)
-    lights = lights.get("lights") if isinstance(lights, dict) else None
-    index = held.get("light") if isinstance(held, dict) else None
-    light = pick(lights if isinstance(lights, list) else [], index, "image-based light")
+    index, light = found
     if not isinstance(light, dict):
         raise ValueError(f"image-based light {index} must be an object, got {shown(light)}")
-    with telling(f"image-based light {index}"):
+    with naming_part(f"image-based light {index}"):
         turn = turn_of(light.get("rotation", (0, 0, 0, 1)))
         intensity = numbers(light.get("intensity", 1), (), "intensity").item()
         if intensity < 0:
@@ -419,15 +404,11 @@ def _faces(levels: Any, parts: GltfParts) -> NDArray[np.float64]:
     if len(sizes) > 1 or len(set(*sizes)) > 1:
         found = ", ".join(f"{width}x{height}" for height, width in sorted(sizes))
         raise ValueError(f"the faces of a cube must be squares of one size, got {found}")
-    faces = np.stack([_linear(picture) for picture in pictures])
+    faces = np.stack([from_rgbd(one) if one.shape[2] == 4 else srgb_to_linear(one / 255.0) for one in pictures])
     while faces.shape[1] > WIDEST // 4 and faces.shape[1] % 2 == 0:
         half = faces.shape[1] // 2
         faces = faces.reshape(6, half, 2, half, 2, 3).mean((2, 4))
     return faces[[1, 0, 2, 3, 4, 5]] if are_mirrored(faces) else faces
-
-
-def _linear(picture: NDArray[np.uint8]) -> NDArray[np.float64]:
-    return from_rgbd(picture) if picture.shape[2] == 4 else srgb_to_linear(picture / 255.0)
 
 
 def write_environment(environment: Environment, add_image: Callable[[NDArray[np.uint8]], int]) -> dict[str, Any]:

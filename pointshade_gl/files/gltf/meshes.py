@@ -12,7 +12,7 @@ from ...notes.words import cut
 from ...scene.cloud import PointCloud
 from ...scene.objects import Mesh
 from ...scene.values import linear_to_bytes, srgb_to_linear
-from .buffers import UNLIT, GltfParts, label, numbers, options, pick, telling
+from .buffers import UNLIT, GltfParts, label, naming_part, numbers, options, pick
 from .cameras_and_lights import Matrix
 from .stored_points import read_material
 
@@ -29,10 +29,7 @@ _WHITE = 1.0, 1.0, 1.0
 
 
 def read_cloud(parts: GltfParts, primitive: SimpleNamespace, look: dict[str, Any], part: str) -> PointCloud:
-    """The points of a primitive. Raises ValueError.
-
-    look  what its material says: material, shading, color, texture
-    """
+    """The points of a primitive, with the look of its material, see `Meshes`. Raises ValueError."""
     held = primitive.attributes
     ours = options(primitive.extras, _KEYS)
     if look.pop("texture", None) is not None:
@@ -46,7 +43,10 @@ def read_cloud(parts: GltfParts, primitive: SimpleNamespace, look: dict[str, Any
         linear = _shares(parts, held["COLOR_0"]) if "COLOR_0" in held else np.ones_like(each["positions"])
         each["colors"] = linear_to_bytes(np.clip(np.nan_to_num(linear[:, :3] * np.float32(color)), 0, 1))
     if primitive.indices is not None:
-        each = _chosen(each, parts.array(primitive.indices, ("SCALAR",))[:, 0])
+        chosen, least = parts.array(primitive.indices, ("SCALAR",))[:, 0], min(map(len, each.values()))
+        if chosen.dtype.kind != "u" or chosen.max() >= least:
+            raise ValueError(f"its indices must name one of {least} points, got {chosen.max()}")
+        each = {name: one[chosen] for name, one in each.items()}
     if "seen_from" in ours:
         each["seen_from"] = numbers(ours.pop("seen_from"), (3,), "seen_from")
     return PointCloud(**each, **look, up=ours.pop("up", UP), point_size=ours.pop("size", None), **ours)
@@ -57,17 +57,9 @@ def _floats(parts: GltfParts, index: Any, kind: str) -> NDArray[np.float32]:
 
 
 def _shares(parts: GltfParts, index: Any) -> NDArray[Any]:
-    """Return colours of 0 to 1: whole numbers are shares of the largest, also where the accessor forgets to say so."""
+    """Return colours of 0 to 1: whole numbers are shares of the largest, also where the accessor does not state it."""
     values = parts.array(index, ("VEC3", "VEC4"))
     return values / np.float32(np.iinfo(values.dtype).max) if values.dtype.kind in "iu" else values
-
-
-def _chosen(each: dict[str, Any], indices: NDArray[Any]) -> dict[str, Any]:
-    """Return those points that indices name."""
-    least = min(map(len, each.values()))
-    if indices.dtype.kind != "u" or indices.max() >= least:
-        raise ValueError(f"its indices must name one of {least} points, got {indices.max()}")
-    return {name: one[indices] for name, one in each.items()}
 
 
 def cloud_place(cloud: PointCloud) -> Matrix:
@@ -100,11 +92,10 @@ def linear_colors(colors: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 
 def cloud_extras(cloud: PointCloud) -> dict[str, Any]:
-    """What extras say of the cloud: all that differs from the default."""
-    ours: dict[str, Any] = {} if cloud.splat == "disc" else {"splat": cloud.splat}
-    ours |= {} if cloud.point_size is None else {"size": cloud.point_size}
-    ours |= {} if cloud.up == UP else {"up": cloud.up}
-    ours |= {} if cloud.front is None else {"front": cloud.front}
+    """What extras hold of the cloud: all that differs from the default."""
+    values = {"splat": (cloud.splat, "disc"), "size": (cloud.point_size, None), "up": (cloud.up, UP)}
+    values["front"] = cloud.front, None
+    ours: dict[str, Any] = {key: value for key, (value, usual) in values.items() if value != usual}
     if cloud.seen_from is not None and cloud.seen_from.ndim == 1:
         ours["seen_from"] = (cloud.seen_from - (cloud_place(cloud)[:3, 3] - cloud.origin)).tolist()
     return ours
@@ -129,7 +120,7 @@ class Meshes:
             found = []
             for k, primitive in enumerate(mesh.primitives or ()):
                 part = label("mesh", index, mesh.name) + (f" primitive {k}" if len(mesh.primitives) > 1 else "")
-                with telling(part):
+                with naming_part(part):
                     found.append(self._primitive(primitive, part))
             self._read[index] = tuple(mesh for mesh in found if mesh is not None)
         return self._read[index]
@@ -147,7 +138,7 @@ class Meshes:
             parts.note(f"{part}: its morph targets are not drawn")
         if mode == POINTS:
             return read_cloud(parts, primitive, dict(self._material(primitive.material)), part)
-        points = parts.array(held["POSITION"], ("VEC3",)).astype(np.float32)
+        points = _floats(parts, held["POSITION"], "VEC3")
         if primitive.indices is None:
             corners = np.arange(len(points), dtype=np.uint32)
             parts.count_corners(len(corners))
@@ -164,14 +155,9 @@ class Meshes:
         if uv is None and "texture" in look:
             parts.note(f"{part}: its texture is not drawn, it has no TEXCOORD_{channel}")
             del look["texture"]
-        normals = held.get("NORMAL")
-        return Mesh(
-            points,
-            faces,
-            normals=None if normals is None else parts.array(normals, ("VEC3",)).astype(np.float32),
-            uv=None if uv is None else parts.array(uv, ("VEC2",)).astype(np.float32),
-            **look,
-        )
+        each = {"normals": (held.get("NORMAL"), "VEC3"), "uv": (uv, "VEC2")}
+        look |= {name: _floats(parts, one, kind) for name, (one, kind) in each.items() if one is not None}
+        return Mesh(points, faces, **look)
 
     def _material(self, index: Any) -> dict[str, Any]:
         """Fields of Mesh that a material decides, and the channel of its texture's coordinates."""
@@ -180,12 +166,11 @@ class Meshes:
             part = label("material", index, material.name)
             if material.alphaMode not in (None, "OPAQUE"):
                 self._parts.note(f"{part}: its transparency ({cut(material.alphaMode)}) is not drawn")
-            with telling(part):
-                ours = options(material.extras, _MATERIAL_KEYS)
+            with naming_part(part):
+                ours = dict(options(material.extras, _MATERIAL_KEYS))
                 look: dict[str, Any] = {"shading": "none"} if UNLIT in (material.extensions or {}) else {}
-                if "shading" in ours:
-                    look["shading"] = ours["shading"]
-                look["material"] = read_material({key: value for key, value in ours.items() if key != "shading"})
+                look |= {"shading": ours.pop("shading")} if "shading" in ours else {}
+                look["material"] = read_material(ours)
                 base = material.pbrMetallicRoughness
                 if base is not None and base.baseColorFactor is not None:
                     red, green, blue, _ = numbers(base.baseColorFactor, (4,), "baseColorFactor").tolist()
@@ -198,7 +183,7 @@ class Meshes:
 
     def _texture(self, index: Any, alpha_mode: str) -> NDArray[np.uint8]:
         texture = pick(self._parts.gltf.textures, index, "texture")
-        with telling(label("texture", index, texture.name)):
+        with naming_part(label("texture", index, texture.name)):
             picture = self._parts.picture(texture.source)
         return np.ascontiguousarray(picture[..., :3]) if alpha_mode == "OPAQUE" else picture
 

@@ -25,12 +25,13 @@ from .buffers import (
     SPECULAR,
     GltfParts,
     label,
+    named_light,
+    naming_part,
     numbers,
     options,
     pick,
     read_container,
     switch,
-    telling,
 )
 from .cameras_and_lights import (
     FLIP,
@@ -53,7 +54,7 @@ def load_scene(path: FilePath, allow_outside: bool, max_pixels: float, notes: No
     file = builtin_scene(path)
     check_positive(max_pixels, option("max_pixels", beside_file=True))
     folder = Folder(file.parent, allow_outside, file.parent)
-    with as_python(), telling(str(file)):  # extras have the names of Python's options
+    with as_python(), naming_part(str(file)):  # extras have the names of Python's options
         gltf, blob = read_container(file, max_pixels)
         return _Reader(GltfParts(folder, gltf, blob, notes or print_note, max_pixels)).scene()
 
@@ -61,6 +62,8 @@ def load_scene(path: FilePath, allow_outside: bool, max_pixels: float, notes: No
 class _Reader:
     def __init__(self, parts: GltfParts) -> None:
         self.gltf, self.note, self.parts = parts.gltf, parts.note, parts
+        self._is_ours = self.gltf.asset.generator == GENERATOR
+        self._is_blenders = "Blender" in (self.gltf.asset.generator or "")
         self.meshes = Meshes(parts)
         self.frames: dict[str, Frame] = {}
         self.parents: dict[int, int | None] = {}  # in the order of the walk
@@ -71,35 +74,38 @@ class _Reader:
         self.loose: dict[int | None, list[Any]] = {}  # by node: content that stands below it in the file
 
     def scene(self) -> Scene:
-        self._tell_what_is_left_out()
+        self._note_what_is_left_out()
         gltf = self.gltf
         count = len(gltf.nodes or ())
         check_limit(count, f"has {count} nodes", self.parts.max_pixels, PARTS)
         chosen = pick(gltf.scenes, gltf.scene or 0, "scene") if gltf.scenes or gltf.scene is not None else None
         ours = options(chosen.extras if chosen else None, ("ambient", "exposure", "pose"))
-        exposure = numbers(ours.get("exposure", 1), (), "exposure").item()
-        self.exposure = exposure
+        self.exposure = numbers(ours.get("exposure", 1), (), "exposure").item()
         if self._is_blenders and LIGHTS in (gltf.extensions or {}):
             units = f"{LUMENS:g} lumens a watt, as Blender writes them"
             self.note(f"lights are taken as {units}; the scene's exposure is a factor")
-        roots = chosen.nodes if chosen else self._roots()
-        self._walk(roots or [])
+        if chosen:
+            roots = chosen.nodes or []
+        else:  # of a file without scenes: all nodes without a parent
+            children = {child for node in gltf.nodes or () if node for child in node.children or ()}
+            roots = [k for k in range(count) if k not in children]
+        self._walk(roots)
         camera, pose, taken = None, numbers(ours.get("pose", FLIP), (4, 4), "pose"), None
         for index, world in self.cameras:
-            with telling(self._label(index)):
+            with naming_part(self._label(index)):
                 number = self._node(index).camera
                 if camera is None and (seen := self._camera(number)):
                     camera, pose, taken = seen, camera_pose(world), index
                 else:
                     self.note(f"{self._label(index)}: camera {number} is left out, the first perspective one is taken")
-        nodes = self._build(roots or [], taken)
+        nodes = self._build(roots, taken)
         ambient = numbers(ours.get("ambient", (1, 1, 1)), (3,), "ambient").tolist()
-        is_turned = any(self._is_turned(self._node(root)) for root in roots or ())
+        is_turned = any(self._is_turned(self._node(root)) for root in roots)
         axes = FLIP[:3, :3] if is_turned else np.eye(3)
-        environment = read_environment(chosen, self.parts, exposure, axes)
+        environment = read_environment(chosen, self.parts, self.exposure, axes)
         return Scene(nodes, camera, pose, (ambient[0], ambient[1], ambient[2]), environment)
 
-    def _tell_what_is_left_out(self) -> None:
+    def _note_what_is_left_out(self) -> None:
         known = (*KNOWN, SPECULAR) if self._is_ours else KNOWN
         unread = [str(name) for name in self.gltf.extensionsUsed or () if name not in known]
         if unread:
@@ -108,20 +114,6 @@ class _Reader:
             self.note("animations are not played")
         if self.gltf.skins:
             self.note("skins are not applied: their meshes stand in the pose they were modelled in")
-
-    def _roots(self) -> list[int]:
-        """All nodes without a parent, for a file without scenes."""
-        nodes = self.gltf.nodes or []
-        children = {child for node in nodes if node for child in node.children or ()}
-        return [k for k in range(len(nodes)) if k not in children]
-
-    @property
-    def _is_blenders(self) -> bool:
-        return "Blender" in (self.gltf.asset.generator or "")
-
-    @property
-    def _is_ours(self) -> bool:
-        return self.gltf.asset.generator == GENERATOR
 
     def _node(self, index: Any) -> SimpleNamespace:
         return pick(self.gltf.nodes, index, "node")
@@ -135,12 +127,12 @@ class _Reader:
         stack: list[tuple[Any, int | None, Matrix, Matrix]] = [(root, None, flat, flat) for root in roots[::-1]]
         while stack:
             index, parent, above, place = stack.pop()
-            with telling("the scene" if parent is None else self._label(parent)):
+            with naming_part("the scene" if parent is None else self._label(parent)):
                 node = self._node(index)
                 if index in self.parents:
                     raise ValueError(self._met_twice(index, parent))
             self.parents[index] = parent
-            with telling(self._label(index)):
+            with naming_part(self._label(index)):
                 place = place @ (flat if parent is None and self._is_turned(node) else local_matrix(node))
                 is_half = self._is_half(node)  # then the rest of the place is that of the node below
                 self.places[index] = flat if is_half else place
@@ -157,11 +149,6 @@ class _Reader:
         """Whether a node and the only one below it are one of ours, sheared."""
         return len(node.children or ()) == 1 and switch(options(node.extras, _NODE_KEYS), "sheared", False)
 
-    def _is_fallback(self, index: int, ours: dict[str, Any]) -> bool:
-        """Whether the node is what other programs draw of the point object above it."""
-        above = self.parents[index]
-        return switch(ours, "fallback", False) and above is not None and self.objects[above] is not None
-
     def _met_twice(self, index: int, parent: int | None) -> str:
         above = parent
         while above is not None and above != index:
@@ -173,21 +160,25 @@ class _Reader:
     def _camera(self, index: Any) -> Any:
         """A perspective camera; None for an orthographic one."""
         camera = pick(self.gltf.cameras, index, "camera")
-        with telling(label("camera", index, camera.name)):
+        with naming_part(label("camera", index, camera.name)):
             return None if camera.type == "orthographic" else read_camera(camera, self.parts.max_pixels)
 
     def _build(self, roots: list[int], camera: int | None) -> tuple[Node, ...]:
         """The nodes. One that holds only the scene's camera becomes the scene's pose; those for other programs go."""
         built: dict[int, tuple[Node, ...]] = {}
         for index in self.parents:
-            with telling(self._label(index)):
+            with naming_part(self._label(index)):
                 self.objects[index] = self._object(index)
         for index in reversed(self.parents):
             node = self._node(index)
-            with telling(self._label(index)):
+            with naming_part(self._label(index)):
                 ours, above = options(node.extras, _NODE_KEYS), self.parents[index]
-                is_extra = self._is_fallback(index, ours)
-                content = () if is_extra else (*self._content(index, ours), *self.loose.pop(index, ()))
+                # other programs draw it in the place of the point object above it
+                is_extra = switch(ours, "fallback", False) and above is not None and self.objects[above] is not None
+                meshes = () if is_extra or node.mesh is None else self.meshes[node.mesh]
+                own = () if is_extra else (self.objects[index], *meshes, self._light(node, ours))
+                content = tuple(one for one in own if one is not None)
+                content += () if is_extra else tuple(self.loose.pop(index, ()))
                 children = tuple(child for k in node.children or () for child in built.pop(k))
                 if not children and above is not None and switch(ours, "content", False):
                     self.loose.setdefault(above, [])[:0] = content  # those below come last first
@@ -196,15 +187,9 @@ class _Reader:
                 if is_extra and not content and (not children or index != camera):
                     built[index] = children
                     continue
-                made = Node(
-                    content[0] if len(content) == 1 else content or None,
-                    node.name or "",
-                    self.places[index],
-                    children,
-                    visible=switch(ours, "visible"),
-                    shadow=switch(ours, "shadow"),
-                )
-                built[index] = (made,)
+                held = content[0] if len(content) == 1 else content or None
+                switches = {key: switch(ours, key) for key in ("visible", "shadow")}
+                built[index] = (Node(held, node.name or "", self.places[index], children, **switches),)
         return tuple(node for root in roots for node in built[root])
 
     def _object(self, index: int) -> PointObject | None:
@@ -219,21 +204,12 @@ class _Reader:
             self.note(f"{self._label(index)}: {error}: what other programs see is drawn in its place")
             return None
 
-    def _content(self, index: int, ours: dict[str, Any]) -> tuple[Any, ...]:
-        node, points = self._node(index), self.objects[index]
-        meshes = () if node.mesh is None else self.meshes[node.mesh]
-        light = self._light(node, ours)
-        return (*([points] if points else []), *meshes, *([light] if light else []))
-
     def _light(self, node: SimpleNamespace, ours: dict[str, Any]) -> Light | None:
-        held = (node.extensions or {}).get(LIGHTS)
-        if held is None:
+        found = named_light(self.gltf, node, LIGHTS, "light")
+        if found is None:
             return None
-        lights = (self.gltf.extensions or {}).get(LIGHTS)
-        lights = lights.get("lights") if isinstance(lights, dict) else None
-        index = held.get("light") if isinstance(held, dict) else None
-        light = pick(lights if isinstance(lights, list) else [], index, "light")
-        with telling(f"light {index}"):
+        index, light = found
+        with naming_part(f"light {index}"):
             if isinstance(light, dict) and "range" in light:
                 self.note(f"light {index}: its range is not used, it falls with the square of the distance")
             return read_light(light, self.exposure, switch(ours, "shadow"), self._is_blenders)

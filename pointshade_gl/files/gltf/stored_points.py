@@ -35,11 +35,11 @@ from .buffers import (
     UNLIT,
     GltfParts,
     inside,
+    naming_part,
     numbers,
     options,
     pack,
     switch,
-    telling,
 )
 from .cameras_and_lights import FLIP
 
@@ -122,8 +122,13 @@ def read_points(ours: dict[str, Any], parts: GltfParts, frames: dict[str, Frame]
         return None
     found = []
     for k, of_frame in enumerate(described):
-        with _telling_frame(k, len(described)):
-            found.append(_read_once(of_frame, parts, frames))
+        key, count = json.dumps(of_frame, sort_keys=True), len(frames) + 1
+        with _naming_frame(k, len(described)):
+            if key not in frames:
+                check_limit(count, f"with it the scene has {count} frames", parts.max_pixels, SCENE_FRAMES)
+                frames[key] = read_frame(of_frame, parts.folder, parts.note, parts.max_pixels)
+                parts.count_pixels(frames[key].depth.size)
+        found.append(frames[key])
     of_object = {name: _value(key, ours[key], parts) for key, name in OBJECT_KEYS.items() if key in ours}
     of_object |= {key: switch(ours, key) for key in SWITCHES if key in ours}
     return PointObject(found, read_material(ours.get("material", {})), **of_object)
@@ -142,26 +147,16 @@ def _describe(ours: dict[str, Any]) -> list[dict[str, Any]]:
         raise ValueError(f"its frames must be a list of 1 to {MOST_FRAMES}, got {got}")
     found = []
     for k, one in enumerate(several):
-        with _telling_frame(k, len(several)):
+        with _naming_frame(k, len(several)):
             found.append(options({"pointshade": one}, FRAME_KEYS))
             if "frame" not in found[-1] and "depth" not in found[-1]:
                 raise ValueError(f"it must name a frame, got {shown(one)}")
     return found
 
 
-def _telling_frame(k: int, count: int) -> AbstractContextManager[None]:
+def _naming_frame(k: int, count: int) -> AbstractContextManager[None]:
     """Name the frame in errors inside, if it is one of several."""
-    return nullcontext() if count == 1 else telling(f"frame {k} of {count}")
-
-
-def _read_once(ours: dict[str, Any], parts: GltfParts, frames: dict[str, Frame]) -> Frame:
-    """Return the frame; the same one for the same words."""
-    key = json.dumps(ours, sort_keys=True)
-    if key not in frames:
-        check_limit(len(frames) + 1, f"with it the scene has {len(frames) + 1} frames", parts.max_pixels, SCENE_FRAMES)
-        frames[key] = read_frame(ours, parts.folder, parts.note, parts.max_pixels)
-        parts.count_pixels(frames[key].depth.size)
-    return frames[key]
+    return nullcontext() if count == 1 else naming_part(f"frame {k} of {count}")
 
 
 def read_material(ours: Any) -> Material:
@@ -189,28 +184,23 @@ def _value(key: str, value: Any, parts: GltfParts) -> Any:
 def write_points(
     points: PointObject,
     folder: Path,
-    names: list[str],
+    names: list[str],  # of the folders, one for each frame
     stage: Callable[[str], Path],
-    written: dict[Frame, dict[str, Any]],
+    written: dict[Frame, dict[str, Any]],  # extras of each frame before, so that none is written twice
 ) -> dict[str, Any]:
-    """Return the extras of a point object; its frames and arrays are staged as files. Raises ValueError without points.
-
-    names    of the folders, one for each frame
-    written  the extras that were written for each frame before, so that none is written twice
-    """
+    """Return the extras of a point object; its frames and arrays are staged as files. Raises ValueError without one."""
     for k, (frame, name) in enumerate(zip(points.frames, names, strict=True)):
         if frame not in written:
-            with _telling_frame(k, len(points.frames)):
+            with _naming_frame(k, len(points.frames)):
                 written[frame] = write_frame(frame, folder, name, stage)
     several = [written[frame] for frame in points.frames]
     ours: dict[str, Any] = dict(several[0]) if points.is_single else {"frames": several}
-    name = names[0]
-    for key, name_in_look in OBJECT_KEYS.items():
-        value = getattr(points.look, name_in_look)
+    for key, name in OBJECT_KEYS.items():
+        value = getattr(points.look, name)
         if np.ndim(value):
-            save_image(stage(f"{name}/{key}.npy"), np.asarray(value, np.float32))
-            ours[key] = f"{name}/{key}.npy"
-        elif value != getattr(Look(), name_in_look):
+            ours[key] = f"{names[0]}/{key}.npy"
+            save_image(stage(ours[key]), np.asarray(value, np.float32))
+        elif value != getattr(Look(), name):
             ours[key] = value
     ours |= {key: True for key in SWITCHES if getattr(points.look, key)}
     material = write_material(points.look.material)
@@ -238,7 +228,7 @@ class GltfDocument:
         self.path, self.files = path, files
         self.is_binary = path.suffix.lower() == ".glb"
         self.lights: list[dict[str, Any]] = []
-        self.around: list[dict[str, Any]] = []  # image-based lights
+        self.environments: list[dict[str, Any]] = []  # image-based lights
         self.known: dict[Any, int] = {}  # numbers of the parts that several nodes share: meshes, materials, pictures
         self._blob = bytearray()
 
@@ -252,7 +242,11 @@ class GltfDocument:
         at = held["POSITION"]
         bounds = {"max": at.max(0).tolist(), "min": at.min(0).tolist()}  # glTF requires them
         numbers = {key: self.accessor(one, **(bounds if one is at else {})) for key, one in held.items()}
-        return numbers | ({} if normals is None else {"NORMAL": self.accessor(_unit(normals))})
+        if normals is not None:  # of unit length, as glTF requires; those that have it already stay as they are
+            length = np.linalg.norm(normals, axis=1, keepdims=True)
+            is_unit = (np.abs(length - 1) < 1e-4) | (length == 0)
+            numbers["NORMAL"] = self.accessor(np.where(is_unit, normals, normals / np.maximum(length, 1e-30)))
+        return numbers
 
     def corners(self, faces: NDArray[Any], count: int) -> int:
         """Return the accessor of the corners of triangles, of a number of vertices."""
@@ -349,7 +343,9 @@ class GltfDocument:
         for node in self.gltf["nodes"]:
             if not node["children"]:
                 del node["children"]
-        held = {name: {"lights": some} for name, some in ((LIGHTS, self.lights), (IMAGE_BASED, self.around)) if some}
+        held = {
+            name: {"lights": some} for name, some in ((LIGHTS, self.lights), (IMAGE_BASED, self.environments)) if some
+        }
         worn = {name for one in self.gltf["materials"] for name in one.get("extensions", ())}
         used = [name for name in (LIGHTS, IMAGE_BASED, UNLIT, SPECULAR) if name in held or name in worn]
         ours: dict[str, Any] = {"asset": {"generator": GENERATOR, "version": "2.0"}}
@@ -377,9 +373,3 @@ def _lines(value: Any, indent: str = "") -> str:
 def extras_of(ours: dict[str, Any]) -> dict[str, Any] | None:
     """Return what extras hold, None for nothing."""
     return {"pointshade": ours} if ours else None
-
-
-def _unit(normals: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Normals of unit length, as glTF requires. Those that have it already stay as they are."""
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.where((np.abs(length - 1) < 1e-4) | (length == 0), normals, normals / np.maximum(length, 1e-30))

@@ -1,4 +1,4 @@
-"""Writes a scene as glTF: one glTF node for each node, and more below it for what glTF cannot say in one."""
+"""Writes a scene as glTF: one glTF node for each node, and more below it for what glTF cannot hold in one."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ..access.atomic_write import FileSet, check_place, name_key, naming_written
 from ..access.content import FilePath
 from ..access.known_names import SCENE_SUFFIXES, check_suffix
 from ..frames.assembly import read_color
-from .buffers import IMAGE_BASED, LIGHTS, telling
+from .buffers import IMAGE_BASED, LIGHTS, naming_part
 from .cameras_and_lights import (
     FLIP,
     Matrix,
@@ -61,9 +61,8 @@ class TriangleSurface(NamedTuple):
 def frame_surface(frame: Frame, most: int, step: Step | None = None, normals: Floats | None = None) -> TriangleSurface:
     """Return the triangles between pixels that lie on one surface, and their corners.
 
-    most     pixels that may be used: of larger pictures each second is left out, or more
-    step     see `Look.depth_step`
-    normals  (h, w, 3) in the frame's camera axes, in place of those of the depth
+    Of pictures with more pixels than `most` each second is left out, or more. step: see `Look.depth_step`; normals
+    (h, w, 3), camera axes: in place of those of the depth.
     """
     every = max(1, math.ceil(math.sqrt(frame.depth.size / most)))
     v, u = np.mgrid[every // 2 : frame.depth.shape[0] : every, every // 2 : frame.depth.shape[1] : every]
@@ -80,35 +79,19 @@ def frame_surface(frame: Frame, most: int, step: Step | None = None, normals: Fl
     u, v = u.ravel()[used], v.ravel()[used]
     z, w, right, down = (part.ravel()[used] for part in (z, w, right / every, down / every))
     x, y = frame.camera.ray_at(u, v)
+    (height, width), camera = frame.depth.shape, frame.camera
     if normals is None:
-        camera = frame.camera
         outward = [camera.fx * right, camera.fy * down, w - right * (u - camera.cx) - down * (v - camera.cy)]
         found = -np.stack(outward, -1)
     else:
         found = normals[v, u]
-    height, width = frame.depth.shape
-    mirrored = frame.camera.fx * frame.camera.fy < 0
-    return TriangleSurface(
-        np.stack([x * z, y * z, z], -1).astype(np.float32) * TO_GLTF,
-        _unit(found) * TO_GLTF,
-        np.stack([(u + 0.5) / width, (v + 0.5) / height], -1).astype(np.float32),
-        number[faces[:, ::-1] if mirrored else faces],
-    )
-
-
-def frame_points(frame: Frame, most: int) -> tuple[Floats, tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Return points of a frame in the axes of a glTF camera, (n, 3), and their columns and rows."""
-    v, u = np.nonzero(frame.depth)
-    every = math.ceil(len(v) / most)
-    v, u = v[::every], u[::every]
-    (x, y), z = frame.camera.ray_at(u, v), frame.depth[v, u]
-    return np.stack([x * z, y * z, z], -1).astype(np.float32) * TO_GLTF, (u, v)
-
-
-def _unit(vectors: NDArray[Any]) -> Floats:
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    ahead = np.broadcast_to(np.array([0, 0, -1.0]), vectors.shape)
-    return np.divide(vectors, length, out=ahead.copy(), where=length > 0).astype(np.float32)
+    length = np.linalg.norm(found, axis=1, keepdims=True)
+    ahead = np.broadcast_to(np.array([0, 0, -1.0]), found.shape)  # where there is no normal
+    units = np.divide(found, length, out=ahead.copy(), where=length > 0).astype(np.float32)
+    positions = np.stack([x * z, y * z, z], -1).astype(np.float32)
+    uv = np.stack([(u + 0.5) / width, (v + 0.5) / height], -1).astype(np.float32)
+    corners = number[faces[:, ::-1] if camera.fx * camera.fy < 0 else faces]
+    return TriangleSurface(positions * TO_GLTF, units * TO_GLTF, uv, corners)
 
 
 def _slopes(w: Floats) -> Floats:
@@ -154,11 +137,18 @@ def _smoothed(w: Floats, right: Floats, down: Floats, noise: float) -> tuple[Flo
 
 
 def _triangles(w: Floats, right: Floats, down: Floats, focal: float, max_step: Step | None) -> NDArray[np.intp]:
-    """Return (m, 3) pixels of the triangles in each square of four pixels, cut along either diagonal."""
+    """Return (m, 3) pixels of the triangles in each square of four pixels of one surface, cut along either diagonal."""
 
     def joined(a: tuple[slice, slice], b: tuple[slice, slice], off: tuple[int, int]) -> NDArray[np.bool_]:
-        own, other = (off[0] * right[k] + off[1] * down[k] for k in (a, b))
-        return _are_joined(w[a], w[b], own, other, focal, max_step)
+        rises = [off[0] * right[k] + off[1] * down[k] for k in (a, b)]  # of w from one to the other, by each plane
+        known = (w[a] > 0) & (w[b] > 0)
+        near, far = np.maximum(w[a], w[b]), np.where(known, np.minimum(w[a], w[b]), 1)
+        if max_step:
+            z, far_z = 1 / np.where(known, near, 1), 1 / far
+            return known & (far_z - z <= max_step[0] + max_step[1] * z)
+        step = w[b] - w[a]
+        goes_on = np.minimum(np.abs(step - rises[0]), np.abs(step - rises[1])) < SAME_SURFACE * far
+        return known & goes_on & (np.abs(step) < max(SAME_SURFACE, STEEPEST / focal) * far)
 
     first, last = slice(None, -1), slice(1, None)
     a, b, c, d = (first, first), (first, last), (last, first), (last, last)
@@ -169,27 +159,9 @@ def _triangles(w: Floats, right: Floats, down: Floats, focal: float, max_step: S
     is_other = ~(usual[0] | usual[1])
     others = above & beside & falling & is_other, left & below & falling & is_other
     pixel = np.arange(w.size).reshape(w.shape)
-    corners = ((a, c, b), (b, c, d)), ((a, d, b), (a, c, d))
-    found = [
-        np.stack([pixel[k][there] for k in three], -1)
-        for kept, halves in zip((usual, others), corners, strict=True)
-        for there, three in zip(kept, halves, strict=True)
-    ]
-    return np.concatenate(found)
-
-
-def _are_joined(
-    w: Floats, other: Floats, rise: Floats, other_rise: Floats, focal: float, max_step: Step | None
-) -> NDArray[np.bool_]:
-    """Return whether two neighbours are one surface. rise: of w from one to the other, by the plane of each."""
-    known = (w > 0) & (other > 0)
-    near, far = np.maximum(w, other), np.where(known, np.minimum(w, other), 1)
-    if max_step:
-        z, far_z = 1 / np.where(known, near, 1), 1 / far
-        return known & (far_z - z <= max_step[0] + max_step[1] * z)
-    step = other - w
-    goes_on = np.minimum(np.abs(step - rise), np.abs(step - other_rise)) < SAME_SURFACE * far
-    return known & goes_on & (np.abs(step) < max(SAME_SURFACE, STEEPEST / focal) * far)
+    corners = (a, c, b), (b, c, d), (a, d, b), (a, c, d)
+    kept = zip((*usual, *others), corners, strict=True)
+    return np.concatenate([np.stack([pixel[k][there] for k in three], -1) for there, three in kept])
 
 
 Fallback = Literal["mesh", "points"] | None
@@ -201,10 +173,7 @@ GREY = (srgb_to_linear(NEUTRAL / 255.0).item(),) * 3  # of a frame without colou
 def write_fallback(
     document: GltfDocument, points: PointObject, written: Mapping[Frame, dict[str, Any]], kind: Fallback
 ) -> list[tuple[int, Matrix]]:
-    """Return the mesh of each frame and its place below the object's node.
-
-    written  the extras of each frame: they name the folder that holds its colours
-    """
+    """Return each frame's mesh, the place of it, below the node; written extras name the folder of its colours."""
     most = max(1, MOST_POINTS // len(points.frames))
     found = []
     for frame in points.frames:
@@ -253,8 +222,11 @@ def _file_of(color: NDArray[np.uint8], ours: Mapping[str, Any], document: GltfDo
 
 def _points(document: GltfDocument, frame: Frame, look: Look, most: int) -> dict[str, Any]:
     """Return the primitive of a frame's points, whose normals no program needs."""
-    positions, (u, v) = frame_points(frame, most)
-    held: dict[str, NDArray[Any]] = {"POSITION": positions}
+    v, u = np.nonzero(frame.depth)
+    every = math.ceil(len(v) / most)
+    v, u = v[::every], u[::every]
+    (x, y), z = frame.camera.ray_at(u, v), frame.depth[v, u]
+    held: dict[str, NDArray[Any]] = {"POSITION": np.stack([x * z, y * z, z], -1).astype(np.float32) * TO_GLTF}
     if frame.color is not None:
         (height, width), colors = frame.depth.shape, frame.color
         row = ((v + 0.5) * colors.shape[0] / height).astype(np.intp)
@@ -292,7 +264,7 @@ class _Writer:
         self.units: Units = units
         self.frames: dict[Frame, dict[str, Any]] = {}
         self.folders: set[str] = set()
-        self.above: dict[int, int] = {}  # by node: one more above it, where one cannot say a shear
+        self.above: dict[int, int] = {}  # by node: one more above it, where one cannot hold a shear
 
     def scene(self, scene: Scene) -> None:
         """Numbers the nodes from above, each before those below it."""
@@ -304,7 +276,7 @@ class _Writer:
         while stack:
             node, siblings, above, is_shown = stack.pop()
             world, is_shown = above @ node.transform, is_shown and node.visible
-            with telling(f"node {node.name!r}" if node.name else f"node {len(nodes)}"):
+            with naming_part(f"node {node.name!r}" if node.name else f"node {len(nodes)}"):
                 number = self.node(node, world, is_shown)
             siblings.append(self.above.pop(number, number))
             below = nodes[number]["children"]
@@ -323,17 +295,20 @@ class _Writer:
             top = self.add_node("y up", FLIP, {"turned": True})
             nodes[top]["children"] = roots
             roots = [top]
-        around = None if scene.environment is None else write_environment(scene.environment, self.document.image)
-        if around is not None:
-            self.document.around.append(around | ({"rotation": [1, 0, 0, 0]} if is_turned else {}))
-        extensions = None if around is None else {IMAGE_BASED: {"light": 0}}
+        extensions = None
+        if scene.environment is not None:
+            turn = {"rotation": [1, 0, 0, 0]} if is_turned else {}
+            self.document.environments.append(write_environment(scene.environment, self.document.image) | turn)
+            extensions = {IMAGE_BASED: {"light": 0}}
         self.document.add("scenes", extensions=extensions, extras=extras_of(ours), nodes=roots or None)
 
     def node(self, node: Node, world: Matrix, is_shown: bool) -> int:
         """One of our nodes with its content, without its children."""
         contents = node.content if isinstance(node.content, tuple) else (node.content,)
-        here = [item for item in contents if isinstance(item, Mesh | PointCloud) and _is_drawn(item)]
-        clouds = [item for item in here if isinstance(item, PointCloud) and not _is_at_zero(item)]
+        here = [item for item in contents if isinstance(item, Mesh | PointCloud)]
+        here = [item for item in here if len(item.faces if isinstance(item, Mesh) else item)]  # others draw nothing
+        # of clouds those whose points a glTF node cannot hold in its own axes
+        clouds = [item for item in here if isinstance(item, PointCloud) and (cloud_place(item) != np.eye(4)).any()]
         matrix = node.transform
         if len(clouds) == len(contents) == 1 and not node.children:
             matrix = matrix @ cloud_place(clouds.pop())
@@ -361,12 +336,9 @@ class _Writer:
         below += [self.below(item, world) for item in lights]
         if self.fallback and is_shown:
             for holder, item in objects:
-                children = write_fallback(self.document, item, self.frames, self.fallback)
-                held = self.document.gltf["nodes"][holder]["children"]
-                held += [
-                    self.add_node(f"{node.name} {self.fallback}".lstrip(), place, {"fallback": True}, mesh=mesh)
-                    for mesh, place in children
-                ]
+                held, name = self.document.gltf["nodes"][holder]["children"], f"{node.name} {self.fallback}".lstrip()
+                for mesh, place in write_fallback(self.document, item, self.frames, self.fallback):
+                    held.append(self.add_node(name, place, {"fallback": True}, mesh=mesh))
         return index
 
     def add_node(self, name: str, matrix: Matrix, extras: dict[str, Any] | None = None, **values: Any) -> int:
@@ -407,22 +379,19 @@ class _Writer:
         return self.add_node("", place, extras, extensions=held)
 
     def light(self, light: Light, world: Matrix, node_casts: bool) -> dict[str, Any]:
-        reach = np.clip(self.distance(light, world), _REACHES[0] * self.radius, _REACHES[1]).item()
+        way = 1.0  # from the light to the middle of what the scene draws
+        if light.position is not None:
+            way = float(np.linalg.norm(world[:3, :3] @ light.position + world[:3, 3] - self.middle))
+        reach = np.clip(way, _REACHES[0] * self.radius, _REACHES[1]).item()
         self.document.lights.append(write_light(light, node_casts, reach, self.units))
         return {LIGHTS: {"light": len(self.document.lights) - 1}}
 
-    def distance(self, light: Light, world: Matrix) -> float:
-        """Return how far a light is from the middle of what the scene draws; 1 of one without a position."""
-        if light.position is None:
-            return 1.0
-        return float(np.linalg.norm(world[:3, :3] @ light.position + world[:3, 3] - self.middle))
-
-    def mesh(self, things: tuple[Mesh | PointCloud, ...]) -> int:
+    def mesh(self, parts: tuple[Mesh | PointCloud, ...]) -> int:
         known = self.document.known
-        if things not in known:
-            primitives = [self.triangles(one) if isinstance(one, Mesh) else self.cloud(one) for one in things]
-            known[things] = self.document.add("meshes", primitives=primitives)
-        return known[things]
+        if parts not in known:
+            primitives = [self.triangles(one) if isinstance(one, Mesh) else self.cloud(one) for one in parts]
+            known[parts] = self.document.add("meshes", primitives=primitives)
+        return known[parts]
 
     def triangles(self, mesh: Mesh) -> dict[str, Any]:
         document, picture = self.document, mesh.texture
@@ -443,15 +412,6 @@ class _Writer:
         material = None if is_plain else self.document.material(cloud.material, cloud.shading)
         beside = {"material": material, "extras": extras_of(cloud_extras(cloud))}
         return primitive | {key: value for key, value in beside.items() if value is not None}
-
-
-def _is_drawn(thing: Mesh | PointCloud) -> bool:
-    return len(thing.faces if isinstance(thing, Mesh) else thing) > 0
-
-
-def _is_at_zero(cloud: PointCloud) -> bool:
-    """Return whether a glTF node can hold these points in its own axes."""
-    return np.array_equal(cloud_place(cloud), np.eye(4))
 
 
 def _is_viewers(light: Light) -> bool:

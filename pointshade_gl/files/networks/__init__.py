@@ -1,3 +1,1 @@
 """Networks that make depth of a photograph: .onnx files, and functions that the caller gives."""
-
-from __future__ import annotations

@@ -1,10 +1,11 @@
-"""Known families of networks, and what a caller says about one."""
+"""Known families of networks, and what a caller states about one."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, TypeGuard, get_args
 
@@ -27,26 +28,18 @@ Output = Literal["inverse", "metres", "canonical", "z", ""]
 
 @dataclass(frozen=True)
 class Family:
-    """Networks that want and give the same.
-
-    known_by   pattern in the names of the file and of its folders
-    pixels     what their input is: see NORMALIZATIONS
-    side       pixels of the input's shorter side, where the network takes any size
-    step       its sides are multiples of this
-    output     inverse depth without a scale; metres along the axis; metres for a focal length of CANONICAL pixels
-               (Metric3D); depth without a scale (z); "": its values show it
-    is_padded  a picture of another shape than the input's is bordered instead of stretched
-    outputs    names of outputs by which a file of any name is known
-    """
+    """Networks that want and give the same."""
 
     title: str
-    known_by: str
-    pixels: PixelsName = "imagenet"
-    side: int = 518
-    step: int = 14
+    known_by: str  # pattern in the names of the file and of its folders
+    pixels: PixelsName = "imagenet"  # what their input is: see NORMALIZATIONS
+    side: int = 518  # pixels of the input's shorter side, where the network takes any size
+    step: int = 14  # its sides are multiples of this
+    # inverse depth without a scale; metres along the axis; metres for a focal length of CANONICAL pixels (Metric3D);
+    # depth without a scale (z); "": its values show it
     output: Output = "metres"
-    is_padded: bool = False
-    outputs: frozenset[str] = frozenset()
+    is_padded: bool = False  # a picture of another shape than the input's is bordered instead of stretched
+    outputs: frozenset[str] = frozenset()  # names of outputs by which a file of any name is known
 
 
 CANONICAL = 1000.0  # pixels of focal length
@@ -74,7 +67,7 @@ _FOLDERS = 3  # of a path, by which a network is known: .../depth-anything-v2-sm
 def family_of(path: Path, outputs: Collection[str]) -> Family:
     """Return the family of a network by the names of its file, its folders and its outputs; else UNKNOWN."""
     names = [path.name, *(one.name for one in list(path.parents)[: _FOLDERS - 1])]
-    for name in names:  # the file's own says more than its folders'
+    for name in names:  # the file's own means more than its folders'
         text = name.lower().replace("_", "-")
         if found := next((one for one in FAMILIES if re.search(one.known_by, text)), None):
             return found
@@ -90,18 +83,13 @@ _LARGEST = 16_384  # pixels a side
 
 @dataclass(frozen=True)
 class ModelOptions:
-    """A network and its input.
+    """A network and its input."""
 
-    model   an .onnx file, or a function of a photograph (h, w, 3) uint8
-    size    (width, height), or the shorter side alone with None; None: as the file says
-    pixels  what the input is; None: as the file says
-    cache   whether depth is kept beside the photograph
-    """
-
-    model: Model
+    model: Model  # an .onnx file, or a function of a photograph (h, w, 3) uint8
+    # (width, height), or the shorter side alone with None; None: as the file has it
     size: tuple[int, int | None] | None = None
-    pixels: PixelsName | None = None
-    cache: bool = False
+    pixels: PixelsName | None = None  # what the input is; None: as the file has it
+    cache: bool = False  # whether depth is kept beside the photograph
 
     @property
     def path(self) -> Path | None:
@@ -125,20 +113,14 @@ def how_to_make_depth() -> str:
 
 def is_model(value: Any) -> TypeGuard[Model]:
     """Return whether it is a network: a function, or the name of an .onnx file."""
-    return callable(value) or ((hasattr(value, "__fspath__") or isinstance(value, str)) and _is_named_so(value))
-
-
-def _is_named_so(value: FilePath) -> bool:
-    return str(value).lower().endswith(SUFFIX)
+    return callable(value) or (isinstance(value, str | PathLike) and str(value).lower().endswith(SUFFIX))
 
 
 def checked_options(model: Any, size: Any, pixels: Any, cache: bool) -> ModelOptions:
     """Return the options as a value. Raises TypeError or ValueError for what is none."""
     if not is_model(model):
-        raise TypeError(
-            f"{option('depth_model')} must be an {SUFFIX} file"
-            f" or, in Python, a function of a photograph (h, w, 3), got {shown(model)}"
-        )
+        expected = f"an {SUFFIX} file or, in Python, a function of a photograph (h, w, 3)"
+        raise TypeError(f"{option('depth_model')} must be {expected}, got {shown(model)}")
     if pixels is not None:
         check_choice(option("model_pixels"), pixels, PIXELS)
     return ModelOptions(model, None if size is None else size_of(size), pixels, cache)
@@ -153,8 +135,6 @@ def size_of(value: Any) -> tuple[int, int | None]:
     except (TypeError, ValueError):
         width, height = 0, None
     if not width or not 1 <= width <= _LARGEST or (height is not None and not 1 <= height <= _LARGEST):
-        raise ValueError(
-            f"{option('model_size')} must be WIDTHxHEIGHT in pixels, such as 686x518, or the shorter side alone, "
-            f"got {shown(value)}"
-        )
+        expected = "WIDTHxHEIGHT in pixels, such as 686x518, or the shorter side alone"
+        raise ValueError(f"{option('model_size')} must be {expected}, got {shown(value)}")
     return width, height

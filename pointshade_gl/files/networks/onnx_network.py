@@ -29,24 +29,17 @@ _CONFIGURATIONS = "preprocessor_config.json", "config.json"
 
 @dataclass(frozen=True)
 class ModelFacts:
-    """What is written; None = nothing.
+    """What is written; None = nothing."""
 
-    normalization  mean and deviation of pixels from 0 to 1
-    side           pixels of the input's shorter side
-    step           its sides are multiples of this
-    output         what the network gives
-    source         where it was read, for notes
-    """
-
-    normalization: tuple[Three, Three] | None = None
-    side: int | None = None
-    step: int | None = None
-    output: Output | None = None
-    source: str = ""
+    normalization: tuple[Three, Three] | None = None  # mean and deviation of pixels from 0 to 1
+    side: int | None = None  # pixels of the input's shorter side
+    step: int | None = None  # its sides are multiples of this
+    output: Output | None = None  # what the network gives
+    source: str = ""  # where it was read, for notes
 
 
 def facts_of(path: Path, metadata: Mapping[str, str]) -> ModelFacts:
-    """Return what the metadata of a network say, and else the configuration beside it."""
+    """Return what the metadata of a network state, and else the configuration beside it."""
     found, sources = dict[str, Any](), []
     for folder in (path.parent, path.parent.parent):
         for name in _CONFIGURATIONS:
@@ -54,11 +47,12 @@ def facts_of(path: Path, metadata: Mapping[str, str]) -> ModelFacts:
                 found, sources = read | found, [*sources, name]
         if found:
             break
-    own = {name: _value(text) for name, text in metadata.items()}
-    if own := {name: value for name, value in own.items() if name in _READ}:
+    if own := {name: _value(text) for name, text in metadata.items() if name in _READ}:
         found, sources = found | own, ["its metadata", *sources]
-    return ModelFacts(_normalization(found), _side(found), _number(found, "ensure_multiple_of"), _output(found),
-                 " and ".join(sources))  # fmt: skip
+    step, kind = found.get("ensure_multiple_of"), str(found.get("depth_kind", found.get("depth_estimation_type", "")))
+    step = step if type(step) is int and 1 <= step <= 1024 else None
+    output: Any = _OUTPUTS.get(kind.lower(), "metres" if found.get("model_type") in _METRIC_TYPES else None)
+    return ModelFacts(_normalization(found), _side(found), step, output, " and ".join(sources))
 
 
 _READ = (
@@ -76,17 +70,15 @@ def _configuration(path: Path) -> dict[str, Any]:
 
 
 def _value(text: str) -> Any:
+    """JSON, numbers with commas between them, or the text itself."""
     try:
         return json.loads(text)
     except ValueError:
-        return [float(one) for one in text.split(",")] if _are_numbers(text) else text
-
-
-def _are_numbers(text: str) -> bool:
+        pass
     try:
-        return len([float(one) for one in text.split(",")]) > 1
+        return [float(one) for one in text.split(",")] if "," in text else text
     except ValueError:
-        return False
+        return text
 
 
 def _normalization(found: Mapping[str, Any]) -> tuple[Three, Three] | None:
@@ -118,18 +110,6 @@ def _side(found: Mapping[str, Any]) -> int | None:
     return int(min(known)) if known else None
 
 
-def _number(found: Mapping[str, Any], name: str) -> int | None:
-    value = found.get(name)
-    return value if type(value) is int and 1 <= value <= 1024 else None
-
-
-def _output(found: Mapping[str, Any]) -> Output | None:
-    said = str(found.get("depth_kind", found.get("depth_estimation_type", ""))).lower()
-    if said not in _OUTPUTS:
-        return "metres" if found.get("model_type") in _METRIC_TYPES else None
-    return _OUTPUTS[said]
-
-
 # The quickest of those that there are; TensorRT is left out, as it compiles for minutes.
 _PROVIDERS = tuple(f"{name}ExecutionProvider" for name in ("CUDA", "ROCM", "Dml", "CoreML", "OpenVINO", "CPU"))
 _TYPES = {"tensor(float)": np.float32, "tensor(float16)": np.float16, "tensor(uint8)": np.uint8,
@@ -141,12 +121,9 @@ _UNREADABLE = "is no network that ONNX Runtime can read"
 
 
 class InputShape(NamedTuple):
-    """Of the input: where its axes are, and its sides; None where the network takes any.
+    """Of the input: where its axes are, and its sides; None where the network takes any."""
 
-    rank   (n, 3, h, w) has 4; Depth Anything 3 has a 5th for several views
-    """
-
-    rank: int
+    rank: int  # (n, 3, h, w) has 4; Depth Anything 3 has a 5th for several views
     is_channels_last: bool
     height: int | None
     width: int | None
@@ -208,8 +185,10 @@ class Network:
         """Return a photograph (h, w, 3) as the input has it."""
         from PIL import Image
 
-        width, height = self.size(options, photo.shape[1], photo.shape[0])
-        wide, high = _inside(photo, width, height) if self.family.is_padded else (width, height)
+        width, height = wide, high = self.size(options, photo.shape[1], photo.shape[0])
+        if self.family.is_padded:  # the photograph keeps its shape
+            scale = min(width / photo.shape[1], height / photo.shape[0])
+            wide, high = max(1, round(photo.shape[1] * scale)), max(1, round(photo.shape[0] * scale))
         left, top = (width - wide) // 2, (height - high) // 2
         canvas = Image.new("RGB", (width, height), _BORDER)
         canvas.paste(Image.fromarray(photo).resize((wide, high), Image.Resampling.BICUBIC), (left, top))
@@ -228,9 +207,8 @@ class Network:
                 found = self.session.run(None, {self.input: prepared.pixels, **self.others})
         except Exception as error:  # its own exceptions have no common parent but this
             size = "x".join(map(str, prepared.pixels.shape[1:]))
-            raise ValueError(
-                f"{self.path} cannot take an input of {size}: pass {option('model_size', 'WxH')} ({_reason(error)})"
-            ) from None
+            way_out = f"pass {option('model_size', 'WxH')} ({_reason(error)})"
+            raise ValueError(f"{self.path} cannot take an input of {size}: {way_out}") from None
         return {name: np.asarray(one) for name, one in zip(names, found, strict=True) if isinstance(one, np.ndarray)}
 
 
@@ -281,9 +259,8 @@ def _picture_input(path: Path, inputs: Mapping[str, Any]) -> tuple[str, InputSha
     found = {name: shape for name, one in inputs.items() if one.type in _TYPES and (shape := _shape(one.shape))}
     if len(found) != 1:
         listed = ", ".join(f"{name} {one.type.removeprefix('tensor')} {one.shape}" for name, one in inputs.items())
-        raise ValueError(
-            f"{path} has the inputs {cut(listed) or 'none'}: expected one picture, (1, 3, h, w) or (1, h, w, 3)"
-        )
+        expected = "expected one picture, (1, 3, h, w) or (1, h, w, 3)"
+        raise ValueError(f"{path} has the inputs {cut(listed) or 'none'}: {expected}")
     return next(iter(found.items()))
 
 
@@ -303,29 +280,19 @@ def _constant(path: Path, wanted: Any, names: list[str]) -> NDArray[Any]:
     if wanted.name.lower() in _TOKEN_NAMES:
         rank = len(wanted.shape or ())
         return np.array(_TOKENS, np.int32 if "int32" in wanted.type else np.int64).reshape((1,) * rank)
-    raise ValueError(
-        f"{path} wants {wanted.name} beside the picture (its inputs: {', '.join(names)}), which a photograph has not: "
-        "take an export of the network with a picture as its only input"
-    )
+    wants = f"{path} wants {wanted.name} beside the picture (its inputs: {', '.join(names)})"
+    way_out = "take an export of the network with a picture as its only input"
+    raise ValueError(f"{wants}, which a photograph has not: {way_out}")
 
 
 def _like(side: int, step: int, width: int, height: int) -> tuple[int, int]:
     """Return sides in the ratio of the photograph's, multiples of a step; the shorter one is given."""
     scale = max(side / min(width, height), 1e-9)
-    longest = _LONGEST * side
-
-    def rounded(length: int) -> int:
-        return max(step, round(min(length * scale, longest) / step) * step)
-
-    return rounded(width), rounded(height)
-
-
-def _inside(photo: NDArray[np.uint8], width: int, height: int) -> tuple[int, int]:
-    """Return (columns, rows) of the photograph inside a picture of this size, its shape kept."""
-    scale = min(width / photo.shape[1], height / photo.shape[0])
-    return max(1, round(photo.shape[1] * scale)), max(1, round(photo.shape[0] * scale))
+    lengths = (min(length * scale, _LONGEST * side) for length in (width, height))
+    columns, rows = (max(step, round(length / step) * step) for length in lengths)
+    return columns, rows
 
 
 def _reason(error: Exception) -> str:
-    """Return what ONNX Runtime says, without its codes."""
+    """Return the message of ONNX Runtime, without its codes."""
     return cut(str(error).rpartition(" : ")[2] or type(error).__name__, 160)

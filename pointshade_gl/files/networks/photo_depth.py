@@ -9,7 +9,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -37,12 +37,10 @@ _NEAREST = 1e-3  # of the median distance: what the shift leaves in front of the
 def settle_points(
     points: NDArray[np.floating], valid: NDArray[np.bool_], focal: float | None
 ) -> tuple[NDArray[np.float32], float]:
-    """Return (h, w) depth, NaN where there is none, and the focal length in pixels of the points' picture.
+    """Return (h, w) depth, NaN where there is none, and the focal length in pixels of the picture of points (h, w, 3).
 
-    points  (h, w, 3), x right, y down, z forward, any unit
-    focal   in pixels, if it is known: then the shift alone is found
-
-    Raises ValueError if no pinhole camera sees the points where they are in the picture.
+    Of a known focal length the shift alone is found. Raises ValueError if no pinhole camera sees the points where they
+    are in the picture.
     """
     height, width = valid.shape
     v, u = (np.mgrid[:height, :width] - np.array([height - 1, width - 1])[:, None, None] / 2).astype(np.float64)
@@ -101,29 +99,35 @@ class Taken(NamedTuple):
 
 
 def contents_of_function(given: Any, name: str, size: Size, note: Note, max_pixels: float) -> Contents:
-    """Return what a function gave for a photograph of this size: depth, or a mapping with depth, mask, intrinsics.
-
-    Raises ValueError or TypeError for anything else.
-    """
+    """Return what a function gave for a photograph: depth, or a mapping. Raises ValueError or TypeError."""
     named = given if isinstance(given, Mapping) else {"depth": given}
     arrays = {str(key): array for key, one in named.items() if (array := _as_array(one)) is not None}
     if "predicted_depth" in arrays:
         arrays.pop("depth", None)  # beside it transformers puts a picture for the eye
     if not _SURFACES & find_roles(arrays).keys():
-        raise TypeError(
-            f"{name} gave {shown(given)}: expected depth of shape (h, w), or a mapping with depth and perhaps mask and "
-            "intrinsics"
-        )
+        expected = "depth of shape (h, w), or a mapping with depth and perhaps mask and intrinsics"
+        raise TypeError(f"{name} gave {shown(given)}: expected {expected}")
     contents = _assembled(name, arrays, note, max_pixels)
     own, camera = (contents.depth.shape[1], contents.depth.shape[0]), contents.intrinsics
-    return _as_photo(contents, own if camera is None else min((size, own), key=partial(_off, camera)), size)
+    if camera is None:
+        return _as_photo(contents, own, size)
+
+    def off(seen: Size) -> float:
+        """Return how far the camera's axis is from the middle of a picture of this size, in its sides."""
+        return max(abs(center / side - 0.5) for center, side in zip(camera.numbers[2:], seen, strict=True))
+
+    return _as_photo(contents, min((size, own), key=off), size)
 
 
 def contents_of_network(arrays: _Arrays, taken: Taken, note: Note, max_pixels: float) -> Contents:
     """Return what a network gave. Raises ValueError where there is no depth in it."""
     roles = find_roles(arrays)
     if not _SURFACES & roles.keys():
-        arrays = arrays | {"depth": _only_picture(arrays, taken)}
+        found = [array for one in arrays.values() if (array := np.squeeze(one)).ndim == 2 and min(array.shape) > 1]
+        if len(found) != 1:
+            listed = list_arrays({name: array.shape for name, array in arrays.items()}) or "nothing"
+            raise ValueError(f"{taken.network.path} gave {listed}: expected one output with a number a pixel")
+        arrays = arrays | {"depth": found[0]}
     if "metric_scale" in arrays or (taken.network.family.title == "MoGe" and "points" in roles):
         return _of_affine_points(arrays, taken, note, max_pixels)
     camera = _own_camera(arrays, roles, taken)
@@ -133,11 +137,6 @@ def contents_of_network(arrays: _Arrays, taken: Taken, note: Note, max_pixels: f
     contents = _with_kind(contents, camera if any(name in arrays for name in _ANGLES) else None, taken)
     contents = _as_photo(contents, taken.prepared.size, taken.size)
     return contents if camera is None else replace(contents, intrinsics=camera)
-
-
-def _off(camera: Intrinsics, size: Size) -> float:
-    """Return how far its axis is from the middle of a picture of this size, in its sides."""
-    return max(abs(center / side - 0.5) for center, side in zip(camera.numbers[2:], size, strict=True))
 
 
 def _as_array(value: Any) -> NDArray[Any] | None:
@@ -166,15 +165,6 @@ def _without_ones(array: NDArray[Any]) -> NDArray[Any]:
     while array.ndim > 2 and array.shape[0] == 1:
         array = array[0]
     return array.astype(np.float32) if array.dtype.kind == "f" else array
-
-
-def _only_picture(arrays: _Arrays, taken: Taken) -> NDArray[Any]:
-    """Return the one output that is a picture of numbers. Raises ValueError if none is, or several are."""
-    found = [array for one in arrays.values() if (array := np.squeeze(one)).ndim == 2 and min(array.shape) > 1]
-    if len(found) != 1:
-        listed = list_arrays({name: array.shape for name, array in arrays.items()})
-        raise ValueError(f"{taken.network.path} gave {listed or 'nothing'}: expected one output with a number a pixel")
-    return found[0]
 
 
 def _of_affine_points(arrays: _Arrays, taken: Taken, note: Note, max_pixels: float) -> Contents:
@@ -214,15 +204,14 @@ def _cropped(contents: Contents, prepared: Prepared) -> Contents:
     """Return what the photograph covers of a picture with a border."""
     if prepared.size == prepared.whole:
         return contents
-    height, width = contents.depth.shape
-    own = _scaled(prepared.rows, height / prepared.whole[1]), _scaled(prepared.columns, width / prepared.whole[0])
-    valid = None if contents.valid is None else contents.valid[own]
-    return replace(contents, depth=contents.depth[own], valid=valid, intrinsics=None, normals=None)
-
-
-def _scaled(part: slice, scale: float) -> slice:
-    start = round(part.start * scale)
-    return slice(start, max(round(part.stop * scale), start + 1))
+    own = []
+    for part, side, whole in zip(
+        (prepared.rows, prepared.columns), contents.depth.shape, prepared.whole[::-1], strict=True
+    ):
+        start = round(part.start * (side / whole))
+        own.append(slice(start, max(round(part.stop * (side / whole)), start + 1)))
+    valid = None if contents.valid is None else contents.valid[tuple(own)]
+    return replace(contents, depth=contents.depth[tuple(own)], valid=valid, intrinsics=None, normals=None)
 
 
 def _with_kind(contents: Contents, angle: Intrinsics | None, taken: Taken) -> Contents:
@@ -242,10 +231,7 @@ def _with_kind(contents: Contents, angle: Intrinsics | None, taken: Taken) -> Co
 
 
 def _as_photo(contents: Contents, seen: Size, size: Size) -> Contents:
-    """Return the contents in the shape of the photograph, which the network saw in another; the camera is of it, too.
-
-    seen  (width, height) of the picture that their camera is of; size: the photograph's
-    """
+    """Return the contents in the shape of the photograph; seen: size of the picture that its camera is of."""
     camera = contents.intrinsics
     if camera is not None:
         (fx, fy, cx, cy), across, down = camera.numbers, size[0] / seen[0], size[1] / seen[1]
@@ -279,8 +265,8 @@ def place_of(photo_file: Path, photo: NDArray[np.uint8], options: ModelOptions, 
     assert options.path is not None
     status = options.path.stat()
     network = _digest_of(options.path, status.st_mtime_ns, status.st_size)
-    told = f"{_VERSION} {network} {photo.shape} {options.size} {options.pixels} {focal and round(focal, 3)}"
-    name = hashlib.sha256(told.encode() + np.ascontiguousarray(photo).tobytes()).hexdigest()[:_LETTERS]
+    text = f"{_VERSION} {network} {photo.shape} {options.size} {options.pixels} {focal and round(focal, 3)}"
+    name = hashlib.sha256(text.encode() + np.ascontiguousarray(photo).tobytes()).hexdigest()[:_LETTERS]
     return photo_file.parent / FOLDER / f"{name}.npz"
 
 
@@ -296,12 +282,11 @@ def kept(place: Path, name: str) -> Contents | None:
     try:
         with place.open("rb") as held, np.load(held, allow_pickle=False) as file:
             found = {key: file[key] for key in file.files}
-        depth, numbers = found["depth"], found.get("camera")
+        depth, camera = found["depth"], None
         if depth.ndim != 2 or depth.dtype != np.float32:
             return None
-        camera = None
-        if numbers is not None:
-            fx, fy, cx, cy, width, height = (float(one) for one in numbers)
+        if "camera" in found:
+            fx, fy, cx, cy, width, height = (float(one) for one in found["camera"])
             camera = Intrinsics(name, (fx, fy, cx, cy), (int(width), int(height)))
         scale = float(found["scale"])
         return Contents(depth, None, camera, None, found.get("valid"), None, str(found["kind"]) or None, scale or None)
@@ -310,7 +295,7 @@ def kept(place: Path, name: str) -> Contents | None:
 
 
 def keep(place: Path, contents: Contents, note: Note) -> None:
-    """Write a depth. Where that is impossible a note says so."""
+    """Write a depth, or print a note where that is impossible."""
     held: dict[str, Any] = {
         "depth": np.asarray(contents.depth, np.float32),
         "kind": np.array(contents.depth_kind or ""),
@@ -331,7 +316,6 @@ def keep(place: Path, contents: Contents, note: Note) -> None:
 
 
 _REMEMBERED = 32  # depths, as a frame is often read again
-_MOST_WRONG = "which is no depth"
 
 
 class PhotoDepth:
@@ -343,34 +327,43 @@ class PhotoDepth:
         self._recent: OrderedDict[Any, Contents] = OrderedDict()
 
     def of(self, photo: NDArray[np.uint8], key: Any, beside: Path | None, focal: float | None) -> Contents:
-        """Return what the network makes of a photograph (h, w, 3).
+        """Return what the network makes of a photograph (h, w, 3), each by its key.
 
-        key     what tells this photograph from others
-        beside  the photograph's file, beside which depth may be kept
-        focal   in pixels, if it is known
+        beside  the photograph's file, beside which depth may be kept; focal: in pixels, if it is known
 
         Raises ValueError, TypeError or OSError, in one sentence.
         """
         with self._lock:
-            if key in self._recent:
-                self._recent.move_to_end(key)
-                return self._recent[key]
-            found = _checked(self._made(photo, beside, focal), self._options.title)
-            self._recent[key] = found
+            if key not in self._recent:
+                found = self._made(photo, beside, focal)
+                values = found.depth[np.isfinite(found.depth)] if found.depth.dtype.kind == "f" else found.depth
+                if not values.size or values.min() == values.max():
+                    gave = f"{values.min():g} everywhere" if values.size else "no number that is finite"
+                    raise ValueError(f"{self._options.title} gave {gave} for this photograph, which is no depth")
+                self._recent[key] = found
+            self._recent.move_to_end(key)
             while len(self._recent) > _REMEMBERED:
                 self._recent.popitem(last=False)
-            return found
+            return self._recent[key]
 
     def _made(self, photo: NDArray[np.uint8], beside: Path | None, focal: float | None) -> Contents:
         size = photo.shape[1], photo.shape[0]
         check_pixels(*size, "the photograph", self._max_pixels)
         if self._options.path is None:
-            return self._called(photo, size)
+            function: Any = self._options.model
+            try:
+                given = function(photo)
+            except (MemoryError, KeyboardInterrupt):
+                raise
+            except Exception as error:
+                reason = cut(error) if is_expected(error) else f"{type(error).__name__}: {cut(error)}"
+                raise ValueError(f"{self._options.title} failed: {reason}") from error
+            return contents_of_function(given, self._options.title, size, self._note, self._max_pixels)
         place = place_of(beside, photo, self._options, focal) if self._options.cache and beside else None
         if place is not None and (found := kept(place, self._options.title)):
             return found
         network = open_network(self._options.path)
-        self._tell(network, size)
+        self._note_guesses(network, size)
         prepared = network.prepare(photo, self._options)
         outputs = network.run(prepared)
         contents = contents_of_network(outputs, Taken(network, prepared, size, focal), self._note, self._max_pixels)
@@ -378,25 +371,14 @@ class PhotoDepth:
             keep(place, contents, self._note)
         return contents
 
-    def _called(self, photo: NDArray[np.uint8], size: tuple[int, int]) -> Contents:
-        """Return what a function makes of it."""
-        function: Any = self._options.model
-        try:
-            given = function(photo)
-        except (MemoryError, KeyboardInterrupt):
-            raise
-        except Exception as error:
-            reason = cut(error) if is_expected(error) else f"{type(error).__name__}: {cut(error)}"
-            raise ValueError(f"{self._options.title} failed: {reason}") from error
-        return contents_of_function(given, self._options.title, size, self._note, self._max_pixels)
-
-    def _tell(self, network: Network, size: tuple[int, int]) -> None:
+    def _note_guesses(self, network: Network, size: tuple[int, int]) -> None:
         """Print what is guessed about a network."""
         if network.remark:
             self._note(network.remark)
         width, height = network.size(self._options, *size)
-        mean = network.normalization(self._options)[0]
-        pixels = self._options.pixels or _name_of(mean)
+        mean = round(network.normalization(self._options)[0][0], 3)
+        usual = {0.485: "imagenet", 0.5: "symmetric", 0.0: "unit or byte"}
+        pixels = self._options.pixels or usual.get(mean, "its own")
         kinds = {"inverse": "inverse depth", "z": "depth without a scale", "": "depth of the kind that its values show"}
         gives = kinds.get(network.output, "metres")
         why = f"{network.family.title}, by its names" if network.family.known_by else network.family.title
@@ -406,17 +388,3 @@ class PhotoDepth:
             f"{network.path.name} is taken as {why}: input {width}x{height} with {pixels} pixels, output {gives}; if "
             f"not, pass {option('model_size', 'WxH')}, {option('model_pixels', *PIXELS)} or {option('depth_kind')}"
         )
-
-
-def _name_of(mean: tuple[float, ...]) -> str:
-    return {0.485: "imagenet", 0.5: "symmetric", 0.0: "unit or byte"}.get(round(mean[0], 3), "its own")
-
-
-def _checked(contents: Contents, title: str) -> Contents:
-    """Raise ValueError for depth that is known nowhere, or the same everywhere."""
-    values = contents.depth[np.isfinite(contents.depth)] if contents.depth.dtype.kind == "f" else contents.depth
-    if not values.size:
-        raise ValueError(f"{title} gave no number that is finite for this photograph, {_MOST_WRONG}")
-    if values.min() == values.max():
-        raise ValueError(f"{title} gave {values.min():g} everywhere for this photograph, {_MOST_WRONG}")
-    return contents

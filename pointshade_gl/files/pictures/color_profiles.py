@@ -1,4 +1,4 @@
-"""Converts colours to sRGB: from an ICC profile, or from what PNG and HEIC say in numbers (gAMA, cHRM, cICP, nclx).
+"""Converts colours to sRGB: from an ICC profile, or from what PNG and HEIC hold in numbers (gAMA, cHRM, cICP, nclx).
 
 Phones write Display P3, cameras Adobe RGB: taken for sRGB, their colours are pale.
 """
@@ -34,9 +34,9 @@ _PRIMARIES: dict[int, tuple[str, Chromaticities]] = {  # by their numbers in ITU
 _GAMMAS = {4: 2.2, 5: 2.8, 8: 1.0}  # of the transfer functions that are powers
 _LIKE_SRGB = (1, 6, 13, 14, 15)  # sRGB's; and those of video, which screens show as if they were
 _HDR = {16: "PQ (HDR)", 18: "HLG (HDR)"}
-_UNSAID = 2  # H.273: not said
+_UNSTATED = 2  # in H.273
 _SAME = 2  # of 255: rounding in tables; other colour spaces are further away
-_GAMMA_OF_SRGB = 0.45455, 0.001  # as a PNG says it, and how far others may be away
+_GAMMA_OF_SRGB = 0.45455, 0.001  # as a PNG has it, and how far others may be away
 _STEPS = 65535  # of the table that encodes linear light: a twentieth of a level where it is coarsest
 _CHUNKS = 1000  # of a PNG that are looked at
 _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
@@ -47,16 +47,15 @@ def in_srgb(
 ) -> Image.Image:
     """The picture of a file in sRGB, with a note if that changes it, and one if its colours cannot be converted.
 
-    info  what Pillow says of the file
-    cicp  as `read_cicp` gives it
+    info is Pillow's of the file, cicp that of `read_cicp`.
     """
-    if cicp is not None and _UNSAID not in cicp:
+    if cicp is not None and _UNSTATED not in cicp:
         return _by_codes(image, cicp, name, note)
     if profile := info.get("icc_profile"):
         return _by_profile(image, profile, name, note)
     if nclx := info.get("nclx_profile"):
-        found = int(nclx.get("color_primaries", _UNSAID)), int(nclx.get("transfer_characteristics", _UNSAID))
-        return image if _UNSAID in found else _by_codes(image, found, name, note)
+        found = int(nclx.get("color_primaries", _UNSTATED)), int(nclx.get("transfer_characteristics", _UNSTATED))
+        return image if _UNSTATED in found else _by_codes(image, found, name, note)
     gamma = info.get("gamma")
     if gamma and "srgb" not in info:
         usual, near = _GAMMA_OF_SRGB
@@ -67,7 +66,7 @@ def in_srgb(
 
 
 def read_cicp(file: BinaryIO) -> tuple[int, int] | None:
-    """The numbers of primaries and transfer function that a PNG says; None for one without, and other files."""
+    """The numbers of primaries and transfer function that a PNG holds; None for one without, and other files."""
     file.seek(0)
     if not file.read(8).startswith(b"\x89PNG"):
         return None
@@ -101,21 +100,27 @@ def _by_profile(image: Image.Image, profile: bytes, name: str, note: Note) -> Im
         source: Any = ImageCms.ImageCmsProfile(BytesIO(profile))
         space = source.profile.xcolor_space.strip()
         label = cut(ImageCms.getProfileDescription(source).strip() or space)
-        alpha = image.getchannel("A") if image.mode in ("LA", "RGBA") else None
         mode = {"GRAY": "L", "RGB": "RGB", "CMYK": "CMYK"}.get(space, "")
         if image.mode not in ((mode, "LA") if mode == "L" else (mode, "P", "RGBA", "L", "LA")) or not mode:
             raise ValueError(f"it is for {space}")
         change = ImageCms.buildTransform(source, ImageCms.createProfile("sRGB"), mode, "RGB")
-        if mode == "RGB" and _is_same(
-            lambda probe: np.asarray(ImageCms.applyTransform(Image.fromarray(probe), change))
-        ):
+
+        def convert(colors: NDArray[np.uint8]) -> NDArray[np.uint8]:
+            return np.asarray(ImageCms.applyTransform(Image.fromarray(colors), change))
+
+        if mode == "RGB" and _is_same(convert):
             return image
         found: Any = ImageCms.applyTransform(image.convert(mode), change)
     except (ImageCms.PyCMSError, ValueError, TypeError, OSError) as error:
         note(f"{name} has a colour profile that cannot be used ({cut(error)}): its colours are taken as sRGB")
         return image
-    if alpha is not None:
-        found.putalpha(alpha)
+    return _converted(image, found, label, name, note)
+
+
+def _converted(image: Image.Image, found: Image.Image, label: str, name: str, note: Note) -> Image.Image:
+    """The picture in sRGB with the alpha that it had, and a note."""
+    if image.mode in ("LA", "RGBA"):
+        found.putalpha(image.getchannel("A"))
     note(f"{name} has colours of {label}: they are converted to sRGB")
     return found
 
@@ -143,12 +148,7 @@ def _by_numbers(
 
     if _is_same(convert):
         return image
-    alpha = image.getchannel("A") if image.mode in ("LA", "RGBA") else None
-    found = Image.fromarray(convert(np.asarray(image.convert("RGB"))))
-    if alpha is not None:
-        found.putalpha(alpha)
-    note(f"{name} has colours of {label}: they are converted to sRGB")
-    return found
+    return _converted(image, Image.fromarray(convert(np.asarray(image.convert("RGB")))), label, name, note)
 
 
 def _is_same(convert: Any) -> bool:

@@ -37,11 +37,11 @@ from .picture_files import read_image
 RADIANCE = b"#?"  # the first bytes
 _SIZE = re.compile(rb"([-+])([XY]) (\d{1,9}) ([-+])([XY]) (\d{1,9})\n")
 _HEADER = 2**16  # bytes, at most
-_REPEATED = b"\1\1\1"  # a colour that says how often the one before is repeated
+_REPEATED = b"\1\1\1"  # a colour that states how often the one before is repeated
 
 
 def read_radiance(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.float32]:
-    """Return (h, w, 3) linear RGB. Its EXPOSURE is not undone, as in most programs.
+    """Return (h, w, 3) linear RGB; EXPOSURE is not undone, as in most programs.
 
     Raises OSError if the path is not a file, ValueError for a broken or too large picture, and for colours in XYZ.
     """
@@ -100,7 +100,7 @@ def _run_lengths(data: bytes, at: int, length: int) -> tuple[bytes | bytearray, 
 
 
 def _repeats(data: bytes, at: int, length: int) -> tuple[bytes | bytearray, int]:
-    """Return a line of whole colours, some of which may say that the one before is repeated; and where it ends."""
+    """Return a line of whole colours, some of which may repeat the one before; and where it ends."""
     flat = data[at : at + 4 * length]
     if len(flat) == 4 * length and _REPEATED not in flat:
         return flat, at + 4 * length
@@ -193,7 +193,7 @@ def _check_header(path: FilePath, max_pixels: float) -> None:
 
 
 def _read_part(file: BufferedReader) -> dict[bytes, bytes]:
-    """The attributes of a part that say how large it is; none at the end of all parts."""
+    """The attributes of a part that state how large it is; none at the end of all parts."""
     found: dict[bytes, bytes] = {}
     while name := _read_name(file):
         _read_name(file)
@@ -230,12 +230,10 @@ def _size_of(part: dict[bytes, bytes]) -> tuple[int, int, int]:
 
 
 def _pick_channel(channels: dict[str, NDArray[Any]], name: str) -> str:
-    """Depth among EXR channels: the only one, one called depth or Z (not beside X: those are normals), Y or V, grey.
-
-    Y comes after all others: it is luminance in a picture with Z, or the same as Z in ours.
-    """
+    """Depth among EXR channels: the only one, one called depth or Z (not beside X: those are normals), Y or V, grey."""
     if len(channels) == 1:
         return next(iter(channels))
+    # Y comes after all others: it is luminance in a picture with Z, or the same as Z in ours
     for key in sorted(channels, key=lambda name: name.endswith("Y")):
         layer, _, last = key.rpartition(".")
         beside = f"{layer}.X" if layer else "X"
@@ -244,9 +242,8 @@ def _pick_channel(channels: dict[str, NDArray[Any]], name: str) -> str:
     keys = [key for key in ("R", "G", "B") if key in channels]
     if keys and all(np.array_equal(channels[keys[0]], channels[key], equal_nan=True) for key in keys):
         return keys[0]
-    raise ValueError(
-        f"{name} has the channels {', '.join(channels)}, which differ: expected one, or one called Z or depth"
-    )
+    expected = "expected one, or one called Z or depth"
+    raise ValueError(f"{name} has the channels {', '.join(channels)}, which differ: {expected}")
 
 
 _SLACK = 0.02  # of the width by which a picture may miss that it is twice as wide as high
@@ -280,18 +277,13 @@ def load_environment(path: FilePath, *, max_pixels: float = MAX_PIXELS) -> Envir
         picture = _linear(read_image(path, max_pixels, print_note), path)
     height, width = picture.shape[:2]
     if abs(width - 2 * height) > _SLACK * width:
-        raise ValueError(
-            f"{path} has {width}x{height} pixels: expected a picture of the whole sphere (equirectangular), "
-            "twice as wide as high"
-        )
+        expected = "a picture of the whole sphere (equirectangular), twice as wide as high"
+        raise ValueError(f"{path} has {width}x{height} pixels: expected {expected}")
     return Environment(_repaired(picture, path), str(path))
 
 
 def find_environment(value: Any) -> Environment | None:
-    """Return the environment that an option names: a name, a file, or what `Environment` takes; None stays.
-
-    Raises ValueError, TypeError or OSError for anything else.
-    """
+    """Return the environment of an option: a name, a file, or what `Environment` takes; None stays. Else it raises."""
     if not is_a(value, str, PathLike) or value in NAMES:
         return check_environment(value)
     path = check_path(value)

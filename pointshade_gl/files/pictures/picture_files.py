@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...checks.arguments import as_given, check_path
+from ...checks.arguments import as_given
 from ...checks.foreign_arrays import AnyArray, way_to
 from ...notes.notes import Note
 from ...notes.words import cut
@@ -36,9 +36,9 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "JPEG": {"quality": 95},
     "WEBP": {"lossless": True, "exact": True},  # exact keeps the colours under alpha 0
 }
-_OURS = b"Software\0pointshade_gl"  # what our PNGs say right behind their header
+_OURS = b"Software\0pointshade_gl"  # what our PNGs hold right behind their header
 _LONGEST = {"JPEG": 65500, "WEBP": 16383}  # pixels a side that the formats can hold
-# Formats whose header says how large the decoded picture is. In others, such as ICO, a second picture may hide.
+# Formats whose header states how large the decoded picture is. In others, such as ICO, a second picture may hide.
 _READ = ("PNG", "JPEG", "BMP", "DIB", "PPM", "GIF", "TIFF", "WEBP", "TGA", "JPEG2000")
 _READ_IF_KNOWN = ("AVIF", "HEIF")  # Pillow's from version 11.3, and a plug-in's
 _POSTSCRIPT = (b"%!PS", b"\xc5\xd0\xd3\xc6")  # Pillow hands it to Ghostscript
@@ -58,9 +58,7 @@ class NotAPictureError(ValueError):
 
 def check_writable(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_image` cannot write there."""
-    path = check_path(path)
-    check_suffix(path, IMAGES)
-    return check_place(path)
+    return check_place(check_suffix(path, IMAGES))
 
 
 def save_image(path: FilePath, image: AnyArray, small: bool = False) -> None:
@@ -132,10 +130,8 @@ def write_by_pillow(file: BinaryIO, image: Image.Image, kind: str) -> None:
 
 
 def encode_png(array: NDArray[Any]) -> bytes:
-    """A PNG of (h, w), (h, w, 3) or (h, w, 4), uint8 or uint16: rows less those above, run lengths and Huffman codes.
-
-    Pillow tries five filters a row: this takes 0.4 of the time of its quickest level, for files of the same size.
-    """
+    """A PNG of (h, w), (h, w, 3) or (h, w, 4), uint8 or uint16: rows less those above, run lengths, Huffman codes."""
+    # Pillow tries five filters a row: this takes 0.4 of the time of its quickest level, for files of the same size
     height, width = array.shape[:2]
     plain = np.ascontiguousarray(array.astype(array.dtype.newbyteorder(">"), copy=False))
     plain = plain.reshape(height, -1).view(np.uint8)
@@ -146,11 +142,10 @@ def encode_png(array: NDArray[Any]) -> bytes:
     kind = {1: 0, 3: 2, 4: 6}[1 if array.ndim == 2 else array.shape[2]]  # grey, RGB, RGBA
     header = struct.pack(">2I5B", width, height, 8 * array.itemsize, kind, 0, 0, 0)
     packed = packer.compress(rows.tobytes()) + packer.flush()
-    parts = [(b"IHDR", header), (b"tEXt", _OURS), (b"IDAT", packed), (b"IEND", b"")]
-    chunks = [
-        struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)) for name, data in parts
-    ]
-    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+    encoded = b"\x89PNG\r\n\x1a\n"
+    for name, data in ((b"IHDR", header), (b"tEXt", _OURS), (b"IDAT", packed), (b"IEND", b"")):
+        encoded += struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+    return encoded
 
 
 def is_ours(path: FilePath) -> bool:
@@ -161,10 +156,10 @@ def is_ours(path: FilePath) -> bool:
 def read_image(path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None) -> NDArray[Any]:
     """A picture's own values: (h, w), (h, w, 3) or (h, w, 4), uint8; deep grey pictures uint16, int32 or float32.
 
-    Palettes and other colour models become RGB or RGBA, turned as EXIF says; it may be read-only. Raises OSError if the
+    Palettes and other colour models become RGB or RGBA, turned by EXIF; it may be read-only. Raises OSError if the
     path is not a file, ValueError if it is not a complete picture of up to max_pixels pixels.
 
-    to_srgb  convert colours of other colour spaces, and say so: for photographs, not for depth or for textures
+    to_srgb  convert colours of other colour spaces, with a note: for photographs, not for depth or for textures
     """
     read_head(path)
     with open_regular(path) as file:
@@ -278,10 +273,8 @@ def _check_webp(head: bytes, name: str, max_pixels: float) -> None:
 
 
 def normals_to_rgb(normals: AnyArray, axes: AxesName = "opengl", bits: int = 8) -> NDArray[Any]:
-    """Normals in colours, by default the usual ones: red = right, green = up, blue = towards the viewer.
+    """Normals (h, w, 3), unit, camera axes, NaN where missing, in colours that point along these axes, see AXES.
 
-    normals  (h, w, 3) float, unit, camera axes (x right, y down, z forward), NaN where missing
-    axes     which way red, green and blue point, see AXES
     Returns (h, w, 4) uint8 or uint16 with alpha 0 where missing: n = (0, 0, -1) gives (128, 128, 255, 255).
     """
     shown, known = turned_normals(normals, axes)

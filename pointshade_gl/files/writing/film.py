@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...checks.arguments import check_fps, check_path
+from ...checks.arguments import check_fps
 from ...checks.foreign_arrays import AnyArray
 from ...notes.words import option
 from ..access.atomic_write import check_place, error_of, hidden_beside, naming_written
@@ -26,8 +26,7 @@ BACKGROUND = (28, 28, 32)  # films have no alpha: where nothing was drawn they a
 
 def check_film(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if no `Film` can be written there."""
-    path = check_path(path)
-    check_suffix(path, FILMS, "the suffix of a film")
+    path = check_suffix(path, FILMS, "the suffix of a film")
     if path.suffix.lower() == ".mp4":
         _find_ffmpeg(path)
     return check_place(path)
@@ -41,9 +40,8 @@ def is_series(path: Path) -> bool:
 def check_series(path: Path) -> None:
     """Raises ValueError or OSError unless many pictures can be written there; call it before a long computation."""
     if not is_series(path):
-        raise ValueError(
-            f"many pictures need a film ({', '.join(FILMS)}) or a number in the name (such as %04d.png), got {path}"
-        )
+        expected = f"a film ({', '.join(FILMS)}) or a number in the name (such as %04d.png)"
+        raise ValueError(f"many pictures need {expected}, got {path}")
     if is_numbered(path):
         check_writable(first_of(path))
     else:
@@ -95,17 +93,14 @@ class Film:
         """
         picture = _flattened(image)
         with naming_written(self.path):
-            self._add(picture)
+            if self._writer is None:
+                kind = _Mp4 if self.path.suffix.lower() == ".mp4" else _Gif
+                self._writer = kind(self._temporary, picture.size, self.fps)
+            if picture.size != self._writer.shown:
+                from PIL import ImageOps
 
-    def _add(self, picture: Image.Image) -> None:
-        if self._writer is None:
-            kind = _Mp4 if self.path.suffix.lower() == ".mp4" else _Gif
-            self._writer = kind(self._temporary, picture.size, self.fps)
-        if picture.size != self._writer.shown:
-            from PIL import ImageOps
-
-            picture = ImageOps.pad(picture, self._writer.shown, color=BACKGROUND)
-        self._writer.add(picture)
+                picture = ImageOps.pad(picture, self._writer.shown, color=BACKGROUND)
+            self._writer.add(picture)
 
     def close(self) -> None:
         """Finish the file and put it in its place. A second call does nothing."""
@@ -140,12 +135,9 @@ _DECODED = ["-f", "rawvideo", "-pix_fmt", "rgb24"]
 # half the time of the preset medium at crf 18, for a film a tenth larger and 0.1 to 0.3 dB below it
 _QUALITY = ["-c:v", "libx264", "-preset", "veryfast", "-crf", "17"]
 _ENCODED = [*_QUALITY, "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"]
-# players expect BT.709, and ffmpeg converts by BT.601 unless told otherwise
-_CONVERTED = [
-    "-vf",
-    "crop=trunc(iw/2)*2:trunc(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,"
-    "setparams=colorspace=bt709:color_primaries=bt709:color_trc=bt709",
-]
+# players expect BT.709, and ffmpeg converts by BT.601 if nothing else is asked for
+_BT709 = "scale=out_color_matrix=bt709:out_range=tv,setparams=colorspace=bt709:color_primaries=bt709:color_trc=bt709"
+_CONVERTED = ["-vf", f"crop=trunc(iw/2)*2:trunc(ih/2)*2,{_BT709}"]
 
 
 class _Mp4:
@@ -186,7 +178,7 @@ class _Mp4:
 
     def _close_pipe(self) -> None:
         assert self._process.stdin
-        with suppress(OSError):  # the rest cannot be written; the exit status says so
+        with suppress(OSError):  # the rest cannot be written; the exit status shows it
             self._process.stdin.close()
 
     def _failure(self) -> OSError:
@@ -250,9 +242,8 @@ def _find_ffmpeg(path: Path) -> str:
     try:
         imageio_ffmpeg: Any = import_module("imageio_ffmpeg")  # only here: an optional extra
     except ImportError:
-        raise ValueError(
-            f"cannot write {path}: pip install 'pointshade-gl[video]' for .mp4; .gif works without"
-        ) from None
+        way_out = "pip install 'pointshade-gl[video]' for .mp4; .gif works without"
+        raise ValueError(f"cannot write {path}: {way_out}") from None
     try:
         return imageio_ffmpeg.get_ffmpeg_exe()
     except RuntimeError as error:

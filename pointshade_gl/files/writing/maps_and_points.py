@@ -32,9 +32,7 @@ from ..pictures.picture_files import AXES, AxesName, normals_to_rgb, save_image,
 
 def check_depth_path(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_depth` cannot write there."""
-    path = check_path(path)
-    check_suffix(path, DEPTH_MAPS, "the suffix of depth")
-    return _check_map(path)
+    return _check_map(check_suffix(path, DEPTH_MAPS, "the suffix of depth"))
 
 
 def save_depth(path: FilePath, depth: AnyArray, notes: Note = print_note) -> None:
@@ -96,8 +94,8 @@ def _millimetres(metres: NDArray[np.float32], path: Path, notes: Note) -> NDArra
     if lost and lost == known:
         raise ValueError(f"cannot write {path}: no depth lies within 1 mm to 65.535 m, use .exr, .tif or .npy")
     if lost:
-        range_ = "outside 1 mm to 65.535 m, which 16 bits hold"
-        notes(f"{path}: {lost} of {known} depths are {range_}, and become missing: .exr, .tif and .npy keep them")
+        limits = "outside 1 mm to 65.535 m, which 16 bits hold"
+        notes(f"{path}: {lost} of {known} depths are {limits}, and become missing: .exr, .tif and .npy keep them")
     return np.where(fits, rounded, 0).astype(np.uint16)
 
 
@@ -110,8 +108,7 @@ def check_normals_path(path: FilePath, axes: str | None = None, bits: int = 8) -
         raise ValueError(f"{option('bits')} must be 8 or 16, got {bits}")
     if bits == 16 and path.suffix.lower() != ".png":
         raise ValueError(f"cannot write {path}: {option('bits', 16)} needs .png; .exr and .npy hold floats")
-    check_suffix(path, NORMALS)
-    return _check_map(path)
+    return _check_map(check_suffix(path, NORMALS))
 
 
 def save_normals(path: FilePath, normals: AnyArray, axes: AxesName | None = None, bits: Literal[8, 16] = 8) -> None:
@@ -162,8 +159,7 @@ def _check_map(path: Path) -> Path:
 
 def check_points_path(path: FilePath, axes: str | None = None) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_points` cannot write there."""
-    path = check_path(path)
-    check_suffix(path, POINTS, "the suffix of a point cloud")
+    path = check_suffix(path, POINTS, "the suffix of a point cloud")
     if axes is not None:
         check_choice(option("axes"), axes, tuple(CLOUD_AXES))
         if path.suffix.lower() == ".glb":
@@ -224,9 +220,7 @@ _HEADER = f"{WRITTEN} tx ty tz qx qy qz qw: camera-to-world, axes of OpenCV (x r
 
 def check_poses_path(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_poses` cannot write there."""
-    path = check_path(path)
-    check_suffix(path, POSE_LISTS, "the suffix of poses")
-    return check_place(path)
+    return check_place(check_suffix(path, POSE_LISTS, "the suffix of poses"))
 
 
 def save_poses(path: FilePath, frames: Iterable[Frame], numbers: Sequence[int] | None = None) -> None:
@@ -268,17 +262,16 @@ def save_poses(path: FilePath, frames: Iterable[Frame], numbers: Sequence[int] |
 
 def save_numbered_poses(path: Path, poses: Mapping[int, NDArray[np.float64]]) -> None:
     """Write poses (4, 4) as `save_poses` does, by the numbers of their frames."""
-    lines = (
-        " ".join([str(number), *(f"{value:.17g}" for value in (*pose[:3, 3], *quaternion_of(pose[:3, :3])))])
-        for number, pose in poses.items()
-    )
-    _write(path, _HEADER + "\n".join(lines) + "\n")
+    text = _HEADER
+    for number, pose in poses.items():
+        values = " ".join(f"{value:.17g}" for value in (*pose[:3, 3], *quaternion_of(pose[:3, :3])))
+        text += f"{number} {values}\n"
+    _write(path, text)
 
 
 def check_found_path(path: Path) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_found_poses` cannot write there."""
-    check_suffix(path, FOUND_POSES, "the suffix of poses")
-    return check_place(path)
+    return check_place(check_suffix(path, FOUND_POSES, "the suffix of poses"))
 
 
 def save_found_poses(path: Path, poses: Mapping[str, NDArray[np.float64] | None]) -> None:
@@ -286,14 +279,12 @@ def save_found_poses(path: Path, poses: Mapping[str, NDArray[np.float64] | None]
 
     .json is `{"name": [[...], ...], ...}`, .txt as `save_poses` writes it.
     """
-    known = {name: (k, pose) for k, (name, pose) in enumerate(poses.items()) if pose is not None}
+    known = [(k, name, pose) for k, (name, pose) in enumerate(poses.items()) if pose is not None]
     if path.suffix.lower() == ".json":
-        rows = (
-            f" {json.dumps(name, ensure_ascii=False)}: {json.dumps(one.tolist())}" for name, (_, one) in known.items()
-        )
+        rows = (f" {json.dumps(name, ensure_ascii=False)}: {json.dumps(pose.tolist())}" for _, name, pose in known)
         _write(path, "{\n" + ",\n".join(rows) + "\n}\n")
     else:
-        save_numbered_poses(path, dict(known.values()))
+        save_numbered_poses(path, {k: pose for k, _, pose in known})
 
 
 def _write(path: Path, text: str) -> None:

@@ -201,7 +201,9 @@ class FrameReductionPass(FullscreenPasses):
         has_slopes = frame.color is not None and min(camera.width, camera.height) > 1
         brightness = read_texture(self._context, image.textures[1])[..., 0] if has_slopes else None
         reduced = ReducedFrame(camera, image.read(), brightness)
-        return reduced if reduced.is_textured else reduced.without_brightness()
+        if not reduced.is_textured:
+            reduced.brightness = None
+        return reduced
 
 
 def reduced_camera(camera: Camera) -> tuple[Camera, int]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import moderngl
 import numpy as np
 
-from ...estimation.noise_model import BLOCK_PATCHES, COARSE, Decisions, find_noise, noise_grid, told_noise
+from ...estimation.noise_model import BLOCK_PATCHES, COARSE, Decisions, find_noise, given_noise, noise_grid
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ...scene.noise import Noise, NoiseWords
@@ -34,7 +34,7 @@ class NoisePass(FullscreenPasses):
 
     def read(self, frame: DepthTextures, words: NoiseWords) -> Noise:
         """The caller's own, for this frame."""
-        return told_noise(words, self._images.fit(frame.size).shape)
+        return given_noise(words, self._images.fit(frame.size).shape)
 
     def calm_depth(
         self, frame: DepthTextures, noise: Noise, told: np.ndarray | None, snap_focal: float = 0.0

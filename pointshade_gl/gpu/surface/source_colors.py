@@ -59,7 +59,7 @@ class SourceColors(Owner):
         stream = None if frame.source is None else (frame.source, textures.size)
         light = self._steps.run("find light", self._lights.find, photo, stream, frame.pose, of=textures)
         textures.light = light
-        if not light.tells:
+        if not light.is_shown:
             textures.note_once("light", light.why, frame.camera, describe_light(light))
             return colors
         image = textures.albedo = textures.albedo or Image(self._context, textures.color.size, RGBA16)

@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, make_dataclass
+from itertools import product
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any
@@ -25,51 +26,52 @@ from ..files.access.known_names import FRAMES, SCENES
 from ..notes.words import did_you_mean, listed_beside, meant_option, near_path, option, shown
 from ..scene.appearance import Look, Material
 from ..scene.light import Light
-from ..scene.option_fields import CAMERA, LIGHT, SETS, SHADING, SURFACE, option_of
+from ..scene.option_fields import CAMERA, LIGHT, SETS, SHADING, SURFACE, Cli, option_of
 from ..scene.values import linear_color
 from .help import one_of
 
-Typed = tuple[str, Any, Any]  # name, type and field, as `make_dataclass` takes them
+
+def flag_of(name: str) -> str:
+    """Return how a field is called on the command line."""
+    return f"--{name.replace('_', '-')}"
 
 
-def cli_option(
-    help: str, *names: str, panel: str = "", known: Iterable[str] = (), default: Any = None, was: str = "", **more: Any
-) -> Any:
-    """Return the field of an option, in a panel of the help. names: if its field's name does not tell all of them.
-
-    known  values that the shell completes
-    was    its older name, which is understood, too
-    more   as for `typer.Option`
-    """
-    completed = one_of(known) if known else None
-    how = typer.Option(*names, help=help, autocompletion=completed, rich_help_panel=panel or None, **more)
-    return field(default=default, metadata={"typer": how, "was": was})
+def option_info(help: str, cli: Cli, *names: str, **more: Any) -> Any:
+    """Return what Typer takes about an option. names: if its field's name does not say all. more: as `typer.Option`."""
+    metavar, completed = cli.metavar or "|".join(cli.known) or None, one_of(cli.known) if cli.known else None
+    panel = cli.panel or None
+    return typer.Option(*names, help=help, metavar=metavar, autocompletion=completed, rich_help_panel=panel, **more)
 
 
-def group_of(found: Iterable[Typed]) -> Any:
+def cli_option(help: str, cli: Cli, *names: str, default: Any = None, was: str = "", **more: Any) -> Any:
+    """Return the field of an option of the command line alone. was: its older name. The others: as `option_info`."""
+    return field(default=default, metadata={"typer": option_info(help, cli, *names, **more), "was": was})
+
+
+TypedField = tuple[str, Any, Any]  # name, type and field, as `make_dataclass` takes them
+
+
+def group_of(found: Iterable[TypedField]) -> Any:
     """Return a class for a group of options (see cli/options.py) to inherit from."""
     return make_dataclass("Fields", list(found), bases=(FieldOptions,), frozen=True)
 
 
 def typed(
     group: type, panels: tuple[str, ...], defaults: Mapping[str, Any] | None = MappingProxyType({})
-) -> list[Typed]:
+) -> list[TypedField]:
     """Return the options of a dataclass that stand in these panels of the help, panel by panel.
 
     defaults  others than those of the fields; None: what is not typed is None, as the command decides about it
     """
-    listed = [one for one in fields(group) if option_of(one).help and option_of(one).panel in panels]
-    listed.sort(key=lambda one: (panels.index(option_of(one).panel), option_of(one).place))
-    found: list[Typed] = []
-    for one in listed:
-        has, is_switch = option_of(one), one.default is False
-        kind = has.kind if one.default is None or has.read else type(one.default)
-        names = [f"--{one.name.replace('_', '-')}", *filter(None, [has.short])] if is_switch or has.short else []
-        default = None if defaults is None and not is_switch else (defaults or {}).get(one.name, one.default)
-        how = {"panel": has.panel, "known": has.known, "was": has.was, "metavar": has.metavar}
-        found.append(
-            (one.name, kind if is_switch else kind | None, cli_option(has.help, *names, default=default, **how))
-        )
+    found: list[TypedField] = []
+    for panel, one in product(panels, fields(group)):
+        option, cli, is_switch = option_of(one), option_of(one).cli, one.default is False
+        if cli.panel == panel:
+            kind = cli.kind if one.default is None or cli.read else type(one.default)
+            names = [flag_of(one.name), cli.short] if cli.short else []
+            default = None if defaults is None and not is_switch else (defaults or {}).get(one.name, one.default)
+            how = cli_option(option.help, cli, *names, default=default, was=option.was)
+            found.append((one.name, kind if is_switch else kind | None, how))
     return found
 
 
@@ -85,39 +87,39 @@ class FieldOptions:
     def values_of(self, group: type) -> dict[str, Any]:
         """Return what was typed for a dataclass, by the names of its fields. Raises ValueError."""
         return {
-            one.name: read(value) if isinstance(value, str) and (read := option_of(one).read) else value
+            one.name: read(value) if isinstance(value, str) and (read := option_of(one).cli.read) else value
             for one in fields(group)
             if (value := getattr(self, one.name, None)) is not None
         }
 
 
 FIELDS = inspect.signature(Light).parameters  # by name
-_SWITCHED = {"yes": True, "true": True, "on": True, "1": True, "no": False, "false": False, "off": False, "0": False}
+_SWITCHED = {**dict.fromkeys(("", "yes", "true", "on", "1"), True), **dict.fromkeys(("no", "false", "off", "0"), False)}
 
 
-def light_from(text: str, **unless_said: Any) -> Light:
+def light_from(text: str, **defaults: Any) -> Light:
     """The light of a text: X,Y,Z for a point light, or words `name=value`, whose names are the arguments of Light.
 
-    unless_said  values of those that the text does not name
+    defaults  values of those that the text does not name
 
     Numbers of a colour are linear, as in Light; #rrggbb and names are sRGB, as on screens, and converted. A switch
     may stand without a value. Raises ValueError for anything else, and as Light.
     """
-    cli_option: dict[str, Any] = {}
+    found: dict[str, Any] = {}
     for word in _joined(_joined(text, ","), "=").split():
         name, _, value = word.partition("=")
         if "=" not in word and word[0] in "+-.0123456789":
             name, value = "position", word
         if name not in FIELDS:
             raise _refusal(text, f"{shown(name)} is unknown{did_you_mean(name, FIELDS)}")
-        if name in cli_option:
+        if name in found:
             commas = ", numbers need commas and no spaces between them" if name == "position" else ""
             raise _refusal(text, f"{name} is there twice{commas}", names=False)
-        cli_option[name] = _value(name, value, text)
-    if not cli_option:
+        found[name] = _value(name, value, text)
+    if not found:
         raise _refusal(text, "it is empty")
     try:
-        return Light(**{**unless_said, **cli_option})
+        return Light(**defaults | found)
     except (ValueError, TypeError) as error:
         raise ValueError(f"{option('light', shown(text))}: {error}") from None
 
@@ -133,9 +135,9 @@ def _value(name: str, value: str, text: str) -> Any:
     if kind.startswith("Falloff"):
         return value
     if kind == "bool":
-        if value.lower() not in ("", *_SWITCHED):
+        if value.lower() not in _SWITCHED:
             raise _refusal(text, f"{name} must be yes or no, got {shown(value)}", names=False)
-        return _SWITCHED.get(value.lower(), True)
+        return _SWITCHED[value.lower()]
     try:
         numbers = [float(part) for part in value.split(",")]
     except ValueError:
@@ -156,12 +158,10 @@ def _refusal(text: str, fact: str, names: bool = True) -> ValueError:
 
 Lights = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="X,Y,Z|WORDS",
-        help="Point light at X,Y,Z (metres, world axes), or words: 'position=-.5,-.7,.2 color=#ffcc99 shadow'. "
-        f"Known are {', '.join(FIELDS)}. Repeatable. Replaces a scene's own lights, and casts shadows there "
-        "unless shadow=no.",
-        rich_help_panel=LIGHT,
+    option_info(
+        "Point light at X,Y,Z (metres, world axes), or words: 'position=-.5,-.7,.2 color=#ffcc99 shadow'. Known are "
+        f"{', '.join(FIELDS)}. Repeatable. Replaces a scene's own lights, and casts shadows there unless shadow=no.",
+        Cli(LIGHT, "X,Y,Z|WORDS"),
     ),
 ]
 _SHADING, *_FORM = typed(Look, (SHADING,))
@@ -208,22 +208,19 @@ _EXTRA = re.compile(r"extra argument\S* \((.*)\)", re.DOTALL)
 _QUOTES = 'put the words of a light in quotes, as in --light "position=-.5,-.7,.2 shadow"'
 
 
-class CliCommand(TyperCommand):
+class _OwnHelp:
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        from .help import show_help
+
+        show_help(self, ctx)
+
+
+class CliCommand(_OwnHelp, TyperCommand):
     """One of the commands: its help is ours."""
 
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        from .help import show_help
 
-        show_help(self, ctx)
-
-
-class CliCommands(TyperGroup):
+class CliCommands(_OwnHelp, TyperGroup):
     """The commands by name. A wrong name gets the near one; an input without a command, the commands for it."""
-
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        from .help import show_help
-
-        show_help(self, ctx)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         name = args[0]

@@ -11,11 +11,10 @@ from typing import NoReturn
 
 from ..checks.arguments import Progress
 from ..files.access.content import check_not_read
-from ..files.access.known_names import FRAMES, existing_files, is_numbered
+from ..files.access.known_names import existing_files, is_numbered
 from ..notes.notes import print_note, print_warning
 from ..notes.words import printable
 from ..renderer.renderer import Renderer
-from .options import FrameOptions
 
 SOFTWARE = "{} is a software renderer: pictures are right, but slow"
 
@@ -40,9 +39,9 @@ def report(output: Path, what: str, renderer: Renderer, spent: float) -> None:
     print_line(f"{output}: {what}, {renderer.context.renderer}, {spent * 1e3:.0f} ms")
 
 
-def new_beside(frame: FrameOptions, suffix: str) -> Path:
+def new_beside(read: str, suffix: str) -> Path:
     """The path of a new file in the working directory, called like what is read, with a number where that is taken."""
-    source = Path(str(frame.input or frame.depth or frame.color or FRAMES[0]))
+    source = Path(read)
     name = source.resolve().name if source.is_dir() else source.stem
     name = "out" if is_numbered(Path(name)) or not name else name
     names = (name if k == 1 else f"{name}_{k}" for k in count(1))
@@ -62,16 +61,6 @@ def explainer(wanted: bool, names: Sequence[str] = ()) -> Callable[[Renderer], N
             if line not in before:
                 print_line(line)
         before[:] = lines
-
-    return after_each
-
-
-def in_turn(*calls: Callable[[Renderer], None]) -> Callable[[Renderer], None]:
-    """One function for after each picture that calls several."""
-
-    def after_each(renderer: Renderer) -> None:
-        for call in calls:
-            call(renderer)
 
     return after_each
 

@@ -38,37 +38,44 @@ _Self = TypeVar("_Self")
 
 
 @dataclass(frozen=True)
-class Option:
-    """What a field says beside its name, type and default.
+class Cli:
+    """How a field is typed on the command line.
 
-    doc      what Python's help says about it
-    help     what the command line's help says; "": there is no such option
-    metavar  stands for its value there
-    panel    of the help in which it is listed
+    panel    of the help in which it is listed; "": there is no such option
+    metavar  stands for its value there; None: the known values
     known    values that the shell completes
-    kind     type of the text on the command line where the default does not tell it
+    kind     type of the text where the default does not tell it
     read     value of such a text
-    place    among the options of its panel: those of place 0 come first
-    was      its older name, which is understood, too
-    short    a second name on the command line, such as "--ao"
+    short    a second name, such as "--ao"
     """
 
-    doc: str
-    help: str = ""
-    metavar: str | None = None
     panel: str = ""
+    metavar: str | None = None
     known: tuple[str, ...] = ()
     kind: type = str
     read: Callable[[str], Any] | None = None
-    place: int = 1
-    was: str = ""
     short: str = ""
 
 
-def opt(default: Any, doc: str, help: str = "", **more: Any) -> Any:
-    """Return a dataclass field with a default and an `Option`; the help of one in a panel is the doc, unless given."""
-    help = help or (f"{doc[0].upper()}{doc[1:]}." if "panel" in more else "")
-    return field(default=default, metadata={"option": Option(doc, help, **more)})
+@dataclass(frozen=True)
+class Option:
+    """What a field says beside its name, type and default.
+
+    doc   what Python's help says about it
+    help  what the command line's help says
+    was   its older name, which is understood, too
+    """
+
+    doc: str
+    help: str
+    cli: Cli
+    was: str
+
+
+def opt(default: Any, doc: str, help: str = "", cli: Cli = Cli(), was: str = "") -> Any:
+    """Return a dataclass field with a default and an `Option`; the command line's help is the doc, unless given."""
+    option = Option(doc, help or f"{doc[0].upper()}{doc[1:]}.", cli, was)
+    return field(default=default, metadata={"option": option})
 
 
 def option_of(one: Field[Any]) -> Option:
@@ -188,7 +195,7 @@ def entry_of(one: Field[Any], parameter: inspect.Parameter) -> str:
     value = parameter.default
     default = f"{type(value).__name__}()" if is_dataclass(value) and value == type(value)() else _quoted(value)
     told = "optional" if value is None else f"default {default}"
-    return f"{one.name} : {_kinds(str(parameter.annotation), option_of(one).known)}, {told}\n{_filled(stated)}"
+    return f"{one.name} : {_kinds(str(parameter.annotation), option_of(one).cli.known)}, {told}\n{_filled(stated)}"
 
 
 def _kinds(annotation: str, known: tuple[str, ...]) -> str:

@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
-from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -23,7 +22,6 @@ from ...files.access.atomic_write import check_place
 from ...files.access.content import check_not_read
 from ...files.access.folders import Listing
 from ...files.access.known_names import BATCH as KINDS
-from ...files.frame_sources import is_cloud, is_scene
 from ...files.pictures.picture_files import check_writable
 from ...files.writing.film import check_film
 from ...files.writing.maps_and_points import check_normals_path
@@ -31,14 +29,14 @@ from ...gpu.context.software_driver import is_software
 from ...notes.notes import once, print_note
 from ...notes.words import counted, option
 from ...scene.graph import check_of_clouds, given_by
-from ...scene.option_fields import BATCH
+from ...scene.option_fields import BATCH, Cli
 from ...scene.viewpoint import View, check_turntable, moves_camera
+from .. import options
 from ..help import complete_input
-from ..inputs import check_look
-from ..option_groups import LookGroup, cli_option
-from ..options import Axes, Bits, CloudGroup, Device, FilmOptions, Quiet, ReadingOptions, ViewOptions, spread
+from ..inputs import check_look, view_of
+from ..option_groups import LookGroup, cli_option, option_info
+from ..options import Kind
 from ..output import SOFTWARE, complain, print_line, progress
-from ..written import NAMES, PageOptions, PictureOptions, view_of
 
 Inputs = Annotated[
     list[str],
@@ -50,10 +48,7 @@ Inputs = Annotated[
     ),
 ]
 Folder = Annotated[
-    Path,
-    typer.Option(
-        "-o", "--output", metavar="DIR", help="The folder to write to, and its manifest.jsonl.", rich_help_panel=BATCH
-    ),
+    Path, option_info("The folder to write to, and its manifest.jsonl.", Cli(BATCH, "DIR"), "-o", "--output")
 ]
 
 
@@ -63,43 +58,30 @@ class BatchOptions:
 
     to: str = cli_option(
         f"What comes out, the ending of each name: {', '.join(KINDS)}. Films are one for each sequence.",
-        metavar="KIND",
-        known=KINDS,
+        Cli(BATCH, "KIND", KINDS),
         default="png",
-        panel=BATCH,
     )
-    workers: int | None = cli_option(
-        "Processes that draw. Default: one for each core.", metavar="N", min=1, panel=BATCH
-    )
+    workers: int | None = cli_option("Processes that draw. Default: one for each core.", Cli(BATCH, "N"), min=1)
     ray: str | None = cli_option(
         "Draw on a Ray cluster, as at auto or host:6379, instead of on this machine; local starts a Ray here. "
         "Its machines must all see INPUT.",
-        metavar="local|ADDRESS",
-        panel=BATCH,
+        Cli(BATCH, "local|ADDRESS"),
     )
     num_gpus: float | None = cli_option(
-        "With --ray: GPUs for each worker, which draws on that GPU; 0.25 lets four share one.",
-        metavar="N",
-        min=0,
-        panel=BATCH,
+        "With --ray: GPUs for each worker, which draws on that GPU; 0.25 lets four share one.", Cli(BATCH, "N"), min=0
     )
     shard: str | None = cli_option(
         "Do part I of N, counted from 1, as in --shard $SLURM_ARRAY_TASK_ID/8 with sbatch --array=1-8.",
-        metavar="I/N",
-        panel=BATCH,
+        Cli(BATCH, "I/N"),
     )
     resume: bool = cli_option(
         "Go on: do again what the manifest does not prove to be whole and made of the same input, with the "
         "same options and version.",
-        "--resume",
+        Cli(BATCH),
         default=False,
-        panel=BATCH,
     )
     overwrite: bool = cli_option(
-        "Do everything again, and write over files that are read as inputs, too.",
-        "--overwrite",
-        default=False,
-        panel=BATCH,
+        "Do everything again, and write over files that are read as inputs, too.", Cli(BATCH), default=False
     )
 
     def part(self) -> tuple[int, int] | None:
@@ -122,23 +104,23 @@ class BatchCommand:
     inputs: Inputs
     output: Folder
     how: BatchOptions
-    reading: ReadingOptions
-    cloud: CloudGroup
+    reading: options.ReadingOptions
+    cloud: options.CloudGroup
     look: LookGroup
-    place: ViewOptions
-    picture: PictureOptions
-    film: FilmOptions
-    page: PageOptions
-    axes: Axes = None
-    bits: Bits = 8
-    device: Device = 0
-    quiet: Quiet = False
+    place: options.ViewOptions
+    picture: options.PictureOptions
+    film: options.FilmOptions
+    page: options.PageOptions
+    axes: options.Axes = None
+    bits: options.Bits = 8
+    device: options.Device = 0
+    quiet: options.Quiet = False
 
 
 INTERRUPTED = 130  # exit code
 
 
-@spread
+@options.spread
 def batch(asked: BatchCommand) -> None:
     """Draw many INPUTs to a folder, in several processes: pictures, normals, pages, or a film of each sequence.
 
@@ -161,16 +143,6 @@ def batch(asked: BatchCommand) -> None:
 UNMARKED = ("jpg", "webp", "tif", *FILMS)  # readers of frames cannot tell that these are renderings
 
 
-class Kind(Enum):
-    """What a source is."""
-
-    FRAMES, SCENE, CLOUD = range(3)
-
-    @classmethod
-    def of(cls, path: str) -> Kind:
-        return cls.SCENE if is_scene(path) else cls.CLOUD if is_cloud(path) else cls.FRAMES
-
-
 def plan_batch(asked: BatchCommand) -> tuple[Sequence[Planned], list[Failure]]:
     """What this process has to care for. Raises ValueError or OSError for options and inputs that cannot be."""
     part = asked.how.part()
@@ -185,7 +157,7 @@ def plan_batch(asked: BatchCommand) -> tuple[Sequence[Planned], list[Failure]]:
     _make_folder(asked.output)
     _check_writable(asked, folder)
     reading = tuple(plain_value(asked.reading).items())
-    given = {kind: reading + (tuple(plain_value(asked.cloud).items()) if kind is Kind.CLOUD else ()) for kind in Kind}
+    given = dict.fromkeys(Kind, reading) | {Kind.CLOUD: reading + tuple(plain_value(asked.cloud).items())}
     planned, failures = plan(
         sources,
         lambda one: _job(asked, one, folder, given[kinds[one.path]], views[kinds[one.path]]),
@@ -214,13 +186,10 @@ def _check_kinds(asked: BatchCommand, kinds: set[Kind]) -> None:
 
 def _view(asked: BatchCommand, folder: Path, of: Kind) -> View:
     """From where, under which lights and how one kind of source is drawn."""
-    kind, turns, of_scene = asked.how.to, moves_camera(asked.film.turntable), of is not Kind.FRAMES
-    if kind in NORMALS:
-        return asked.place.view(asked.look.look(), asked.look.lights(shadow=of_scene))
-    return view_of(
-        asked.look, asked.place, asked.picture, folder / f"*.{kind}",
-        is_scene=of_scene, is_film=kind in FILMS, is_changed=turns, is_cloud=of is Kind.CLOUD,
-    )  # fmt: skip
+    to, output, turns = asked.how.to, folder / f"*.{asked.how.to}", moves_camera(asked.film.turntable)
+    if to in NORMALS:
+        return asked.place.view(asked.look.look(), asked.look.lights(shadow=of is not Kind.FRAMES))
+    return view_of(of, asked.look, asked.place, asked.picture, output, is_film=to in FILMS, is_changed=turns)
 
 
 def _job(asked: BatchCommand, source: Source, folder: Path, reading: tuple[tuple[str, Any], ...], view: View) -> Job:
@@ -249,7 +218,7 @@ def _check(asked: BatchCommand) -> None:
     else:
         _check_still(asked)
     if kind == PAGE:
-        check_choice(option("quality"), asked.page.exactness, NAMES)
+        check_choice(option("quality"), asked.page.exactness, options.QUALITIES)
     else:
         asked.page.check_none(Path(f"*.{kind}"))
     if kind in NORMALS:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from ...files.clouds.load_cloud import check_cloud_options, cloud_facts
+from ...files.clouds.load_cloud import check_cloud_options, check_frame_options, cloud_facts
 from ...files.depth.depth_kinds import METRIC
 from ...files.frames.frame_files import examine, facts
 from ...files.pictures.picture_files import check_writable, save_image
@@ -18,37 +19,32 @@ from ...notes.words import counted, option
 from ...renderer.series import contact_sheet
 from ...scene.cloud import axes_in_words
 from ...scene.noise import Choice, describe
+from .. import options
 from ..inputs import check_frame
-from ..options import BenchOptions, Device, FrameOptions, Overwrite, Quiet, SheetOutput, spread
 from ..output import open_renderer, print_line, report, spinner
 
 
-@spread
+@options.spread
 def info(
-    frame: FrameOptions,
-    output: SheetOutput = None,
+    frame: options.FrameOptions,
+    output: options.SheetOutput = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
-    overwrite: Overwrite = False,
-    device: Device = 0,
-    quiet: Quiet = False,
+    *,
+    run: options.RunOptions,
 ) -> None:
     """Print what is in a file or folder, and how it would be read; without INPUT, what draws: GL vendor, limits."""
-    if frame.input or frame.depth or frame.color:
-        from ...files.clouds.load_cloud import check_frame_options
-        from ...files.frame_sources import is_cloud
-
-        if is_cloud(frame.input):
+    if frame.named is frame:
+        if frame.is_cloud:
             show_cloud(frame, output, as_json)
-            return
-
-        check_frame(frame)
-        check_frame_options(frame.cloud_options, frame.input)
-        frame.check_exist()
-        show_input(frame, output, as_json, device)
+        else:
+            check_frame(frame)
+            check_frame_options(frame.cloud_options, frame.input)
+            frame.check_exist()
+            show_input(frame, output, as_json, run.device)
         return
     if output:
         raise ValueError(f"a contact sheet shows a frame: pass INPUT, as in `pointshade info vase -o {output}`")
-    with open_renderer(device) as renderer:
+    with open_renderer(run.device) as renderer:
         limits = {"pointshade_gl": __version__, **renderer.context.limits()}
         if as_json:
             print(json.dumps({name.replace(" ", "_"): value for name, value in limits.items()}, indent=1))
@@ -56,29 +52,29 @@ def info(
             print("\n".join(f"{name:16s}{limits[name]}" for name in limits))
 
 
-@spread
-def bench(options: BenchOptions, device: Device = 0, quiet: Quiet = False) -> None:
+@options.spread
+def bench(how: options.BenchOptions, device: options.Device = 0, quiet: options.Quiet = False) -> None:
     """Measure the speed, accuracy and robustness of every estimator: charts and results.json."""
     from ...bench import command
 
-    quick, output = options.quick, options.output
-    if options.against is not None and not options.speed:
+    quick, output = how.quick, how.output
+    if how.against is not None and not how.speed:
         raise ValueError(f"{option('against')} compares speeds: add {option('speed', True)}")
-    if options.against is not None:
-        known = command.bench_against(options.against, quick, device)
-    elif options.speed:
+    if how.against is not None:
+        known = command.bench_against(how.against, quick, device)
+    elif how.speed:
         known = command.bench_speed(output, quick, device)
-    elif options.views:
-        known = command.bench_views(output, quick, options.seed, device)
+    elif how.views:
+        known = command.bench_views(output, quick, how.seed, device)
     else:
-        known = command.bench(output, quick, options.only or [], options.images, options.seed, device)
+        known = command.bench(output, quick, how.only or [], how.images, how.seed, device)
     print(known)
 
 
 _KINECT_STEP = 0.0025, 0.0034  # between these lies 1/z's rounding of a first Kinect, in 1/m
 
 
-def show_input(frame: FrameOptions, output: Path | None, as_json: bool, device: int) -> None:
+def show_input(frame: options.FrameOptions, output: Path | None, as_json: bool, device: int) -> None:
     """Prints what was found, and writes a contact sheet if there is an output. Raises as reading the input does."""
     if output:
         check_writable(output)
@@ -86,7 +82,7 @@ def show_input(frame: FrameOptions, output: Path | None, as_json: bool, device: 
     with open_renderer(device, output) as renderer, spinner("measuring the noise"):
         renderer.estimate_normals(examined.frame)
         found = {**facts(examined), "noise": _noise(renderer.choice), "assumed": examined.notes}
-        print_line(json.dumps(found, indent=1) if as_json else "\n".join(_lines(found)))
+        _print_facts(found, as_json, _sentences)
         if output:
             start = time.perf_counter()
             save_image(output, contact_sheet(renderer, examined.frame))
@@ -112,15 +108,16 @@ def _noise(choice: Choice | None) -> dict[str, Any]:
     }
 
 
-def _lines(found: dict[str, Any]) -> list[str]:
-    """The facts for the eye: a subject, then one line for each thing to know about it."""
-    lines: list[str] = []
-    for subject, known in _sentences(found):
-        lines += [f"{subject if k == 0 else '':10s}{line}" for k, line in enumerate(known)]
-    return lines
+Facts = list[tuple[str, list[str]]]  # a subject, then one line for each thing to know about it
 
 
-def _sentences(found: dict[str, Any]) -> list[tuple[str, list[str]]]:
+def _print_facts(found: dict[str, Any], as_json: bool, sentences: Callable[[dict[str, Any]], Facts]) -> None:
+    """Print them for a program, or for the eye: the subject on the left of its first line."""
+    lines = [f"{'' if k else subject:10s}{line}" for subject, known in sentences(found) for k, line in enumerate(known)]
+    print_line(json.dumps(found, indent=1) if as_json else "\n".join(lines))
+
+
+def _sentences(found: dict[str, Any]) -> Facts:
     depth, color, camera, poses, noise = (found[key] for key in ("depth", "color", "camera", "poses", "noise"))
     frames, (near, far) = found["frames"], depth["range"]
     size = f", {color['size'][0]}x{color['size'][1]}" if color["size"] else ""
@@ -163,25 +160,17 @@ def _unit(kind: str, scale: float | None) -> str:
     return f"kind {kind}"
 
 
-def show_cloud(frame: FrameOptions, output: Path | None, as_json: bool) -> None:
+def show_cloud(frame: options.FrameOptions, output: Path | None, as_json: bool) -> None:
     """Prints what was found. Raises as reading the cloud does."""
     if output:
         raise ValueError(f"a contact sheet shows a frame, and {frame.input} is a point cloud: leave out -o {output}")
     assert frame.input is not None
     check_cloud_options([name for name, value in frame.load_options.items() if value is not None], frame.input)
     found = cloud_facts(frame.input, max_pixels=frame.max_pixels, **frame.cloud_options)
-    print_line(json.dumps(found, indent=1) if as_json else "\n".join(_cloud_lines(found)))
+    _print_facts(found, as_json, _cloud_sentences)
 
 
-def _cloud_lines(found: dict[str, Any]) -> list[str]:
-    lines: list[str] = []
-    for subject, known in _cloud_sentences(found):
-        lines += [f"{subject if k == 0 else '':10s}{line}" for k, line in enumerate(known)]
-    return lines
-
-
-def _cloud_sentences(found: dict[str, Any]) -> list[tuple[str, list[str]]]:
-    """A subject, then one line for each thing to know about it."""
+def _cloud_sentences(found: dict[str, Any]) -> Facts:
     share, places = found["normals"], found["seen_from"]
     low, high = (", ".join(f"{one:.10g}" for one in corner) for corner in found["box"])
     return [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from os import PathLike
 from typing import Any, NamedTuple
@@ -217,9 +217,10 @@ def draw_film(
     camera  who looks; None: that of the view, or of the frames
     """
     fps, count.all = check_fps(fps, option("fps"), "frames"), len(frames) + 1
-    film = _Film(renderer, quality, count)
-    parts = film.parts(_small(sequence_jobs(frames, view, skipped, renderer), largest, camera))
-    bodies = list(parts)
+    film, bodies = _Film(renderer, FILM_QUALITIES[quality], count), []
+    for _, request in sequence_jobs(frames, view, skipped, renderer):
+        source = reduced(request.source, largest, largest**2)
+        bodies.append(film.add(replace(request, source=source, camera=camera or request.camera)))
     if film.first is None:
         raise ValueError("the page has nothing to show: no frame could be read")
     data: dict[str, Any] = film.values | {"film": {"fps": fps, "frames": film.heads}}
@@ -228,39 +229,31 @@ def draw_film(
     return filled(title, film.still, data, b"", bodies)
 
 
-def _small(
-    jobs: Generator[tuple[int, RenderRequest], None, None], largest: int, camera: Camera | None
-) -> Generator[RenderRequest, None, None]:
-    for _, request in jobs:
-        source = reduced(request.source, largest, largest**2)
-        yield replace(request, source=source, camera=camera or request.camera)
-
-
 class _Film:
     """What the page of a film is filled with, frame by frame.
 
-    first  what the page shows first, once there is something
+    first  what the page shows first, once there is something; then there are its `still` and its `values`, too
+    heads  of the frames
     """
 
-    def __init__(self, renderer: Renderer, quality: QualityName, count: Count):
-        self._renderer, self._quality, self._count = renderer, FILM_QUALITIES[quality], count
+    def __init__(self, renderer: Renderer, quality: FilmQuality, count: Count):
+        self._renderer, self._quality, self._count = renderer, quality, count
         self._coder: FilmCoder | None = None
         self.first: Showing | None = None
         self.heads: list[dict[str, Any]] = []
 
-    def parts(self, requests: Iterable[RenderRequest]) -> Generator[bytes, None, None]:
-        """The packed bytes of each frame; their heads are in `heads`."""
-        for request in requests:
-            showing = arranged(request)
-            if self.first is None:
-                self.still = self._renderer.render(request)
-                self._count.step()
-                self.first = showing = replace(showing, around=self._renderer.surroundings)
-                self.values = showing.values() | {"exposure": 2.0**self._renderer.exposure}
-            head, body = self._part(showing, self.first)
-            self.heads.append(head)
+    def add(self, request: RenderRequest) -> bytes:
+        """The packed bytes of the next frame."""
+        showing = arranged(request)
+        if self.first is None:
+            self.still = self._renderer.render(request)
             self._count.step()
-            yield body
+            self.first = showing = replace(showing, around=self._renderer.surroundings)
+            self.values = showing.values() | {"exposure": 2.0**self._renderer.exposure}
+        head, body = self._part(showing, self.first)
+        self.heads.append(head)
+        self._count.step()
+        return body
 
     def _part(self, showing: Showing, first: Showing) -> Part:
         home = np.linalg.inv(first.home)
@@ -272,9 +265,8 @@ class _Film:
             known = surface.depth[surface.depth != 0]
             nearest = float(np.abs(known).min()) if known.size else 1.0
             self._coder = FilmCoder(self._quality, noise.relative if noise else 0.0, nearest)
-            own = {} if showing.shading == "phong" else {"shading": "phong"}
             more = {"lobe": first.lobe_of(placed), "depthStep": self._coder.step, "nearest": nearest}
-            self._thing = _thing_of(surface) | look_of(placed) | own | more
+            self._thing = _thing_of(surface) | look_of(placed, showing) | more
             self.values["things"] = [self._thing]
         size = surface.depth.shape[::-1]
         if size != (self._thing["width"], self._thing["height"]):

@@ -141,40 +141,34 @@ def _cut(picture: NDArray[Any], box: tuple[int, int, int, int], shape: tuple[int
     return picture[top * rows // height : bottom * rows // height, left * columns // width : right * columns // width]
 
 
-Source = Frame | Sequence[Frame] | Scene | PointCloud
-
-
-def reduced(source: Source, largest: int, most: int) -> Source:
+def reduced(source: Any, largest: int, most: int, points: int = 0) -> Any:
     """The frame, frames, scene or cloud, where depths and colours have up to `largest` pixels a side, and all clouds
-    together about `most` points; itself if they do."""
-    level = max(math.log2(max(cloud_points(source), 1) / min(most, largest**2)), 0.0)
+    together about `most` points, or as many as such a picture has; itself if they do.
+
+    points  of all clouds
+    """
+    level = max(math.log2(max(points, 1) / min(most, largest**2)), 0.0)
+    made: dict[PointCloud, PointCloud] = {}
+
+    def smaller(content: Any) -> Any:
+        if isinstance(content, Frame):
+            return _reduced_frame(content, largest)
+        if isinstance(content, PointCloud):
+            return made.setdefault(content, _reduced_cloud(content, level))
+        if isinstance(content, PointObject):
+            frames = smaller(content.frames)
+            is_same = all(a is b for a, b in zip(frames, content.frames, strict=True))
+            return content if is_same else PointObject(frames, look=content.look)
+        return tuple(map(smaller, content)) if isinstance(content, Sequence) else content
+
     if isinstance(source, Scene):
-        made: dict[PointCloud, PointCloud] = {}
-        return source.with_every_node(lambda node: {"content": _reduced_content(node.content, largest, level, made)})
-    if isinstance(source, PointCloud):
-        return _reduced_cloud(source, level)
-    if isinstance(source, Frame):
-        return _reduced_frame(source, largest)
-    return [_reduced_frame(frame, largest) for frame in source]
+        return source.with_every_node(lambda node: {"content": smaller(node.content)})
+    return smaller(source)
 
 
-def cloud_points(source: Source) -> int:
+def cloud_points(scene: Scene) -> int:
     """How many points the visible clouds have."""
-    if isinstance(source, Scene):
-        return sum(len(p.content) for p in source.placed() if isinstance(p.content, PointCloud))
-    return len(source) if isinstance(source, PointCloud) else 0
-
-
-def _reduced_content(content: Any, largest: int, level: float, made: dict[PointCloud, PointCloud]) -> Any:
-    if isinstance(content, tuple):
-        return tuple(_reduced_content(part, largest, level, made) for part in content)
-    if isinstance(content, PointCloud):
-        return made.setdefault(content, _reduced_cloud(content, level))
-    if not isinstance(content, PointObject):
-        return content
-    frames = [_reduced_frame(frame, largest) for frame in content.frames]
-    is_same = all(a is b for a, b in zip(frames, content.frames, strict=True))
-    return content if is_same else PointObject(frames, look=content.look)
+    return sum(len(placed.content) for placed in scene.things if isinstance(placed.content, PointCloud))
 
 
 def _reduced_cloud(cloud: PointCloud, level: float) -> PointCloud:
@@ -210,8 +204,7 @@ def _averaged(color: NDArray[np.uint8], largest: int) -> NDArray[np.uint8]:
 
 def left_out(scene: Scene, finish: Finish, points: int) -> Iterator[str]:
     """Of a scene, finished like this. points: of its clouds, before some were left out."""
-    objects = [p.content for p in scene.things if isinstance(p.content, PointObject)]
-    shown = sum(len(p.content) for p in scene.things if isinstance(p.content, PointCloud))
+    objects, shown = [p.content for p in scene.things if isinstance(p.content, PointObject)], cloud_points(scene)
     if shown < points:
         yield f"of {counted(points, 'point')} an even sample is drawn, {counted(shown, 'point')}"
     if finish.ground:

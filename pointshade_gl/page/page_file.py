@@ -26,7 +26,6 @@ from ..notes.words import option, shown
 from ..renderer.renderer import Renderer
 from ..renderer.requests import GROUPS, FilePath, RenderRequest, RequestOptions, Source
 from ..scene.graph import Scene
-from ..scene.node import Placed
 from ..scene.objects import PointObject
 from ..scene.option_fields import takes
 from .films import draw_film, frames_of
@@ -143,11 +142,14 @@ def draw_page(
             named = named if title is None else title
             return _drawn_film(renderer, source, fps, quality, largest, named, Count(progress), options)
         request = RenderRequest.of(source, **options)
-        whole, request = request, replace(request, source=reduced(request.source, largest, QUALITIES[quality].points))
-        if isinstance(request.finish.exposure, str) and request.source is not whole.source:  # whose noise is another
-            renderer.draw(whole)
+        whole = arranged(request)
+        points = cloud_points(whole.scene)
+        smaller = reduced(request.source, largest, QUALITIES[quality].points, points)
+        if isinstance(request.finish.exposure, str) and smaller is not request.source:  # whose noise is another
+            renderer.draw(request)
             request = replace(request, finish=replace(request.finish, exposure=renderer.exposure))
-        showing, count = replace(arranged(request), points=cloud_points(whole.source)), Count(progress)
+        request = replace(request, source=smaller)
+        showing, count = arranged(request), Count(progress)
 
         def drawn(done: int, all: int) -> None:
             count.all = all + _surfaces_in(showing.scene)
@@ -159,7 +161,7 @@ def draw_page(
         for part in _parts(renderer, showing, QUALITIES[quality]):
             parts.append(part)
             count.step()
-        data: dict[str, Any] = showing.values() | {"exposure": gain, "things": [head for head, _ in parts]}
+        data: dict[str, Any] = showing.values(points) | {"exposure": gain, "things": [head for head, _ in parts]}
         data["command"] = command_of(whole, command)
         for sentence in data["leftOut"]:
             print_note(f"in the page {sentence}")
@@ -183,10 +185,10 @@ def _drawn_film(
     if first is None:
         raise ValueError("the page has nothing to show: no frame could be read")
     request = RenderRequest.of(first, **options)
-    camera, view = request.camera, request.view
     return draw_film(
-        renderer, frames, view, fps, camera=camera, quality=quality, largest=largest, title=title, count=count
-    )
+        renderer, frames, request.view, fps, camera=request.camera, quality=quality, largest=largest, title=title,
+        count=count,
+    )  # fmt: skip
 
 
 def largest_of(request: RenderRequest) -> int:
@@ -203,18 +205,13 @@ def _surfaces_in(scene: Scene) -> int:
 
 def _parts(renderer: Renderer, showing: Showing, quality: Quality) -> Iterator[Part]:
     """The things of the scene."""
-    own = {} if showing.shading == "phong" else {"shading": "phong"}  # the page's shading is that of a thing alone
     with renderer.prepared(showing.scene, showing.camera, showing.home) as things:
         for placed, thing in things.items():
+            middle = placed.content.frame.scale if isinstance(placed.content, PointObject) else None  # in its unit
             for head, body in _parts_of(thing, quality):
                 axes = np.linalg.inv(showing.home) @ head["axes"]  # to home axes
-                more = {"axes": axes.tolist(), "lobe": showing.lobe_of(placed), "middle": _middle(placed)}
-                yield head | look_of(placed) | own | more, body
-
-
-def _middle(placed: Placed) -> float | None:
-    """How far the points of a frame are, in its unit."""
-    return placed.content.frame.scale if isinstance(placed.content, PointObject) else None
+                more = {"axes": axes.tolist(), "lobe": showing.lobe_of(placed), "middle": middle}
+                yield head | look_of(placed, showing) | more, body
 
 
 def _parts_of(thing: Drawable, quality: Quality) -> Iterator[Part]:

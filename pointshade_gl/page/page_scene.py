@@ -41,10 +41,9 @@ class Showing:
 
     home  (4, 4) pose of that camera
     turn  yaw, pitch and dolly by which the page's first picture is seen from elsewhere
-    points  of all clouds, before some were left out
+    frame  the source, or the first of its frames; None: the source is a scene or a cloud
     """
 
-    source: Frame | Scene
     scene: Scene
     camera: Camera
     home: Matrix
@@ -52,21 +51,21 @@ class Showing:
     lights: Sequence[Light]
     shading: str
     finish: Finish
-    points: int = 0
+    frame: Frame | None = None
     around: EnvironmentLight = NOTHING_AROUND
 
     @property
     def stage(self) -> OrbitStage:
-        if isinstance(self.source, Scene):
-            return OrbitStage.of(replace(self.source, pose=self.home))
-        stage = OrbitStage.of(self.source)
-        return replace(stage, pivot=stage.upright @ self._at_home(self.source.pivot))
+        if self.frame is None:
+            return OrbitStage.of(replace(self.scene, pose=self.home))
+        stage = OrbitStage.of(self.frame)
+        return replace(stage, pivot=stage.upright @ self._at_home(self.frame.pivot))
 
-    def values(self) -> dict[str, Any]:
-        """For the JSON: all but the things."""
+    def values(self, points: int = 0) -> dict[str, Any]:
+        """For the JSON: all but the things. points: of all clouds, before some were left out."""
         stage = self.stage
         start = self.start(stage)
-        lights = [self._light(light) for light in self._placed(start.pose(stage))]
+        held, *lights = (self._light(light) for light in self._placed(start.pose(stage)))
         return {
             "camera": vars(self.camera),
             "stage": {"pivot": stage.pivot.tolist(), "radius": stage.radius, "upright": stage.upright.tolist()},
@@ -81,8 +80,8 @@ class Showing:
                 "shadows": any(light.shadow for light in self.lights),
                 "shading": self.shading,
             },
-            "held": lights[0],
-            "lights": lights[1:],
+            "held": held,
+            "lights": lights,
             "ambient": list(self.scene.ambient),
             "around": self._around(),
             "bounds": self.bounds,
@@ -92,7 +91,7 @@ class Showing:
             "behind": self.finish.behind,
             "samples": max(self.finish.samples, STILL),
             "tone": self.finish.tone,
-            "leftOut": list(left_out(self.scene, self.finish, self.points)),
+            "leftOut": list(left_out(self.scene, self.finish, points)),
         }
 
     def start(self, stage: OrbitStage) -> State:
@@ -110,17 +109,11 @@ class Showing:
 
     def _light(self, light: Light) -> dict[str, Any]:
         turn = self.home[:3, :3].T
+        kept = "color", "intensity", "attenuation", "cone", "radius", "angle", "size", "shadow"
         return {
             "position": None if light.position is None else self._at_home(light.position).tolist(),
             "direction": None if light.direction is None else (turn @ np.array(light.direction)).tolist(),
-            "color": list(light.color),
-            "intensity": light.intensity,
-            "attenuation": list(light.attenuation),
-            "cone": list(light.cone),
-            "radius": light.radius,
-            "angle": light.angle,
-            "size": light.size and list(light.size),
-            "shadow": light.shadow,
+            **{name: getattr(light, name) for name in kept},
         }
 
     def _around(self) -> dict[str, Any]:
@@ -183,13 +176,14 @@ def arranged(request: RenderRequest) -> Showing:
     lights, (camera, seen) = request.lights_of(scene), request.seen_by(scene)
     if isinstance(request.source, Scene | PointCloud):
         shading = request.source.shading if isinstance(request.source, PointCloud) else "phong"
-        return Showing(scene, scene, camera, seen, STRAIGHT, lights, shading, request.finish)
+        return Showing(scene, camera, seen, STRAIGHT, lights, shading, request.finish)
     frame = scene.things[0].content.frame
     home, turns = (frame.pose, request.turns) if request.pose is None else (seen, STRAIGHT)
-    return Showing(frame, scene, camera, home, turns, lights, request.look.shading, request.finish)
+    return Showing(scene, camera, home, turns, lights, request.look.shading, request.finish, frame)
 
 
-def look_of(placed: Placed) -> dict[str, Any]:
+def look_of(placed: Placed, showing: Showing) -> dict[str, Any]:
     """How a thing is lit, for the JSON."""
     strengths = list(material_of(placed).strengths)
-    return {"material": strengths, "shading": shading_of(placed), "shadow": placed.node.shadow}
+    shading = shading_of(placed) if showing.shading == "phong" else "phong"  # the page's is that of a thing alone
+    return {"material": strengths, "shading": shading, "shadow": placed.node.shadow}

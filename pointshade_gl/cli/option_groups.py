@@ -12,8 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, make_dataclass
 from itertools import product
 from pathlib import Path
-from types import MappingProxyType
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import typer
@@ -56,12 +55,11 @@ def group_of(found: Iterable[TypedField]) -> Any:
     return make_dataclass("Fields", list(found), bases=(FieldOptions,), frozen=True)
 
 
-def typed(
-    group: type, panels: tuple[str, ...], defaults: Mapping[str, Any] | None = MappingProxyType({})
-) -> list[TypedField]:
+def typed(group: type, *panels: str, is_needed: bool = True, **defaults: Any) -> list[TypedField]:
     """Return the options of a dataclass that stand in these panels of the help, panel by panel.
 
-    defaults  others than those of the fields; None: what is not typed is None, as the command decides about it
+    is_needed  False: what is not typed is None, as the command decides about it
+    defaults   others than those of the fields
     """
     found: list[TypedField] = []
     for panel, one in product(panels, fields(group)):
@@ -69,7 +67,7 @@ def typed(
         if cli.panel == panel:
             kind = cli.kind if one.default is None or cli.read else type(one.default)
             names = [flag_of(one.name), cli.short] if cli.short else []
-            default = None if defaults is None and not is_switch else (defaults or {}).get(one.name, one.default)
+            default = defaults.get(one.name, one.default) if is_needed or is_switch else None
             how = cli_option(option.help, cli, *names, default=default, was=option.was)
             found.append((one.name, kind if is_switch else kind | None, how))
     return found
@@ -156,21 +154,18 @@ def _refusal(text: str, fact: str, names: bool = True) -> ValueError:
     return ValueError(f"{option('light', shown(text))}: {fact}{known if names else ''}")
 
 
-Lights = Annotated[
-    list[str] | None,
-    option_info(
-        "Point light at X,Y,Z (metres, world axes), or words: 'position=-.5,-.7,.2 color=#ffcc99 shadow'. Known are "
-        f"{', '.join(FIELDS)}. Repeatable. Replaces a scene's own lights, and casts shadows there unless shadow=no.",
-        Cli(LIGHT, "X,Y,Z|WORDS"),
-    ),
-]
-_SHADING, *_FORM = typed(Look, (SHADING,))
-_REST = typed(Look, (LIGHT, CAMERA, SETS))
-_MISSING = [one for one in typed(Look, (SURFACE,), {"missing": "complete"}) if one[0] == "missing"]  # for pictures
+_LIGHTS = cli_option(
+    "Point light at X,Y,Z (metres, world axes), or words: 'position=-.5,-.7,.2 color=#ffcc99 shadow'. Known are "
+    f"{', '.join(FIELDS)}. Repeatable. Replaces a scene's own lights, and casts shadows there unless shadow=no.",
+    Cli(LIGHT, "X,Y,Z|WORDS"),
+)
+_SHADING, *_FORM = typed(Look, SHADING)
+_REST = typed(Look, LIGHT, CAMERA, SETS)
+_MISSING = [one for one in typed(Look, SURFACE, missing="complete") if one[0] == "missing"]  # for pictures
 
 
 @dataclass(frozen=True)
-class NormalOptions(group_of(typed(Look, (SURFACE,)))):
+class NormalOptions(group_of(typed(Look, SURFACE))):
     """How normals are estimated."""
 
     def look(self) -> Look:
@@ -180,7 +175,7 @@ class NormalOptions(group_of(typed(Look, (SURFACE,)))):
 
 @dataclass(frozen=True)
 class LookGroup(
-    group_of([_SHADING, ("light", Lights, None), *typed(Material, (SHADING,)), *_FORM, *_REST, *_MISSING]),
+    group_of([_SHADING, ("light", list[str] | None, _LIGHTS), *typed(Material, SHADING), *_FORM, *_REST, *_MISSING]),
     NormalOptions,
 ):
     """How objects look, and under which lights."""
@@ -236,7 +231,7 @@ class CliCommands(_OwnHelp, TyperGroup):
 
 
 def check_input(text: str | None) -> str | None:
-    """INPUT. Raises ValueError for a word of a light that the shell took for it."""
+    """Return INPUT. Raises ValueError for a word of a light that the shell took for it."""
     if text and _LIGHT_WORD.match(text) and not Path(text).exists():
         raise ValueError(f"{text} is not an input: {_QUOTES}")
     return text
@@ -328,10 +323,8 @@ def size_from(text: str | None, name: str, names: Sequence[str] = ()) -> Any:
         return text
     expected = f"{option(name)} takes WIDTHxHEIGHT in whole pixels above 0, such as 640x480"
     expected += f", or {', '.join(names)}" if names else ""
-    width, height = _numbers(text, 2, "x", expected)
-    if width < 1 or height < 1 or width % 1 or height % 1:
-        raise ValueError(f"{expected}, got {text!r}")
-    return int(width), int(height)
+    width, height = _whole_numbers(text, 2, "x", 1, expected)
+    return width, height
 
 
 def views_from(text: str) -> int | tuple[int, ...] | None:
@@ -353,10 +346,7 @@ def frames_from(text: str, count: int) -> list[int]:
     """The number of a frame, or one for each of `count` inputs."""
     expected = f"{option('frame')} takes the number of a frame, counted from 0"
     expected += f", for each of {count} INPUTs" if count > 1 else ""
-    numbers = _numbers(text, count, ",", expected)
-    if any(number < 0 or number % 1 for number in numbers):
-        raise ValueError(f"{expected}, got {text!r}")
-    return [int(number) for number in numbers]
+    return _whole_numbers(text, count, ",", 0, expected)
 
 
 def pose_from(text: str) -> NDArray[np.float64]:
@@ -369,19 +359,19 @@ def pose_from(text: str) -> NDArray[np.float64]:
     return load_pose(text)
 
 
-def environment_from(text: str) -> Any:
-    """The environment of a name or a file. Raises OSError or ValueError."""
-    from ..files.pictures.hdr_files import find_environment
-
-    return find_environment(text)
-
-
 def rates_from(text: str, count: int) -> list[float]:
     """Frames per second of each of `count` inputs: one number for all, or one for each."""
     expected = f"{option('fps')} must be a number of frames per second"
     expected += ", or one for each INPUT" if count > 1 else ""
     rates = _numbers(text, count if "," in text else 1, ",", expected)
     return rates * (count if len(rates) == 1 else 1)
+
+
+def _whole_numbers(text: str, count: int, separator: str, least: int, expected: str) -> list[int]:
+    numbers = _numbers(text, count, separator, expected)
+    if any(number < least or number % 1 for number in numbers):
+        raise ValueError(f"{expected}, got {text!r}")
+    return list(map(int, numbers))
 
 
 def _numbers(text: str, count: int, separator: str, expected: str) -> list[float]:

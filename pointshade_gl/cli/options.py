@@ -25,40 +25,17 @@ from ..files.networks.model_options import PIXELS
 from ..files.writing.film import BACKGROUND
 from ..notes.notes import note_new_name, silence
 from ..notes.words import option
+from ..scene import option_fields as panels
 from ..scene.appearance import Look
 from ..scene.cloud import UPS
 from ..scene.environment import Environment
 from ..scene.light import Light
-from ..scene.option_fields import (
-    CAMERA,
-    CLOUD,
-    FILM,
-    LIGHT,
-    NETWORK,
-    PAGE,
-    PICTURE,
-    READING,
-    SETS,
-    VIEW,
-    WINDOW,
-    Cli,
-)  # fmt: skip
+from ..scene.option_fields import Cli
 from ..scene.settings import SIMPLE, Finish
 from ..scene.viewpoint import SIZES, TURNTABLES, View
+from . import option_groups as groups
 from .help import complete_input
-from .option_groups import (
-    FieldOptions,
-    check_exist,
-    check_input,
-    cli_option,
-    environment_from,
-    flag_of,
-    group_of,
-    option_info,
-    pose_from,
-    size_from,
-    typed,
-)  # fmt: skip
+from .option_groups import FieldOptions, cli_option, flag_of, option_info, typed
 
 if TYPE_CHECKING:
     from ..page.parts import QualityName
@@ -97,10 +74,10 @@ Axes = Annotated[
         "What x, y, z or red, green, blue are: opencv (right, down, forward), opengl (right, up, towards the "
         "viewer) or directx (right, down, towards the viewer). Default: opencv in .npy, opengl elsewhere. In the .ply "
         "of a point cloud opencv, opengl or blender (right, forward, up); default: the cloud's own.",
-        Cli(PICTURE, "NAME"),
+        Cli(panels.PICTURE, "NAME"),
     ),
 ]
-Bits = Annotated[int, option_info("Bits of a colour in a .png.", Cli(PICTURE, "8|16"))]
+Bits = Annotated[int, option_info("Bits of a colour in a .png.", Cli(panels.PICTURE, "8|16"))]
 Explain = Annotated[
     bool,
     option_info(
@@ -142,14 +119,14 @@ class InputOptions:
             "file; or 'vase', which is built in. For render, depth and view also a scene: .gltf, .glb or 'demo'. For "
             "all but albedo and align also a point cloud: .ply, .pcd, .xyz, .las, .laz, .e57, .npy...",
             autocompletion=complete_input,
-            callback=check_input,
+            callback=groups.check_input,
         ),
     ] = None
-    color: str | None = cli_option("Colour picture.", Cli(READING, "FILE"))
-    depth: str | None = cli_option("Depth picture.", Cli(READING, "FILE"))
+    color: str | None = cli_option("Colour picture.", Cli(panels.READING, "FILE"))
+    depth: str | None = cli_option("Depth picture.", Cli(panels.READING, "FILE"))
     poses: str | None = cli_option(
         "Poses of the frames, in place of those in INPUT; of several INPUTs one pose for each, by name or in order.",
-        Cli(READING, "FILE"),
+        Cli(panels.READING, "FILE"),
     )
 
 
@@ -157,44 +134,49 @@ class InputOptions:
 class ReadingOptions:
     """How depth, camera and names in files are to be understood."""
 
-    intrinsics: str | None = cli_option("Camera of the depth picture.", Cli(CAMERA, "FILE|fx,fy,cx,cy"))
-    fov: float | None = cli_option("Vertical field of view, instead of intrinsics.", Cli(CAMERA, "DEG"))
-    depth_scale: float | None = cli_option("Depth units per metre (1000: millimetres).", Cli(CAMERA, "N"))
+    intrinsics: str | None = cli_option("Camera of the depth picture.", Cli(panels.CAMERA, "FILE|fx,fy,cx,cy"))
+    fov: float | None = cli_option("Vertical field of view, instead of intrinsics.", Cli(panels.CAMERA, "DEG"))
+    depth_scale: float | None = cli_option("Depth units per metre (1000: millimetres).", Cli(panels.CAMERA, "N"))
     depth_kind: str | None = cli_option(
-        f"What depth values are: {', '.join(KINDS)}. Those of a network are often inverse.", Cli(CAMERA, "KIND", KINDS)
+        f"What depth values are: {', '.join(KINDS)}. Those of a network are often inverse.",
+        Cli(panels.CAMERA, "KIND", KINDS),
     )
-    baseline: float | None = cli_option("Metres between the two cameras, for disparity.", Cli(CAMERA, "M"))
-    allow_outside: bool = cli_option("Let files name others outside their folder.", Cli(READING), default=False)
+    baseline: float | None = cli_option("Metres between the two cameras, for disparity.", Cli(panels.CAMERA, "M"))
+    allow_outside: bool = cli_option("Let files name others outside their folder.", Cli(panels.READING), default=False)
     depth_model: str | None = cli_option(
         "INPUT is a photograph, a video or a folder of photographs: an .onnx network makes its depth (extra 'onnx').",
-        Cli(NETWORK, "FILE"),
+        Cli(panels.NETWORK, "FILE"),
     )
     model_size: str | None = cli_option(
         "Pixels of the network's input, or of its shorter side, where its file does not say them.",
-        Cli(NETWORK, "WxH|N"),
+        Cli(panels.NETWORK, "WxH|N"),
     )
     model_pixels: str | None = cli_option(
-        f"What the network's pixels are: {', '.join(PIXELS)}.", Cli(NETWORK, "KIND", PIXELS)
+        f"What the network's pixels are: {', '.join(PIXELS)}.", Cli(panels.NETWORK, "KIND", PIXELS)
     )
     cache: bool = cli_option(
-        "Keep the network's depth in a folder .pointshade beside the photograph.", Cli(NETWORK), default=False
+        "Keep the network's depth in a folder .pointshade beside the photograph.", Cli(panels.NETWORK), default=False
     )
     scale_frames: str | None = cli_option(
         "Of a film whose depth has no scale: find one for all frames (auto, the default), or keep each by itself.",
-        Cli(NETWORK, known=SCALES),
+        Cli(panels.NETWORK, known=SCALES),
     )
-    max_pixels: int = cli_option("Pixels a picture may have; scales all limits.", Cli(READING, "N"), default=MAX_PIXELS)
+    max_pixels: int = cli_option(
+        "Pixels a picture may have; scales all limits.", Cli(panels.READING, "N"), default=MAX_PIXELS
+    )
 
 
 @dataclass(frozen=True)
 class CloudGroup:
     """How a point cloud is to be understood."""
 
-    up: str | None = cli_option("Of a point cloud: which axis points up.", Cli(CLOUD, "AXIS", UPS))
+    up: str | None = cli_option("Of a point cloud: which axis points up.", Cli(panels.CLOUD, "AXIS", UPS))
     color_by: str | None = cli_option(
-        f"Of a point cloud: where its colours are from, {', '.join(COLOR_BY)}.", Cli(CLOUD, "WHAT", COLOR_BY)
+        f"Of a point cloud: where its colours are from, {', '.join(COLOR_BY)}.", Cli(panels.CLOUD, "WHAT", COLOR_BY)
     )
-    most: int | None = cli_option("Of a point cloud: read N points at most, an even sample.", Cli(CLOUD, "N"), min=1)
+    most: int | None = cli_option(
+        "Of a point cloud: read N points at most, an even sample.", Cli(panels.CLOUD, "N"), min=1
+    )
 
     @property
     def cloud_options(self) -> dict[str, Any]:
@@ -207,7 +189,8 @@ class FrameOptions(CloudGroup, ReadingOptions, InputOptions):
     """What is read, and what its depth means."""
 
     frame: str | None = cli_option(
-        "One frame of a sequence, counted from 0; of several INPUTs one number for each.", Cli(READING, "N[,N...]")
+        "One frame of a sequence, counted from 0; of several INPUTs one number for each.",
+        Cli(panels.READING, "N[,N...]"),
     )
 
     @property
@@ -235,7 +218,7 @@ class FrameOptions(CloudGroup, ReadingOptions, InputOptions):
     def check_exist(self) -> None:
         """Raises FileNotFoundError if one of the files does not exist."""
         names = "color", "depth", "poses", "intrinsics", "depth_model"
-        check_exist(self.input, **{name: getattr(self, name) for name in names})
+        groups.check_exist(self.input, **{name: getattr(self, name) for name in names})
 
 
 @dataclass(frozen=True)
@@ -253,7 +236,7 @@ class MoreOptions:
     ] = None
     views: str | None = cli_option(
         "Merge N evenly chosen frames of a sequence with poses, or all, or those with these numbers, into one object.",
-        Cli(SETS, "N|all|N,N..."),
+        Cli(panels.SETS, "N|all|N,N..."),
     )
 
     @property
@@ -262,18 +245,20 @@ class MoreOptions:
         return bool(self.more) or self.views is not None
 
 
-_POSE, *_TURNS = typed(View, (VIEW,))
+_POSE, *_TURNS = typed(View, panels.VIEW)
 
 
 @dataclass(frozen=True)
-class PlaceOptions(group_of([*_TURNS, _POSE])):
+class PlaceOptions(groups.group_of([*_TURNS, _POSE])):
     """From where objects are seen."""
 
-    zoom: float | None = cli_option("In place of --dolly: how many times as large the object is seen.", Cli(VIEW, "N"))
+    zoom: float | None = cli_option(
+        "In place of --dolly: how many times as large the object is seen.", Cli(panels.VIEW, "N")
+    )
 
     def place(self) -> dict[str, Any]:
         """Pose, yaw, pitch and dolly that were typed, by these names. Raises ValueError or OSError."""
-        pose = {} if self.pose is None else {"pose": pose_from(self.pose)}
+        pose = {} if self.pose is None else {"pose": groups.pose_from(self.pose)}
         return self.values_of(View) | pose | ({} if self.zoom is None else {"dolly": self._dolly(self.zoom)})
 
     def _dolly(self, zoom: float) -> float:
@@ -285,17 +270,17 @@ class PlaceOptions(group_of([*_TURNS, _POSE])):
 
 
 @dataclass(frozen=True)
-class ViewOptions(group_of(typed(View, (PICTURE,))), PlaceOptions):
+class ViewOptions(groups.group_of(typed(View, panels.PICTURE)), PlaceOptions):
     """From where objects are seen, and how large the picture is."""
 
     def view(self, look: Look, lights: Sequence[Light] = (), finish: Finish = SIMPLE) -> View:
         """The View, with a look, lights and a finish. Raises ValueError or OSError."""
-        size = size_from(self.picture_size, "picture_size", SIZES)
+        size = groups.size_from(self.picture_size, "picture_size", SIZES)
         return View(lights, look=look, finish=finish, **self.place() | {"picture_size": size})
 
 
 @dataclass(frozen=True)
-class EnvironmentOptions(group_of(typed(Finish, (LIGHT,), None))):
+class EnvironmentOptions(groups.group_of(typed(Finish, panels.LIGHT, is_needed=False))):
     """Light from all around, and how light above white is shown."""
 
     @classmethod
@@ -306,10 +291,10 @@ class EnvironmentOptions(group_of(typed(Finish, (LIGHT,), None))):
 
     def chosen(self) -> dict[str, Any]:
         """The values that were typed, by the names of the fields of Finish. Raises ValueError or OSError."""
+        from ..files.pictures.hdr_files import find_environment
+
         chosen = self.values_of(Finish)
-        if "environment" in chosen:
-            chosen["environment"] = environment_from(chosen["environment"])
-        return chosen
+        return chosen if self.environment is None else chosen | {"environment": find_environment(self.environment)}
 
 
 def _as_typed(value: Any) -> Any:
@@ -326,7 +311,7 @@ _OPAQUE = {".jpg": "black", ".jpeg": "black"} | dict.fromkeys(FILMS, "#{:02x}{:0
 
 
 @dataclass(frozen=True)
-class PictureOptions(group_of(typed(Finish, (PICTURE,), None)), EnvironmentOptions):
+class PictureOptions(groups.group_of(typed(Finish, panels.PICTURE, is_needed=False)), EnvironmentOptions):
     """How a picture is finished."""
 
     def finish(self, output: Path, samples: int) -> Finish:
@@ -350,9 +335,9 @@ class PageOptions(FieldOptions):
     """How a page is written."""
 
     quality: str | None = cli_option(
-        "Of an .html: exact, or small (a third smaller, colours as JPEG).", Cli(PAGE, "NAME", QUALITIES)
+        "Of an .html: exact, or small (a third smaller, colours as JPEG).", Cli(panels.PAGE, "NAME", QUALITIES)
     )
-    title: str | None = cli_option("Of an .html. Default: INPUT.", Cli(PAGE, "TEXT"))
+    title: str | None = cli_option("Of an .html. Default: INPUT.", Cli(panels.PAGE, "TEXT"))
 
     @property
     def exactness(self) -> QualityName:
@@ -372,30 +357,32 @@ class FilmOptions:
     turntable: str | None = cli_option(
         "Make a film in which the light or the camera moves around the object. The camera goes all around (360), or 25 "
         "degrees to either side and back (swing, or other degrees). camera: a swing of a single frame, else 360.",
-        Cli(FILM, "light|camera|swing[:DEG]|360", TURNTABLES),
+        Cli(panels.FILM, "light|camera|swing[:DEG]|360", TURNTABLES),
     )
     frames: int | None = cli_option(
-        "Pictures of a turntable (default 75), or only the first N of a sequence.", Cli(FILM, "N"), min=1
+        "Pictures of a turntable (default 75), or only the first N of a sequence.", Cli(panels.FILM, "N"), min=1
     )
-    fps: float = cli_option("Pictures per second.", Cli(FILM, "N"), default=25.0)
+    fps: float = cli_option("Pictures per second.", Cli(panels.FILM, "N"), default=25.0)
 
 
 @dataclass(frozen=True)
 class WindowOptions(
-    group_of(one for one in typed(Finish, (PICTURE,), None) if one[0] in ("samples", "exposure", "show"))
+    groups.group_of(
+        one for one in typed(Finish, panels.PICTURE, is_needed=False) if one[0] in ("samples", "exposure", "show")
+    )
 ):
     """The window of `pointshade view`."""
 
     window_size: str | None = cli_option(
-        "Size of the window.", Cli(WINDOW, "WxH"), "--window-size", "--picture-size", was="size"
+        "Size of the window.", Cli(panels.WINDOW, "WxH"), "--window-size", "--picture-size", was="size"
     )
-    panel: bool = cli_option("Open the panel (needs the extra 'gui').", Cli(WINDOW), default=False)
+    panel: bool = cli_option("Open the panel (needs the extra 'gui').", Cli(panels.WINDOW), default=False)
     fps: str = cli_option(
         "Frames of a sequence per second; of several INPUTs also one number for each.",
-        Cli(WINDOW, "N[,N...]"),
+        Cli(panels.WINDOW, "N[,N...]"),
         default="30",
     )
-    record: Path | None = cli_option(f"Record the window as a film: {' or '.join(FILMS)}.", Cli(WINDOW, "FILE"))
+    record: Path | None = cli_option(f"Record the window as a film: {' or '.join(FILMS)}.", Cli(panels.WINDOW, "FILE"))
 
 
 @dataclass(frozen=True)

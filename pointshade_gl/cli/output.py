@@ -115,13 +115,14 @@ def spinner(text: str) -> Iterator[None]:
 
 
 @contextmanager
-def progress(steps: int, with_rate: bool = False) -> Iterator[Progress]:
+def progress(steps: int, with_rate: bool = False, after: Callable[[], object] = lambda: None) -> Iterator[Progress]:
     """A function to call with how many of all steps are done. It moves a bar on a terminal, and elsewhere nothing.
 
     with_rate  also show how many are done, how many a second, and the time left
+    after      called after each step
     """
     if not _is_terminal():
-        yield lambda *_: None
+        yield lambda *_: after()
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -137,5 +138,6 @@ def progress(steps: int, with_rate: bool = False) -> Iterator[Progress]:
             bar.update(task, completed=done)
             speed = bar.tasks[0].speed
             bar.update(task, rate=f"{speed:.3g}/s" if speed else "")
+            after()
 
         yield advance

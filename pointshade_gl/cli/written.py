@@ -1,4 +1,4 @@
-"""What commands write beside pictures: normals, depth, points and clouds."""
+"""What commands write beside pictures: a file or numbered files of a source, and point clouds."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ import numpy as np
 from ..checks.arguments import Count
 from ..files.access.known_names import CLOUD_NORMALS, POINTS, check_suffix, is_numbered
 from ..files.pictures.picture_files import check_writable, save_image
-from ..files.writing.maps_and_points import check_points_path, save_depth, save_normals, save_points
-from ..notes.notes import once, print_note
+from ..files.writing.maps_and_points import check_points_path, save_points
 from ..notes.words import counted, option
 from ..renderer.renderer import Renderer
 from ..renderer.requests import RenderRequest
@@ -22,11 +21,12 @@ from ..renderer.series import jobs_of, write_numbered
 from ..scene.appearance import Look
 from ..scene.cloud import PointCloud
 from ..scene.graph import given_by
-from ..scene.noise import describe
 from ..scene.viewpoint import View
 from .inputs import PLAIN, Loaded, check_stream
 from .options import FilmOptions
 from .output import open_renderer, progress, report, spinner, warn_skipped
+
+NO_FILM = FilmOptions()
 
 
 def check_cloud_output(output: Path, axes: str | None) -> None:
@@ -65,73 +65,19 @@ def write_cloud(cloud: PointCloud, look: Look, output: Path, axes: Any, device: 
         report(output, what, renderer, spent)
 
 
-def write_normals(loaded: Loaded, view: View, output: Path, axes: Any, bits: Any, explain: bool, device: int) -> None:
-    """Writes normals by the method and the options of a view's look, as `save_normals` does."""
-
-    def draw(renderer: Renderer, request: RenderRequest) -> Any:
-        normals = renderer.estimate_normals(request)
-        if explain and renderer.choice:
-            print(describe(renderer.choice))
-        return normals
-
-    def what(normals: Any) -> str:
-        return f"{np.isfinite(normals).all(-1).sum()} normals by {view.look.normals}"
-
-    _write_files(loaded, view, output, draw, partial(save_normals, axes=axes, bits=bits), what, device, FilmOptions())
-
-
-def write_depth(loaded: Loaded, view: View, output: Path, device: int) -> None:
-    """Writes the depth that a view shows, as `save_depth` does."""
-
-    def draw(renderer: Renderer, request: RenderRequest) -> Any:
-        depth = renderer.render_depth(request)
-        if not depth.any():
-            note("nothing is in view, the depth is empty")
-        return depth
-
-    def what(depth: Any) -> str:
-        known = depth[depth > 0]
-        return f"{depth.shape[1]}x{depth.shape[0]} pixels, {known.size} with depth"
-
-    note = once(print_note)
-    if output.suffix.lower() == ".png":
-        note(f"{output} holds millimetres, nearly black in picture viewers: 1.5 m is 1500 of 65535")
-    _write_files(loaded, view, output, draw, partial(save_depth, notes=note), what, device, FilmOptions())
-
-
-def write_points(
+def write_files(
     loaded: Loaded,
     view: View,
     output: Path,
-    axes: Any,
-    film: FilmOptions,
     device: int,
-    after_each: Callable[[Renderer], None],
-) -> None:
-    """Writes the points of frames in the light of a view, as `save_points` does. after_each: called after each."""
-
-    def draw(renderer: Renderer, request: RenderRequest) -> Any:
-        cloud = renderer.render_points(request)
-        after_each(renderer)
-        return cloud
-
-    save = partial(save_points, axes=axes)
-    _write_files(loaded, view, output, draw, save, lambda cloud: f"{len(cloud)} points", device, film)
-
-
-def _write_files(
-    loaded: Loaded,
-    view: View,
-    output: Path,
     draw: Callable[[Renderer, RenderRequest], Any],
     save: Callable[[Path, Any], None],
     what: Callable[[Any], str],
-    device: int,
-    film: FilmOptions,
+    film: FilmOptions = NO_FILM,
 ) -> None:
     """Writes what `draw` makes of what was read to a file, or of each of its frames to a file with the frame's number.
 
-    what  says what was drawn, for the line that is printed
+    what  describes what was drawn, for the line that is printed
 
     Raises ValueError for a name without a number where there are many frames, and with one where there is one.
     """

@@ -207,9 +207,8 @@ class Look(Options):
     )
     upsample: Upsampling = opt(
         "vote",
-        'where the colours are larger than the depth: "vote" brings the depth to their size, and lets them decide'
-        ' where surfaces end; "none" draws the depth\'s own points. Points of another size than 1 are never '
-        "enlarged.",
+        'where the colours are larger than the depth: "vote" brings the depth to their size, and lets them decide '
+        'where surfaces end; "none" draws the depth\'s own points. Points of another size than 1 are never enlarged.',
         "Where color is larger than depth: vote (bring depth to its size) or none.",
         Cli(CAMERA, "METHOD", UPSAMPLINGS),
     )

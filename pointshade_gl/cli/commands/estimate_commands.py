@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Annotated
+from functools import partial
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -15,9 +16,12 @@ from ...estimation.pose_search import FoundPose
 from ...files.access.known_names import first_of, is_numbered
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing.maps_and_points import check_found_path, save_found_poses
-from ...notes.notes import print_note
+from ...notes.notes import once, print_note
 from ...notes.words import counted, option
+from ...renderer.renderer import Renderer
+from ...renderer.requests import RenderRequest
 from ...scene.frame import Frame
+from ...scene.noise import describe
 from ...scene.viewpoint import View
 from .. import inputs, options
 from ..help import complete_input
@@ -41,8 +45,8 @@ def normals(
     Of a point cloud, write a .ply of its points with normals, turned outwards, or the normals alone to an .npy.
     Write all frames of a sequence to numbered files such as %04d.png.
     """
-    from ...files.writing.maps_and_points import check_normals_path
-    from ..written import check_cloud_output, write_cloud, write_normals
+    from ...files.writing.maps_and_points import check_normals_path, save_normals
+    from ..written import check_cloud_output, write_cloud, write_files
 
     if frame.is_cloud:
         check_cloud_output(output, axes)
@@ -52,8 +56,19 @@ def normals(
         return
     check_normals_path(first_of(output), axes, bits)
     view = View(look=surface.look())
+
+    def draw(renderer: Renderer, request: RenderRequest) -> Any:
+        normals = renderer.estimate_normals(request)
+        if explain and renderer.choice:
+            print_line(describe(renderer.choice))
+        return normals
+
+    def what(normals: Any) -> str:
+        return f"{np.isfinite(normals).all(-1).sum()} normals by {view.look.normals}"
+
     loaded = inputs.Loaded(inputs.load(frame, sequence=is_numbered(output)))
-    write_normals(loaded, view, output, axes, bits, explain, run.device)
+    chosen: dict[str, Any] = {"axes": axes, "bits": bits}
+    write_files(loaded, view, output, run.device, draw, partial(save_normals, **chosen), what)
 
 
 @options.spread
@@ -69,8 +84,8 @@ def depth(
 
     Write all frames of a sequence to numbered files such as %04d.png. Missing depth is 0.
     """
-    from ...files.writing.maps_and_points import check_depth_path
-    from ..written import write_depth
+    from ...files.writing.maps_and_points import check_depth_path, save_depth
+    from ..written import write_files
 
     check_depth_path(first_of(output))
     view = place.view(surface.look())
@@ -78,7 +93,20 @@ def depth(
     loaded = named.load(view.look, inputs.PLAIN, sequence=is_numbered(output))
     if named.are_clouds:
         inputs.check_look(view.look)
-    write_depth(loaded, view, output, run.device)
+    note = once(print_note)
+    if output.suffix.lower() == ".png":
+        note(f"{output} holds millimetres, nearly black in picture viewers: 1.5 m is 1500 of 65535")
+
+    def draw(renderer: Renderer, request: RenderRequest) -> Any:
+        depth = renderer.render_depth(request)
+        if not depth.any():
+            note("nothing is in view, the depth is empty")
+        return depth
+
+    def what(depth: Any) -> str:
+        return f"{depth.shape[1]}x{depth.shape[0]} pixels, {np.count_nonzero(depth > 0)} with depth"
+
+    write_files(loaded, view, output, run.device, draw, partial(save_depth, notes=note), what)
 
 
 @options.spread

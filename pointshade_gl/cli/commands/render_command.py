@@ -6,24 +6,15 @@ import time
 from collections.abc import Callable, Generator, Mapping
 from contextlib import AbstractContextManager, closing
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
 from numpy.typing import NDArray
 
 from ...checks.arguments import Count
-from ...files.access.known_names import (
-    FILMS,
-    NUMBERED,
-    PAGES,
-    POINTS,
-    POSE_LISTS,
-    RENDERED,
-    check_suffix,
-    first_of,
-    is_numbered,
-)  # fmt: skip
+from ...files.access import known_names as names
+from ...files.access.known_names import check_suffix, is_numbered
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing.film import check_series, is_series
 from ...notes.notes import print_note
@@ -54,7 +45,7 @@ class RenderCommand:
     written: options.RenderOutput = None
     others: options.MoreOptions
     save_poses: Path | None = cli_option(
-        f"Also write the poses that --align found: a {', '.join(POSE_LISTS)} of TUM's form, which --poses reads.",
+        f"Also write the poses that --align found: a {', '.join(names.POSE_LISTS)} of TUM's form, which --poses reads.",
         Cli(SETS, "FILE"),
     )
     unlight_all: bool = cli_option(
@@ -77,7 +68,7 @@ class RenderCommand:
         """Where to write: unless that was typed, to a new file in the working directory, called like INPUT."""
         if self.written is not None:
             return self.written
-        return new_beside(self.frame.title, ".png" if self.film.turntable is None else FILMS[0])
+        return new_beside(self.frame.title, ".png" if self.film.turntable is None else names.FILMS[0])
 
     @property
     def suffix(self) -> str:
@@ -111,7 +102,7 @@ class RenderCommand:
         if self.unlight_all and (others.is_set or is_sequence):
             raise ValueError(f"{option('unlight_all', True)} makes one frame of a folder: write one picture of it")
         if self.inputs.are_frames:
-            check_align(self.look.align, others.is_set or is_sequence or self.suffix in PAGES)
+            check_align(self.look.align, others.is_set or is_sequence or self.suffix in names.PAGES)
         if self.save_poses is not None:
             self._check_saved(self.save_poses)
 
@@ -125,7 +116,7 @@ class RenderCommand:
 
     def view(self) -> View:
         """From where, under which lights and how it is drawn. Raises ValueError or OSError."""
-        is_film = self.suffix not in PAGES and (self.film.turntable is not None or is_series(self.output))
+        is_film = self.suffix not in names.PAGES and (self.film.turntable is not None or is_series(self.output))
         is_changed = self.others.is_set or moves_camera(self.film.turntable)
         kind, look = self.inputs.kind, self.look
         return view_of(kind, look, self.place, self.picture, self.output, is_film=is_film, is_changed=is_changed)
@@ -177,12 +168,12 @@ def render(asked: RenderCommand) -> None:
     """
     asked.check_inputs()
     view = asked.view()
-    if asked.suffix in POINTS:
+    if asked.suffix in names.POINTS:
         _write_points(asked, view)
         return
     if asked.axes is not None:
         raise ValueError(f"{option('axes')} turns the points of a .ply, {asked.output} holds none: leave it out")
-    if asked.suffix in PAGES:
+    if asked.suffix in names.PAGES:
         _write_page(asked, view)
         return
     asked.page.check_none(asked.output)
@@ -195,7 +186,7 @@ def render(asked: RenderCommand) -> None:
 def _write_picture(asked: RenderCommand, view: View) -> None:
     check_stream(view.look, False)
     asked.note_alike()
-    check_suffix(asked.output, RENDERED)
+    check_suffix(asked.output, names.RENDERED)
     check_writable(asked.output)
     if asked.film.frames is not None:
         many = f"write an .mp4, a .gif or %04d{asked.suffix}"
@@ -221,21 +212,16 @@ def _write_series(asked: RenderCommand, view: View) -> None:
     check_stream(view.look, film.turntable is None)
     asked.note_alike()
     if is_numbered(asked.output):
-        check_suffix(asked.output, NUMBERED)
+        check_suffix(asked.output, names.NUMBERED)
     check_series(asked.output)
     loaded, after_each = asked.load(view, sequence=True)
     poses: dict[int, NDArray[Any]] = {}
     with asked.renderer() as renderer:
         start = time.perf_counter()
         jobs, count = jobs_of(loaded.source, view, film.turntable, film.frames, warn_skipped, renderer)
-        with progress(count) as advance:
-
-            def after_all(done: int, all: int) -> None:
-                advance(done, all)
-                after_each(renderer)
-
-            jobs = _noted(jobs, loaded.source, poses) if loaded.plays else jobs
-            count, (width, height) = write_series(renderer, jobs, asked.output, film.fps, after_all, count)
+        jobs = _noted(jobs, loaded.source, poses) if loaded.plays else jobs
+        with progress(count, after=partial(after_each, renderer)) as advance:
+            count, (width, height) = write_series(renderer, jobs, asked.output, film.fps, advance, count)
         if asked.save_poses is not None and loaded.plays:
             _save_poses(asked.save_poses, poses)
         spent = time.perf_counter() - start
@@ -282,15 +268,10 @@ def _write_page(asked: RenderCommand, view: View) -> None:
         largest = largest_of(request)
         if loaded.plays:
             plays = f" in which {len(source)} frames play"
-            with progress(len(source) + 1) as advance:
-
-                def after_all(done: int, all: int) -> None:
-                    advance(done, all)
-                    after_each(renderer)
-
+            with progress(len(source) + 1, after=partial(after_each, renderer)) as advance:
                 text = draw_film(
                     renderer, source, view, film.fps, quality=quality, largest=largest, title=title,
-                    count=Count(after_all), skipped=warn_skipped,
+                    count=Count(advance), skipped=warn_skipped,
                 )  # fmt: skip
         else:
             plays, line = "", page_line(asked.inputs, asked.look, asked.picture, asked.unlight_all)
@@ -305,8 +286,8 @@ def _write_page(asked: RenderCommand, view: View) -> None:
 
 def _write_points(asked: RenderCommand, view: View) -> None:
     """The points of a frame, or of each frame of a sequence, in world coordinates; those of a cloud, with normals."""
-    from ...files.writing.maps_and_points import check_points_path
-    from ..written import write_cloud, write_points
+    from ...files.writing.maps_and_points import check_points_path, save_points
+    from ..written import write_cloud, write_files
 
     output, film, is_set = asked.output, asked.film, asked.others.is_set
     if asked.save_poses is not None and not is_set:
@@ -315,7 +296,7 @@ def _write_points(asked: RenderCommand, view: View) -> None:
         )
     asked.picture.check_none(output)
     asked.page.check_none(output)
-    check_points_path(first_of(output), asked.axes)
+    check_points_path(names.first_of(output), asked.axes)
     if view.picture_size is not None:
         raise ValueError(f"{output} holds points, {option('picture_size')} is of a picture: leave it out")
     if asked.inputs.are_clouds:
@@ -328,7 +309,15 @@ def _write_points(asked: RenderCommand, view: View) -> None:
     loaded, after_each = asked.load(view, sequence=is_numbered(output))
     if loaded.frames and (is_numbered(output) or film.turntable is not None):
         raise ValueError(f"the points of several views are one cloud: write one file, such as out{output.suffix}")
-    write_points(loaded, view, output, asked.axes, film, asked.run.device, after_each)
+
+    def draw(renderer: Renderer, request: RenderRequest) -> Any:
+        cloud = renderer.render_points(request)
+        after_each(renderer)
+        return cloud
+
+    axes: Any = asked.axes
+    save = partial(save_points, axes=axes)
+    write_files(loaded, view, output, asked.run.device, draw, save, lambda cloud: f"{len(cloud)} points", film)
 
 
 def _check_cloud(asked: RenderCommand) -> None:

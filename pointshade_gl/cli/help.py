@@ -14,23 +14,16 @@ from ..scene.option_fields import OPTIONS, PANELS
 
 # A command that is not here has so few options that its help lists them all.
 FIRST = {
-    "render": (
-        "-o", "--light", "--yaw", "--pitch", "--zoom", "--shading", "--environment", "--picture-size", "--samples",
-        "--background", "--ground", "--turntable", "--fov",
-    ),
-    "normals": ("-o", "--normals", "--axes", "--bits", "--frame", "--fov", "--depth-scale", "--noise", "--missing"),
-    "depth": ("-o", "--yaw", "--pitch", "--zoom", "--picture-size", "--frame", "--fov", "--depth-scale", "--missing"),
-    "albedo": ("-o", "--explain", "--fov", "--intrinsics", "--depth-scale"),
-    "align": ("-o", "--frame", "--fov", "--intrinsics", "--depth-scale"),
-    "view": (
-        "--light", "--yaw", "--pitch", "--shading", "--environment", "--views", "--window-size", "--panel", "--fps",
-        "--record", "--fov",
-    ),
-    "info": ("-o", "--json", "--fov", "--intrinsics", "--depth-scale", "--depth-kind"),
-    "batch": (
-        "-o", "--to", "--workers", "--resume", "--overwrite", "--shard", "--light", "--yaw", "--picture-size",
-        "--samples", "--bits", "--axes", "--fov",
-    ),
+    "render": "-o --light --yaw --pitch --zoom --shading --environment --picture-size --samples --background --ground "
+    "--turntable --fov",
+    "normals": "-o --normals --axes --bits --frame --fov --depth-scale --noise --missing",
+    "depth": "-o --yaw --pitch --zoom --picture-size --frame --fov --depth-scale --missing",
+    "albedo": "-o --explain --fov --intrinsics --depth-scale",
+    "align": "-o --frame --fov --intrinsics --depth-scale",
+    "view": "--light --yaw --pitch --shading --environment --views --window-size --panel --fps --record --fov",
+    "info": "-o --json --fov --intrinsics --depth-scale --depth-kind",
+    "batch": "-o --to --workers --resume --overwrite --shard --light --yaw --picture-size --samples --bits --axes "
+    "--fov",
 }  # fmt: skip
 
 EXAMPLES = {
@@ -120,7 +113,7 @@ def _lines(command: Any, context: Any, everything: bool, width: int) -> Iterator
     """Return texts and their styles."""
     name = "" if hasattr(command, "commands") else context.info_name
     shown = [one for one in command.get_params(context) if not getattr(one, "hidden", False)]
-    first, everything = FIRST.get(name, ()), everything or name not in FIRST
+    first, everything = FIRST.get(name, "").split(), everything or name not in FIRST
     yield "Usage: ", "bold"
     yield f"{_filled(_usage(command, context, shown), width, 7).lstrip()}\n", ""
     for paragraph in _paragraphs(command.help, everything):

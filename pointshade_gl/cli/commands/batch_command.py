@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -37,19 +38,6 @@ from ..inputs import check_look, view_of
 from ..option_groups import LookGroup, cli_option, option_info
 from ..options import Kind
 from ..output import SOFTWARE, complain, print_line, progress
-
-Inputs = Annotated[
-    list[str],
-    typer.Argument(
-        metavar="INPUT",
-        help="Folders with a sequence or a frame, folders of such folders, depth files, scenes, point clouds "
-        "or folders of them, built-in names.",
-        autocompletion=complete_input,
-    ),
-]
-Folder = Annotated[
-    Path, option_info("The folder to write to, and its manifest.jsonl.", Cli(BATCH, "DIR"), "-o", "--output")
-]
 
 
 @dataclass(frozen=True)
@@ -101,8 +89,18 @@ class BatchOptions:
 class BatchCommand:
     """What was typed."""
 
-    inputs: Inputs
-    output: Folder
+    inputs: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="INPUT",
+            help="Folders with a sequence or a frame, folders of such folders, depth files, scenes, point clouds "
+            "or folders of them, built-in names.",
+            autocompletion=complete_input,
+        ),
+    ]
+    output: Annotated[
+        Path, option_info("The folder to write to, and its manifest.jsonl.", Cli(BATCH, "DIR"), "-o", "--output")
+    ]
     how: BatchOptions
     reading: options.ReadingOptions
     cloud: options.CloudGroup
@@ -140,7 +138,7 @@ def batch(asked: BatchCommand) -> None:
         raise typer.Exit(INTERRUPTED) from None
 
 
-UNMARKED = ("jpg", "webp", "tif", *FILMS)  # readers of frames cannot tell that these are renderings
+UNMARKED = ("jpg", "webp", "tif", *FILMS)  # in these, readers of frames do not recognise renderings
 
 
 def plan_batch(asked: BatchCommand) -> tuple[Sequence[Planned], list[Failure]]:
@@ -157,15 +155,20 @@ def plan_batch(asked: BatchCommand) -> tuple[Sequence[Planned], list[Failure]]:
     _make_folder(asked.output)
     _check_writable(asked, folder)
     reading = tuple(plain_value(asked.reading).items())
+    writing: tuple[Any, ...] = asked.axes, asked.bits, asked.page.exactness, asked.page.title
     given = dict.fromkeys(Kind, reading) | {Kind.CLOUD: reading + tuple(plain_value(asked.cloud).items())}
-    planned, failures = plan(
-        sources,
-        lambda one: _job(asked, one, folder, given[kinds[one.path]], views[kinds[one.path]]),
-        folder,
-        listing,
-    )
-    cli_option = "\n".join(failure.sentence for failure in failures)
-    failures += [Failure(*one) for one in not_whole(asked.inputs, listing) if one[1] not in cli_option]
+
+    def job_for(source: Source) -> Job:
+        """The job of a source, without frame and path."""
+        kind, film = kinds[source.path], asked.film
+        return Job(
+            source.path, folder, asked.how.to, None, views[kind], given[kind], film.turntable, film.frames, film.fps,
+            *writing,
+        )  # fmt: skip
+
+    planned, failures = plan(sources, job_for, folder, listing)
+    sentences = "\n".join(failure.sentence for failure in failures)
+    failures += [Failure(*one) for one in not_whole(asked.inputs, listing) if one[1] not in sentences]
     if failures and not planned:
         raise ValueError(failures[0].sentence)
     if not asked.how.overwrite:
@@ -190,13 +193,6 @@ def _view(asked: BatchCommand, folder: Path, of: Kind) -> View:
     if to in NORMALS:
         return asked.place.view(asked.look.look(), asked.look.lights(shadow=of is not Kind.FRAMES))
     return view_of(of, asked.look, asked.place, asked.picture, output, is_film=to in FILMS, is_changed=turns)
-
-
-def _job(asked: BatchCommand, source: Source, folder: Path, reading: tuple[tuple[str, Any], ...], view: View) -> Job:
-    """The job of a source, without frame and path."""
-    kind, film = asked.how.to, asked.film
-    writing: tuple[Any, ...] = asked.axes, asked.bits, asked.page.exactness, asked.page.title
-    return Job(source.path, folder, kind, None, view, reading, film.turntable, film.frames, film.fps, *writing)
 
 
 def _check(asked: BatchCommand) -> None:
@@ -255,16 +251,11 @@ def _check_apart(asked: BatchCommand, sources: Sequence[Source], folder: Path) -
 
 def _check_writable(asked: BatchCommand, folder: Path) -> None:
     """Raises ValueError for a kind that needs an extra which is not installed, OSError for no such place."""
-    path = folder / f"*.{asked.how.to}"
-    with suppress(PermissionError):  # which is told once something is to be written
-        if asked.how.to in FILMS:
-            check_film(path)
-        elif asked.how.to in NORMALS:
-            check_normals_path(path, asked.axes, asked.bits)
-        elif asked.how.to == PAGE:
-            check_place(path)
-        else:
-            check_writable(path)
+    to, chosen = asked.how.to, {"axes": asked.axes, "bits": asked.bits}
+    checks = {PAGE: check_place} | dict.fromkeys(FILMS, check_film)
+    checks |= dict.fromkeys(NORMALS, partial(check_normals_path, **chosen))
+    with suppress(PermissionError):  # which is reported once something is to be written
+        checks.get(to, check_writable)(folder / f"*.{to}")
 
 
 def _make_folder(output: Path) -> None:
@@ -283,7 +274,7 @@ FAILED = 3  # exit code
 
 
 def run(asked: BatchCommand, planned: Sequence[Planned], failures: list[Failure], started: float) -> None:
-    """Does what is not done, and says what has become of it: exit code 3 if anything failed."""
+    """Does what is not done, and reports what has become of it: exit code 3 if anything failed."""
     output, how = asked.output, asked.how
     manifest = Manifest(output.resolve(), how.part())
     todo = list(planned) if how.overwrite else _undone(planned, manifest, output, how.resume)
@@ -302,8 +293,8 @@ def run(asked: BatchCommand, planned: Sequence[Planned], failures: list[Failure]
     finally:
         for failure in failures:
             complain(f"failed: {' '.join(failure.name.split())}: {failure.sentence}")
-    plain_value = [f"{count} {name}" for name, count in (counts | {"failed": len(failures)}).items() if count]
-    print_line(f"{output}: {', '.join(plain_value) or 'nothing to do'}, {time.perf_counter() - started:.1f} s")
+    outcomes = [f"{count} {name}" for name, count in (counts | {"failed": len(failures)}).items() if count]
+    print_line(f"{output}: {', '.join(outcomes) or 'nothing to do'}, {time.perf_counter() - started:.1f} s")
     if failures:
         raise typer.Exit(FAILED)
 

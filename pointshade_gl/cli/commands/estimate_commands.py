@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...estimation.pose_search import FoundPose
 from ...files.access.known_names import first_of, is_numbered
 from ...files.pictures.picture_files import check_writable, save_image
-from ...files.writing.maps_and_points import check_found_path, save_found_poses
+from ...files.writing import maps_and_points as files
 from ...notes.notes import once, print_note
 from ...notes.words import counted, option
 from ...renderer.renderer import Renderer
@@ -45,7 +45,6 @@ def normals(
     Of a point cloud, write a .ply of its points with normals, turned outwards, or the normals alone to an .npy.
     Write all frames of a sequence to numbered files such as %04d.png.
     """
-    from ...files.writing.maps_and_points import check_normals_path, save_normals
     from ..written import check_cloud_output, write_cloud, write_files
 
     if frame.is_cloud:
@@ -54,7 +53,7 @@ def normals(
             raise ValueError(f"{option('bits')} is of pictures, and {frame.input} is a point cloud: leave it out")
         write_cloud(inputs.load(frame, scene=True), surface.look(), output, axes, run.device)
         return
-    check_normals_path(first_of(output), axes, bits)
+    files.check_normals_path(first_of(output), axes, bits)
     view = View(look=surface.look())
 
     def draw(renderer: Renderer, request: RenderRequest) -> Any:
@@ -68,7 +67,7 @@ def normals(
 
     loaded = inputs.Loaded(inputs.load(frame, sequence=is_numbered(output)))
     chosen: dict[str, Any] = {"axes": axes, "bits": bits}
-    write_files(loaded, view, output, run.device, draw, partial(save_normals, **chosen), what)
+    write_files(loaded, view, output, run.device, draw, partial(files.save_normals, **chosen), what)
 
 
 @options.spread
@@ -84,10 +83,9 @@ def depth(
 
     Write all frames of a sequence to numbered files such as %04d.png. Missing depth is 0.
     """
-    from ...files.writing.maps_and_points import check_depth_path, save_depth
     from ..written import write_files
 
-    check_depth_path(first_of(output))
+    files.check_depth_path(first_of(output))
     view = place.view(surface.look())
     named = inputs.Inputs(frame, options.MoreOptions())
     loaded = named.load(view.look, inputs.PLAIN, sequence=is_numbered(output))
@@ -106,7 +104,7 @@ def depth(
     def what(depth: Any) -> str:
         return f"{depth.shape[1]}x{depth.shape[0]} pixels, {np.count_nonzero(depth > 0)} with depth"
 
-    write_files(loaded, view, output, run.device, draw, partial(save_depth, notes=note), what)
+    write_files(loaded, view, output, run.device, draw, partial(files.save_depth, notes=note), what)
 
 
 @options.spread
@@ -150,7 +148,7 @@ def align(
     INPUT and MORE are folders; of a sequence the first frame counts, or that of --frame. They should
     show the same from up to about 60 degrees apart. The first keeps its pose. The exit code is 1 if one is not found.
     """
-    check_found_path(output)
+    files.check_found_path(output)
     names, frames = _views(frame, more or [])
     with open_renderer(run.device, output) as renderer:
         start = time.perf_counter()
@@ -167,7 +165,7 @@ def align(
         }
         lost = [name for name, pose in poses.items() if pose is None]
         if len(lost) < len(others):
-            save_found_poses(output, poses)
+            files.save_found_poses(output, poses)
             report(output, counted(len(names) - len(lost), "pose"), renderer, spent)
     if lost:
         print_note(f"not found: {', '.join(lost)}" + ("" if len(lost) < len(others) else "; nothing is written"))

@@ -93,13 +93,11 @@ def show_input(frame: options.FrameOptions, output: Path | None, as_json: bool, 
 def _noise(choice: Choice | None) -> dict[str, Any]:
     """What was measured on the depth; lengths in metres."""
     assert choice is not None, "normals were estimated"
-    noise = choice.noise
-    if noise is None:
-        return {"estimator": choice.method, "found": describe(choice)}
+    found = {"estimator": choice.method, "found": describe(choice)}
+    if (noise := choice.noise) is None:
+        return found
     rounded = noise.domain == "1/z" and _KINECT_STEP[0] < noise.step < _KINECT_STEP[1]
-    return {
-        "estimator": choice.method,
-        "found": describe(choice),
+    return found | {
         "sigma": noise.sigma,
         "share": noise.share,
         "rounding": noise.step or None,

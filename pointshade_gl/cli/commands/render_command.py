@@ -17,11 +17,12 @@ from ...files.access import known_names as names
 from ...files.access.known_names import check_suffix, is_numbered
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing.film import check_series, is_series
+from ...files.writing.maps_and_points import check_points_path, check_poses_path, save_numbered_poses, save_points
 from ...notes.notes import print_note
 from ...notes.words import counted, option
 from ...renderer.renderer import Renderer
 from ...renderer.requests import RenderRequest
-from ...renderer.series import Job
+from ...renderer.series import Job, jobs_of, write_series
 from ...scene.appearance import LIT_EARLY
 from ...scene.option_fields import LIGHT, PAGE, PICTURE, SETS, Cli
 from ...scene.viewpoint import View, check_turntable, moves_camera
@@ -30,6 +31,7 @@ from ..command_lines import page_line
 from ..inputs import Inputs, Loaded, albedo_of, check_align, check_stream, load, load_photographs, view_of
 from ..option_groups import LookGroup, NormalOptions, check_folders, cli_option
 from ..output import explainer, new_beside, open_renderer, print_line, progress, report, spinner, warn_skipped
+from ..written import write_cloud, write_files
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,17 +82,13 @@ class RenderCommand:
         """What INPUT and MORE name."""
         return Inputs(self.frame, self.others)
 
-    @property
-    def shows_sequence(self) -> bool:
-        """Whether each picture of a series shows another frame."""
-        return self.film.turntable is None and is_series(self.output)
-
     def check_inputs(self) -> None:
         """Raises ValueError for several INPUTs where there can be one, and for one where several are needed."""
-        others, is_sequence = self.others, self.shows_sequence
+        others, turntable = self.others, self.film.turntable
+        is_sequence = turntable is None and is_series(self.output)
         check_folders(others.more or [])
-        if self.film.turntable is not None:
-            check_turntable(self.film.turntable)
+        if turntable is not None:
+            check_turntable(turntable)
         if others.more and (others.views is not None or is_sequence):
             raise ValueError(
                 "several INPUTs are drawn as one object, in a picture, a turntable or a file of points: pass one INPUT "
@@ -104,15 +102,9 @@ class RenderCommand:
         if self.inputs.are_frames:
             check_align(self.look.align, others.is_set or is_sequence or self.suffix in names.PAGES)
         if self.save_poses is not None:
-            self._check_saved(self.save_poses)
-
-    def _check_saved(self, path: Path) -> None:
-        """Raises ValueError or OSError unless poses can be written there, and some are corrected."""
-        from ...files.writing.maps_and_points import check_poses_path
-
-        if not self.look.align:
-            raise ValueError(f"{option('save_poses')} writes the poses that {option('align', True)} finds: add it")
-        check_poses_path(path)
+            if not self.look.align:
+                raise ValueError(f"{option('save_poses')} writes the poses that {option('align', True)} finds: add it")
+            check_poses_path(self.save_poses)
 
     def view(self) -> View:
         """From where, under which lights and how it is drawn. Raises ValueError or OSError."""
@@ -206,8 +198,6 @@ def _write_picture(asked: RenderCommand, view: View) -> None:
 
 def _write_series(asked: RenderCommand, view: View) -> None:
     """Many pictures: a film, or numbered files, of a sequence or a turntable."""
-    from ...renderer.series import jobs_of, write_series
-
     film = asked.film
     check_stream(view.look, film.turntable is None)
     asked.note_alike()
@@ -238,8 +228,6 @@ def _noted(jobs: Generator[Job, None, None], source: Any, poses: dict[int, NDArr
 
 
 def _save_poses(path: Path, poses: Mapping[int, NDArray[Any]]) -> None:
-    from ...files.writing.maps_and_points import save_numbered_poses
-
     save_numbered_poses(path, poses)
     print_line(f"{path}: {counted(len(poses), 'pose')}")
 
@@ -286,9 +274,6 @@ def _write_page(asked: RenderCommand, view: View) -> None:
 
 def _write_points(asked: RenderCommand, view: View) -> None:
     """The points of a frame, or of each frame of a sequence, in world coordinates; those of a cloud, with normals."""
-    from ...files.writing.maps_and_points import check_points_path, save_points
-    from ..written import write_cloud, write_files
-
     output, film, is_set = asked.output, asked.film, asked.others.is_set
     if asked.save_poses is not None and not is_set:
         raise ValueError(

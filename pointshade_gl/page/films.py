@@ -22,8 +22,8 @@ from ..renderer.series import sequence_jobs
 from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.viewpoint import View
-from .page_contents import PageSurface, reduced, surfaces_of
-from .page_scene import Showing, arranged, look_of
+from .page_contents import Showing, arranged, look_of, reduced
+from .page_surfaces import PageSurface, surfaces_of
 from .parts import MISSING, POINT, RIM, Part, QualityName, code_errors, code_normals, code_plane, pack, repeated
 from .template import filled
 

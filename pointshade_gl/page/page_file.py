@@ -29,8 +29,8 @@ from ..scene.graph import Scene
 from ..scene.objects import PointObject
 from ..scene.option_fields import takes
 from .films import draw_film, frames_of
-from .page_contents import cloud_points, reduced, surfaces_of
-from .page_scene import Showing, arranged, look_of
+from .page_contents import Showing, arranged, cloud_points, look_of, reduced
+from .page_surfaces import surfaces_of
 from .parts import QUALITIES, Part, Quality, QualityName, cloud_part, mesh_part, surface_part
 from .template import command_of, filled
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..gpu.clouds import cloud_objects as drawing
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.meshes.mesh_objects import PlacedMesh, mesh_vertices
-from .page_contents import PageSurface
+from .page_surfaces import PageSurface
 
 Whole = NDArray[np.int64]
 Known = NDArray[np.bool_]

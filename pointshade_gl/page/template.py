@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..gpu.core.programs import splice
 from ..notes.words import printable
 from ..scene.appearance import Look
-from .page_scene import Showing
+from .page_contents import Showing
 from .parts import encoded, pack
 
 ENTRIES = (

@@ -11,7 +11,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page, write_page
 from pointshade_gl.page.films import FILM_QUALITIES, KEY_EVERY, STAYS, FilmCoder, frames_of
-from pointshade_gl.page.page_contents import PageSurface
+from pointshade_gl.page.page_surfaces import PageSurface
 
 from ..support import frames
 from ..support.page_functions import run_script

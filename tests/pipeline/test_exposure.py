@@ -11,7 +11,7 @@ import pointshade_gl as ps
 from pointshade_gl.estimation.light_fit import brightness, stops_to_match
 from pointshade_gl.notes.notes import taken
 from pointshade_gl.page import draw_page
-from pointshade_gl.page.page_scene import Showing
+from pointshade_gl.page.page_contents import Showing
 from pointshade_gl.renderer.series import jobs_of, write_series
 from pointshade_gl.scene.graph import shaded
 from pointshade_gl.scene.values import linear_to_srgb, srgb_to_linear

@@ -37,7 +37,7 @@ from .template import command_of, filled
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-EXACT = 200  # steps of depth in what several frames of one thing may differ by
+BAND_STEPS = 200  # steps of depth in what several frames of one thing may differ by
 LARGEST = 2048  # pixels a side: so many have the textures of every browser
 
 
@@ -221,14 +221,14 @@ def _parts_of(thing: Drawable, quality: Quality) -> Iterator[Part]:
         yield cloud_part(thing, quality)
     else:
         if isinstance(thing, ShownSet):  # whose frames differ by more
-            step = max(quality.depth_step, thing.consensus.band / EXACT)
+            step = max(quality.depth_step, thing.consensus.band / BAND_STEPS)
             quality = quality._replace(depth_step=step, normal_bits=min(quality.normal_bits, 12))
         yield from (surface_part(surface, quality) for surface in surfaces_of(thing))
 
 
 HEIGHT = 480  # CSS pixels
-LOWEST = 120
-MOST = 2_500_000  # bytes: Jupyter drops outputs of 3 million bytes and more in its first setting
+MIN_HEIGHT = 120
+MAX_CELL_BYTES = 2_500_000  # bytes: Jupyter drops outputs of 3 million bytes and more in its first setting
 
 
 class Cell:
@@ -282,9 +282,9 @@ def draw_cell(
     ValueError, TypeError
         For arguments that do not fit.
     """
-    height = check_count(height, "height", LOWEST, "of pixels ")
+    height = check_count(height, "height", MIN_HEIGHT, "of pixels ")
     draw = partial(draw_page, renderer, source, title=title, notes=notes, progress=progress, **options)
     page = draw(quality=quality or "exact")
-    if quality is None and len(page) > MOST:
+    if quality is None and len(page) > MAX_CELL_BYTES:
         page = draw(quality="small")
     return Cell(page, title, height)

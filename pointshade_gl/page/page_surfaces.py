@@ -21,13 +21,14 @@ from ..scene.frame import Frame
 from ..scene.values import linear_to_bytes, srgb_to_linear
 from ..scene.visible import bridged_stride
 
+MISSING, POINT, RIM = 0, 1, 2  # what a pixel of a surface is
 OVERLAP = 2  # pixels by which parts reach over one another, so that no seam gapes
-FIRST = 3  # times the weight that the first frame has: a page begins where its camera stood
-LEAST = 1e-3  # of what is good, for every point
-SHARE = 2  # to which power of their weights frames share in a mean: the best ones decide
-TURNED = 0.17  # least cosine between normals of one surface
-AROUND = 2  # pixels beside the known ones that are kept: rims look so far
-MOST_BEHIND = 0.03  # of the depth: by so much the last frame of a set gives way to the first
+FIRST_WEIGHT = 3  # times the weight that the first frame has: a page begins where its camera stood
+MIN_GOODNESS = 1e-3  # of what is good, for every point
+MEAN_POWER = 2  # to which power of their weights frames share in a mean: the best ones decide
+MIN_NORMALS_COSINE = 0.17  # least cosine between normals of one surface
+RIM_PIXELS = 2  # pixels beside the known ones that are kept: rims look so far
+MAX_BEHIND = 0.03  # of the depth: by so much the last frame of a set gives way to the first
 
 Floats = NDArray[np.float32]
 Flags = NDArray[np.bool_]
@@ -49,6 +50,21 @@ class PageSurface(NamedTuple):
     stride: int  # pixels for each of the smaller surface of what they hide, which casts shadows, too; 0 for none
     behind: float = 0.0  # share of the depth by which others of its set are seen before it where they agree
 
+    @property
+    def kinds(self) -> NDArray[np.uint8]:
+        """(h, w): MISSING, POINT or RIM."""
+        return np.where(self.depth == 0, MISSING, np.where(self.depth < 0, RIM, POINT)).astype(np.uint8)
+
+    @property
+    def certainty_codes(self) -> NDArray[np.uint16] | None:
+        """The certainty as whole numbers, little-endian."""
+        return None if self.certainty is None else np.rint(self.certainty * 65535).astype("<u2")
+
+    @property
+    def has_rims(self) -> bool:
+        """Whether footprints bend with the surface and end at its outline."""
+        return not self.is_round and bool((self.sizes == 1).all())
+
 
 def surfaces_of(thing: Drawable, is_cut: bool = True) -> Iterator[PageSurface]:
     """The surfaces of a thing that shows points: one of a frame, several of a set.
@@ -56,7 +72,7 @@ def surfaces_of(thing: Drawable, is_cut: bool = True) -> Iterator[PageSurface]:
     is_cut  only the part of the picture where something is known; else all of it, as the next frame's
     """
     if isinstance(thing, ShownSet):
-        step = min(thing.consensus.band / 2, MOST_BEHIND / len(thing.views))
+        step = min(thing.consensus.band / 2, MAX_BEHIND / len(thing.views))
         for k, (view, member) in enumerate(zip(thing.views, _merged(thing), strict=True)):
             if member.known.any():
                 yield _read(view, member)._replace(behind=k * step)
@@ -131,7 +147,7 @@ def _box(depth: NDArray[np.float32], others: list[tuple[int, ...]], stride: int)
     for axis in (1, 0):
         size, known = depth.shape[axis], np.flatnonzero(depth.any(1 - axis))
         step = lcm(stride, *(size // gcd(size, shape[axis]) for shape in others))
-        low, high = (known[0] - AROUND, known[-1] + 1 + AROUND) if len(known) else (0, 1)
+        low, high = (known[0] - RIM_PIXELS, known[-1] + 1 + RIM_PIXELS) if len(known) else (0, 1)
         sides.append((max(int(low), 0) // step * step, min(-(-int(high) // step) * step, size)))
     (left, right), (top, bottom) = sides
     return left, top, right, bottom
@@ -192,7 +208,7 @@ def merged(members: Sequence[Member], frames: Sequence[Frame], band: float) -> l
     near = nearest_others(frames)
     means, kept = [], [member.known for member in members]
     weights = [_weights(member) for member in members]
-    weights[0] *= FIRST
+    weights[0] *= FIRST_WEIGHT
     for k, member in enumerate(members):
         points = _points(member)
         others = [(members[j], weights[j], kept[j]) for j in near[k]]
@@ -212,7 +228,7 @@ def _weights(member: Member) -> Floats:
     weights = np.zeros(member.known.shape, np.float32)
     facing = np.abs(_dot(points.normals, points.rays)) / np.linalg.norm(points.rays, axis=1)
     density = facing * np.square(member.camera.fx / points.places[:, 2])
-    weights.ravel()[points.pixels] = density * np.maximum(member.good.ravel()[points.pixels], LEAST)
+    weights.ravel()[points.pixels] = density * np.maximum(member.good.ravel()[points.pixels], MIN_GOODNESS)
     return weights
 
 
@@ -227,7 +243,7 @@ def _met(
     points: MergedPoints, others: Sequence[tuple[Member, Floats, Flags]], member: Member, own: Floats, band: float
 ) -> tuple[Floats, Member]:
     """For each point the most weight that a kept point of another frame has there, and the frame with means."""
-    total = own.ravel()[points.pixels] ** SHARE
+    total = own.ravel()[points.pixels] ** MEAN_POWER
     best = np.zeros(len(total), np.float32)
     normals, off = total[:, None] * points.normals, np.zeros(len(total), np.float32)
     own_colors = member.colors.reshape(-1, 3)[points.pixels] if member.is_colored else None
@@ -237,7 +253,7 @@ def _met(
         found, pixels, excess = _agreeing(points, way, other, band)
         weight = weights.ravel()[pixels]
         best[found] = np.maximum(best[found], np.where(kept.ravel()[pixels], weight, 0))
-        weight = weight**SHARE * (1 - np.square(excess / band))
+        weight = weight**MEAN_POWER * (1 - np.square(excess / band))
         total[found] += weight
         normals[found] += weight[:, None] * (other.surface.reshape(-1, 4)[pixels, :3] @ way[:3, :3])
         off[found] += weight * excess
@@ -271,7 +287,7 @@ def _agreeing(points: MergedPoints, way: Floats, other: Member, band: float) -> 
     n, depth = values[:, :3], np.abs(values[:, 3])
     with np.errstate(divide="ignore", invalid="ignore"):
         excess = depth * _dot(n, other.rays(column, row)) / (_dot(n, other.rays(u, v)) * z) - 1
-    faces = _dot(n @ way[:3, :3], points.normals[index]) > TURNED
+    faces = _dot(n @ way[:3, :3], points.normals[index]) > MIN_NORMALS_COSINE
     same = np.flatnonzero((depth > 0) & faces & (np.abs(excess) < band))
     return index[same], pixels[same], excess[same].astype(np.float32)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import Field, dataclass, field, fields, is_dataclass
 from functools import wraps
 from typing import Any, Concatenate, ParamSpec, TypeVar
@@ -44,7 +44,7 @@ class Cli:
     panel    of the help in which it is listed; "": there is no such option
     metavar  stands for its value there; None: the known values
     known    values that the shell completes
-    kind     type of the text where the default does not tell it
+    kind     type of the text where it is not that of the default
     read     value of such a text
     short    a second name, such as "--ao"
     """
@@ -59,10 +59,10 @@ class Cli:
 
 @dataclass(frozen=True)
 class Option:
-    """What a field says beside its name, type and default.
+    """What a field has beside its name, type and default.
 
-    doc   what Python's help says about it
-    help  what the command line's help says
+    doc   in Python's help
+    help  in that of the command line
     was   its older name, which is understood, too
     """
 
@@ -79,7 +79,7 @@ def opt(default: Any, doc: str, help: str = "", cli: Cli = Cli(), was: str = "")
 
 
 def option_of(one: Field[Any]) -> Option:
-    """Return what was said of a field."""
+    """Return what stands beside a field."""
     return one.metadata["option"]
 
 
@@ -94,9 +94,8 @@ def number_or_text(text: str) -> float | str:
 def option_class(group: type[_Any]) -> type[_Any]:
     """Decorate a dataclass of options: its help lists them, and fields answer to the names that they had before."""
     parameters = inspect.signature(group).parameters
-    group.__doc__ = with_parameters(group.__doc__, [(one, parameters[one.name]) for one in fields(group)])
-    was = older_names(fields(group))
-    if was:
+    group.__doc__ = with_parameters(group.__doc__, [entry_of(one, parameters[one.name]) for one in fields(group)])
+    if was := older_names(fields(group)):
         group.__init__ = _understanding(was, group.__init__, replaces=True)
     for new, old in was.items():
         setattr(group, old, property(_reader_of(old, new), doc=f"Older name of `{new}`."))
@@ -114,7 +113,7 @@ def takes(known: type, *groups: type, like: Callable[..., Any] | None = None) ->
     groups  the dataclasses whose fields they are
     like    a function whose help has the other parameters, if they are not documented here
 
-    The function raises TypeError for other names, and says which one is near.
+    The function raises TypeError for other names, with the near one.
     """
     found = {one.name: one for group in groups for one in fields(group)}
 
@@ -123,13 +122,15 @@ def takes(known: type, *groups: type, like: Callable[..., Any] | None = None) ->
         plain = [one for one in signature.parameters.values() if one.kind is not one.VAR_KEYWORD]
         names = [name for name in keys_of(known) if name not in signature.parameters]
         named = [_parameter(name, found.get(name), known.__annotations__[name]) for name in names]
-        listed = [(found[one.name], one) for one in (*plain, *named) if one.name in found]
-        was, taken = older_names(one for one, _ in listed), {one.name for one in (*plain, *named)}
-        called = _understanding(was, _checking(function, taken))
-        others = [entry for name, entry in _entries(inspect.getdoc(like)).items() if name in taken] if like else []
-        order = f" {' '.join(one.name for one in (*plain, *named))} ".replace(" ", "  ")
-        called.__doc__ = with_parameters(function.__doc__, listed, others, order)
-        called.__signature__ = signature.replace(parameters=[*plain, *named])
+        parameters = {one.name: one for one in (*plain, *named)}
+        listed = [found[name] for name in parameters if name in found]
+        entries = (
+            [entry for name, entry in _entries(inspect.getdoc(like)).items() if name in parameters] if like else []
+        )
+        entries += [entry_of(one, parameters[one.name]) for one in listed]
+        called = _understanding(older_names(listed), function, parameters)
+        called.__doc__ = with_parameters(function.__doc__, entries, parameters)
+        called.__signature__ = signature.replace(parameters=[*parameters.values()])
         return called
 
     return decorate
@@ -141,9 +142,8 @@ def takes_as(
     """Decorate a method that hands its arguments on to another: its signature and its help list that one's."""
 
     def decorate(function: Any) -> Any:
-        signature, entries = inspect.signature(like), _entries(like.__doc__)
-        order = f" {'  '.join(signature.parameters)} "
-        function.__doc__ = with_parameters(function.__doc__, [], entries.values(), order)
+        signature = inspect.signature(like)
+        function.__doc__ = with_parameters(function.__doc__, _entries(like.__doc__).values(), signature.parameters)
         returns = inspect.signature(function).return_annotation
         function.__signature__ = signature.replace(return_annotation=returns)
         return function
@@ -162,19 +162,17 @@ def keys_of(known: type) -> list[str]:
     return list(known.__annotations__)
 
 
-def with_parameters(
-    doc: str | None, listed: list[tuple[Field[Any], inspect.Parameter]], others: Iterable[str] = (), order: str = ""
-) -> str:
-    """Return a docstring whose section "Parameters" also lists options, unless it has them already.
+def with_parameters(doc: str | None, entries: Iterable[str], order: Iterable[str] = ()) -> str:
+    """Return a docstring whose section "Parameters" also has entries, unless it has them already.
 
-    others  further entries of this section
-    order   the signature's names, as one text
+    order  of their names
     """
     text = inspect.cleandoc(doc or "")
     found = _entries(text)
-    for entry in (*others, *(entry_of(*one) for one in listed)):
+    for entry in entries:
         found.setdefault(entry.partition(" :")[0], entry)
-    section = sorted(found, key=lambda name: order.find(f" {name} "))
+    places = {name: place for place, name in enumerate(order)}
+    section = sorted(found, key=lambda name: places.get(name, -1))
     before, _, after = text.partition(HEADING)
     ends = [at for title in ("Returns", "Raises") if (at := before.find(f"\n\n{title}\n---")) >= 0]
     end = min(ends, default=len(before))
@@ -194,8 +192,8 @@ def entry_of(one: Field[Any], parameter: inspect.Parameter) -> str:
     stated = f"{doc[0].upper()}{doc[1:].removesuffix('.')}."
     value = parameter.default
     default = f"{type(value).__name__}()" if is_dataclass(value) and value == type(value)() else _quoted(value)
-    told = "optional" if value is None else f"default {default}"
-    return f"{one.name} : {_kinds(str(parameter.annotation), option_of(one).cli.known)}, {told}\n{_filled(stated)}"
+    state = "optional" if value is None else f"default {default}"
+    return f"{one.name} : {_kinds(str(parameter.annotation), option_of(one).cli.known)}, {state}\n{_filled(stated)}"
 
 
 def _kinds(annotation: str, known: tuple[str, ...]) -> str:
@@ -225,27 +223,14 @@ def renamed(**was: str) -> Callable[[_Any], _Any]:
     return lambda function: _understanding(was, function)
 
 
-def _checking(function: Callable[..., Any], known: set[str]) -> Callable[..., Any]:
-    """Return the function, which names a wrong keyword and the near one."""
-
-    @wraps(function)
-    def checked(*args: Any, **options: Any) -> Any:
-        for name in options:
-            if name not in known:
-                near = did_you_mean(name, known)
-                raise TypeError(f"{function.__name__}() got an unexpected keyword argument {name!r}{near}")
-        return function(*args, **options)
-
-    return checked
-
-
-def _understanding(was: dict[str, str], function: Callable[..., Any], replaces: bool = False) -> Any:
+def _understanding(
+    was: dict[str, str], function: Callable[..., Any], known: Collection[str] | None = None, replaces: bool = False
+) -> Any:
     """Return the function, which also takes older names of its keywords; a note names the new one.
 
+    known     all keywords: another raises TypeError, which names the near one; None: the function knows them
     replaces  whether an older name may stand beside the new one, as in `dataclasses.replace(look, size=2)`
     """
-    if not was:
-        return function
 
     @wraps(function)
     def called(*args: Any, **options: Any) -> Any:
@@ -254,6 +239,9 @@ def _understanding(was: dict[str, str], function: Callable[..., Any], replaces: 
                 with taken_by(options.get("notes")):
                     note_new_name(old, new)
                 options[new] = options.pop(old)
+        if known is not None and (wrong := next((name for name in options if name not in known), None)):
+            near = did_you_mean(wrong, known)
+            raise TypeError(f"{function.__name__}() got an unexpected keyword argument {wrong!r}{near}")
         return function(*args, **options)
 
     return called

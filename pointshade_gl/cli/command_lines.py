@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.appearance import CLOUD_SPLATS, Look
+from ..scene.appearance import CLOUD_SPLATS
 from ..scene.camera import quaternion_of
 from ..scene.cloud import CLOUD_SHADINGS, PointCloud
 from ..scene.graph import Scene, scene_of
@@ -24,6 +24,7 @@ if TYPE_CHECKING:  # a picture without a window needs none of it
     from ..viewer.picture import SavedPicture, ShownPicture
     from ..viewer.views import Views
 
+ARGUMENTS = "input", "more"  # which are typed without a flag
 DIGITS = 12  # of a number: far more than pictures show, so that the line makes the same one
 
 
@@ -34,11 +35,9 @@ def words_of(options: Any) -> list[str]:
         value = getattr(options, field.name)
         if value == field.default or value is None:
             continue
-        name = flag_of(field.name)
+        flag = [] if field.name in ARGUMENTS else [flag_of(field.name)]
         for one in value if isinstance(value, list) else [value]:
-            words += (
-                [name] if one is True else [text_of(one)] if field.name in ("input", "more") else [name, text_of(one)]
-            )
+            words += flag if one is True else [*flag, text_of(one)]
     return words
 
 
@@ -47,11 +46,6 @@ def text_of(value: Any) -> str:
     if isinstance(value, Sequence | np.ndarray) and not isinstance(value, str):
         return ",".join(map(text_of, value))
     return f"{value + 0.0:.{DIGITS}g}" if isinstance(value, float | np.floating) else str(value)
-
-
-def look_words(look: Look) -> list[str]:
-    """How objects look. A filter over time is left out: a single picture has nothing before it."""
-    return words_of(LookGroup.of(look.alone))
 
 
 def light_words(light: Light, in_scene: bool) -> list[str]:
@@ -115,11 +109,10 @@ def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
     look, no_look = _look_words(picture, scene, clouds, is_alone=views is None or len(views.shown) == 1)
     environment, no_environment = _environment_words(picture, scene)
     words = [*source, *look, *_light_words(picture, scene), *environment]
-    words += (
-        _turn_words(picture, scene_of(*clouds) if clouds else shown)
-        if views is None
-        else _view_pose_words(picture, views)
-    )
+    if views is None:
+        words += _turn_words(picture, scene_of(*clouds) if clouds else shown)
+    elif not np.allclose(views.shown[0].pose, picture.pose, rtol=0, atol=0):
+        words += pose_words(picture.pose)
     if (camera.width, camera.height) != (own.width, own.height):
         words += ["--picture-size", f"{camera.width}x{camera.height}"]
     if isinstance(picture.exposure, float) and picture.exposure and state.is_lit:
@@ -174,16 +167,17 @@ def _look_words(
         return words_of(LookGroup(shading=shading)), ""
     look = picture.request().look
     look = replace(look, align=look.align and not is_alone)  # one frame has nothing to be aligned with
-    is_whole = look == look.alone
-    return look_words(look), "" if is_whole else "the filter over time, which needs the frames before"
+    words, is_whole = words_of(LookGroup.of(look.alone)), look == look.alone
+    return words, "" if is_whole else "the filter over time, which needs the frames before"
 
 
 def _light_words(picture: ShownPicture, scene: Scene | None) -> list[str]:
-    """Nothing where light is not seen, or is as the scene has it."""
-    lights, is_scene = picture.lights, scene is not None
-    if not picture.now.state.is_lit or (scene is not None and _are_same(lights, scene.lights)):
+    """Nothing where light is not seen, or is as the scene has it, in any order."""
+    if not picture.now.state.is_lit:
         return []
-    return [word for light in lights for word in light_words(light, is_scene)]
+    lights, own = picture.lights, [] if scene is None else scene.lights
+    is_own = len(lights) == len(own) and all(any(_is_same(light, other) for other in own) for light in lights)
+    return [] if is_own else [word for light in lights for word in light_words(light, scene is not None)]
 
 
 def _environment_words(picture: ShownPicture, scene: Scene | None) -> tuple[list[str], str]:
@@ -202,11 +196,6 @@ def _environment_words(picture: ShownPicture, scene: Scene | None) -> tuple[list
     return words, "; ".join(text for text, is_so in unsaid.items() if is_so)
 
 
-def _are_same(lights: Sequence[Light], others: Sequence[Light]) -> bool:
-    """Whether these are the same lights, in any order."""
-    return len(lights) == len(others) and all(any(_is_same(a, b) for b in others) for a in lights)
-
-
 def _is_same(light: Light, other: Light) -> bool:
     for name in vars(light):
         a, b = getattr(light, name), getattr(other, name)
@@ -215,11 +204,6 @@ def _is_same(light: Light, other: Light) -> bool:
         if not (a is b if a is None or b is None else np.allclose(a, b, rtol=1e-6, atol=1e-6)):
             return False
     return True
-
-
-def _view_pose_words(picture: ShownPicture, views: Views) -> list[str]:
-    """The pose, unless it is the first view's own."""
-    return [] if np.allclose(views.shown[0].pose, picture.pose, rtol=0, atol=0) else pose_words(picture.pose)
 
 
 def _turn_words(picture: ShownPicture, unmoved: Any) -> list[str]:

@@ -104,7 +104,7 @@ def light_from(text: str, **defaults: Any) -> Light:
     may stand without a value. Raises ValueError for anything else, and as Light.
     """
     found: dict[str, Any] = {}
-    for word in _joined(_joined(text, ","), "=").split():
+    for word in re.sub(r"\s*([,=])\s*", r"\1", text).split():
         name, _, value = word.partition("=")
         if "=" not in word and word[0] in "+-.0123456789":
             name, value = "position", word
@@ -120,11 +120,6 @@ def light_from(text: str, **defaults: Any) -> Light:
         return Light(**defaults | found)
     except (ValueError, TypeError) as error:
         raise ValueError(f"{option('light', shown(text))}: {error}") from None
-
-
-def _joined(text: str, separator: str) -> str:
-    """The text without blanks around the separators."""
-    return separator.join(part.strip() for part in text.split(separator))
 
 
 def _value(name: str, value: str, text: str) -> Any:
@@ -189,7 +184,7 @@ class LookGroup(
     def lights(self, shadow: bool = False) -> list[Light]:
         """The lights in the order given. Raises ValueError for a text that is not a light.
 
-        shadow  whether those that do not say so cast shadows
+        shadow  whether those cast shadows whose words leave it open
         """
         return [light_from(text, shadow=shadow) for text in self.light or []]
 
@@ -240,7 +235,7 @@ def check_input(text: str | None) -> str | None:
 def check_exist(folder: str | None = None, **given: str | Path | None) -> None:
     """Raises FileNotFoundError for an option whose value is a path to nothing. Numbers of a camera pass.
 
-    The error says by which option it was given, and a near name or else what there is.
+    The error names the option, and a near name or else what there is.
 
     folder  in which the file may have been meant to lie
     """
@@ -270,37 +265,32 @@ def check_folders(inputs: Sequence[str]) -> None:
 
 
 def sentence_of(error: Any, every: Callable[[], Mapping[str, Any]]) -> str:
-    """What a UsageError says, and which command explains more; empty if all the help was printed already.
+    """Return what was typed wrong, and which command explains more; empty if all the help was printed already.
 
     every  returns all commands by their names: an option may be another's
     """
     message, parameter = error.format_message().strip().rstrip("."), getattr(error, "param", None)
     if parameter and error.message:
-        message = f"{parameter.opts[-1]} {_fact(error)} ({parameter.help.rstrip('.')})"
+        message = f"{parameter.opts[-1]} {_fact(error.message.rstrip('.'))} ({parameter.help.rstrip('.')})"
     elif parameter:
         message = f"{parameter.opts[0]} is missing: {parameter.help[:1].lower()}{parameter.help[1:].rstrip('.')}"
     elif hasattr(error, "possibilities"):  # an option that does not exist
-        message = _no_option(error.option_name, error.ctx.command, every())
+        name, near = error.option_name, meant_option(error.option_name, _options(error.ctx.command))
+        others = [f"`pointshade {other}`" for other, one in every().items() if not near and name in _options(one)]
+        message = f"there is no option {name}{near}" + (f", only in {' and '.join(others)}" if others else "")
     elif (extra := _EXTRA.search(message)) and "input" in _options(error.ctx.command):
         message = f"there is one INPUT, got also {extra[1]}: {_way_out(extra[1])}"
     more = f"; `{error.ctx.command_path} --help` lists the options" if message and error.ctx else ""
     return f"{message[:1].lower()}{message[1:]}{more}"
 
 
-def _fact(error: Any) -> str:
+def _fact(message: str) -> str:
     """What is wrong with the value of an option."""
-    message = error.message.rstrip(".")
     if found := _NO_NUMBER.fullmatch(message):
         return f"must be a {'whole ' if found[2].startswith('int') else ''}number, got {found[1]}"
     if found := _OUTSIDE.fullmatch(message):
         return f"must be {found[3]} or {'more' if '>' in found[2] else 'less'}, got {found[1]}"
     return message
-
-
-def _no_option(name: str, command: Any, every: Mapping[str, Any]) -> str:
-    near = meant_option(name, _options(command))
-    others = [f"`pointshade {other}`" for other, one in every.items() if not near and name in _options(one)]
-    return f"there is no option {name}{near}" + (f", only in {' and '.join(others)}" if others else "")
 
 
 def _options(command: Any) -> list[str]:

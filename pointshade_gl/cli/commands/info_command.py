@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -82,7 +81,7 @@ def show_input(frame: options.FrameOptions, output: Path | None, as_json: bool, 
     with open_renderer(device, output) as renderer, spinner("measuring the noise"):
         renderer.estimate_normals(examined.frame)
         found = {**facts(examined), "noise": _noise(renderer.choice), "assumed": examined.notes}
-        _print_facts(found, as_json, _sentences)
+        _print_facts(found, _sentences(found), as_json)
         if output:
             start = time.perf_counter()
             save_image(output, contact_sheet(renderer, examined.frame))
@@ -106,12 +105,12 @@ def _noise(choice: Choice | None) -> dict[str, Any]:
     }
 
 
-Facts = list[tuple[str, list[str]]]  # a subject, then one line for each thing to know about it
+Facts = dict[str, list[str]]  # subjects, with one line for each thing to know about them
 
 
-def _print_facts(found: dict[str, Any], as_json: bool, sentences: Callable[[dict[str, Any]], Facts]) -> None:
+def _print_facts(found: dict[str, Any], words: Facts, as_json: bool) -> None:
     """Print them for a program, or for the eye: the subject on the left of its first line."""
-    lines = [f"{'' if k else subject:10s}{line}" for subject, known in sentences(found) for k, line in enumerate(known)]
+    lines = [f"{'' if k else subject:10s}{line}" for subject, known in words.items() for k, line in enumerate(known)]
     print_line(json.dumps(found, indent=1) if as_json else "\n".join(lines))
 
 
@@ -121,29 +120,23 @@ def _sentences(found: dict[str, Any]) -> Facts:
     size = f", {color['size'][0]}x{color['size'][1]}" if color["size"] else ""
     estimator, _, found_noise = noise["found"].partition(": ")
     numbers = ", ".join(f"{key} {camera[key]:g}" for key in ("fx", "fy", "cx", "cy"))
-    return [
-        ("frames", [f"{frames['count']}" + (f"; number {frames['shown']} is shown" if frames["count"] > 1 else "")]),
-        (
-            "depth",
-            [
-                f"{depth['file'] or 'an array'}, {depth['stored']}",
-                f"{_unit(depth['kind'], depth['units_per_metre'])} ({depth['why']})",
-                f"{near:.4g} to {far:.4g} m, median {depth['median']:.4g} m, {depth['missing']:.1%} missing",
-            ],
-        ),
-        ("color", [f"{color['file'] or ('in the same file' if size else 'none')}{size}"]),
-        (
-            "camera",
-            [
-                f"{numbers}; it sees {camera['fov'][0]:g} degrees across, {camera['fov'][1]:g} from top to bottom",
-                f"from {camera['from']}",
-            ],
-        ),
-        ("poses", [f"{poses['count']} from {poses['from']}" if poses["count"] else "none"]),
-        ("noise", found_noise.split(", ") + ([f"like a {noise['sensor']}"] if noise.get("sensor") else [])),
-        ("normals", [f"by {estimator}"]),
-        ("notes", found["assumed"] or ["none"]),
-    ]
+    return {
+        "frames": [f"{frames['count']}" + (f"; number {frames['shown']} is shown" if frames["count"] > 1 else "")],
+        "depth": [
+            f"{depth['file'] or 'an array'}, {depth['stored']}",
+            f"{_unit(depth['kind'], depth['units_per_metre'])} ({depth['why']})",
+            f"{near:.4g} to {far:.4g} m, median {depth['median']:.4g} m, {depth['missing']:.1%} missing",
+        ],
+        "color": [f"{color['file'] or ('in the same file' if size else 'none')}{size}"],
+        "camera": [
+            f"{numbers}; it sees {camera['fov'][0]:g} degrees across, {camera['fov'][1]:g} from top to bottom",
+            f"from {camera['from']}",
+        ],
+        "poses": [f"{poses['count']} from {poses['from']}" if poses["count"] else "none"],
+        "noise": found_noise.split(", ") + ([f"like a {noise['sensor']}"] if noise.get("sensor") else []),
+        "normals": [f"by {estimator}"],
+        "notes": found["assumed"] or ["none"],
+    }
 
 
 def _unit(kind: str, scale: float | None) -> str:
@@ -165,29 +158,23 @@ def show_cloud(frame: options.FrameOptions, output: Path | None, as_json: bool) 
     assert frame.input is not None
     check_cloud_options([name for name, value in frame.load_options.items() if value is not None], frame.input)
     found = cloud_facts(frame.input, max_pixels=frame.max_pixels, **frame.cloud_options)
-    _print_facts(found, as_json, _cloud_sentences)
+    _print_facts(found, _cloud_sentences(found), as_json)
 
 
 def _cloud_sentences(found: dict[str, Any]) -> Facts:
-    share, places = found["normals"], found["seen_from"]
+    share, places, up = found["normals"], found["seen_from"], found["up"]
     low, high = (", ".join(f"{one:.10g}" for one in corner) for corner in found["box"])
-    return [
-        ("points", [f"{counted(found['points'], 'point')}, {found['format']}"]),
-        (
-            "extent",
-            [
-                " x ".join(f"{side:g}" for side in found["extent"]) + f", spacing about {found['spacing']:g}",
-                f"from {low} to {high}, without stray points",
-            ]
-            if found["points"]
-            else ["none"],
-        ),
-        ("origin", [", ".join(f"{one:.10g}" for one in found["origin"]) + f"; positions are {found['stored_as']}"]),
-        ("up", [f"{found['up']['axis']} ({found['up']['why']})"]),
-        *([("axes", [axes_in_words(found["up"]["axis"], found["front"])])] if found["front"] else []),
-        ("color", [f"{'yes' if found['colors'] else 'none'}; {option('color_by')} {', '.join(found['color_by'])}"]),
-        ("normals", ["none" if not share else "yes" if share == 1 else f"of {share:.0%} of the points"]),
-        ("sizes", ["yes" if found["sizes"] else "none"]),
-        ("seen from", [", ".join(f"{one:g}" for one in place) for place in places] or ["unknown"]),
-        ("notes", found["assumed"] or ["none"]),
-    ]
+    sides = " x ".join(f"{side:g}" for side in found["extent"])
+    extent = [f"{sides}, spacing about {found['spacing']:g}", f"from {low} to {high}, without stray points"]
+    return {
+        "points": [f"{counted(found['points'], 'point')}, {found['format']}"],
+        "extent": extent if found["points"] else ["none"],
+        "origin": [", ".join(f"{one:.10g}" for one in found["origin"]) + f"; positions are {found['stored_as']}"],
+        "up": [f"{up['axis']} ({up['why']})"],
+        **({"axes": [axes_in_words(up["axis"], found["front"])]} if found["front"] else {}),
+        "color": [f"{'yes' if found['colors'] else 'none'}; {option('color_by')} {', '.join(found['color_by'])}"],
+        "normals": ["none" if not share else "yes" if share == 1 else f"of {share:.0%} of the points"],
+        "sizes": ["yes" if found["sizes"] else "none"],
+        "seen from": [", ".join(f"{one:g}" for one in place) for place in places] or ["unknown"],
+        "notes": found["assumed"] or ["none"],
+    }

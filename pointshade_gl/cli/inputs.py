@@ -106,9 +106,9 @@ class Inputs:
 
     def _load_together(self, look: Look) -> Loaded:
         """One frame of each of several inputs, the first or that with the number given."""
-        every, numbers = list(map(str, self.paths)), numbers_of(self.frame, len(self.paths))
+        every = list(map(str, self.paths))
+        numbers, names = numbers_and_names(self.frame, every)
         check_different(every, numbers)
-        names = told_apart(every, numbers)
         sources = load_several(replace(self.frame, frame=None), every, names)
         found = [_numbered(source, number) for source, number in zip(sources, numbers, strict=True)]
         return Loaded.merged(found, look, every, range(len(every)))
@@ -155,16 +155,14 @@ def check_frame(frame: FrameOptions) -> Kind:
     return kind
 
 
-def numbers_of(frame: FrameOptions, count: int) -> list[int]:
-    """Return the number of the frame that is read of each of so many inputs: the first unless --frame says which."""
-    return [0] * count if frame.frame is None else frames_from(frame.frame, count)
+def numbers_and_names(frame: FrameOptions, inputs: Sequence[str]) -> tuple[list[int], list[str]]:
+    """Return which frame is read of each input, by default the first, and the names of these frames.
 
-
-def told_apart(inputs: Sequence[str], numbers: Sequence[int]) -> list[str]:
-    """Return names of frames: their inputs, with the number where one input is there twice."""
-    return [
-        f"{name} {number}" if inputs.count(name) > 1 else name for name, number in zip(inputs, numbers, strict=True)
-    ]
+    They are called like their inputs, with the number where one input is there twice.
+    """
+    numbers = [0] * len(inputs) if frame.frame is None else frames_from(frame.frame, len(inputs))
+    pairs = zip(inputs, numbers, strict=True)
+    return numbers, [f"{path} {number}" if inputs.count(path) > 1 else path for path, number in pairs]
 
 
 def check_different(inputs: Sequence[str], numbers: Sequence[int]) -> None:

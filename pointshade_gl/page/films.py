@@ -24,7 +24,7 @@ from ..scene.frame import Frame
 from ..scene.viewpoint import View
 from .page_contents import Showing, arranged, look_of, reduced
 from .page_surfaces import MISSING, PageSurface, surfaces_of
-from .parts import Part, QualityName, code_depth, code_errors, code_normals, code_plane, pack, repeated
+from .parts import Part, QualityName, code_depth, code_errors, code_normals, code_plane, encoded, pack, repeated
 from .template import filled
 
 KEY_EVERY = 12  # frames: so many are decoded at most when the slider jumps
@@ -170,9 +170,8 @@ def _webp(planes: Planes, quality: int) -> tuple[bytes, Planes]:
     """A grey picture, and how browsers decode it."""
     from PIL import Image
 
-    file = io.BytesIO()
-    Image.fromarray(planes).save(file, "WEBP", quality=quality, method=4)
-    return file.getvalue(), np.asarray(Image.open(file).convert("RGB"))[..., 1]
+    data = encoded(planes, "WEBP", quality=quality, method=4)
+    return data, np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))[..., 1]
 
 
 MAX_FRAMES = 300  # that a page takes unless more are asked for
@@ -222,8 +221,6 @@ def draw_film(
     if film.first is None:
         raise ValueError("the page has nothing to show: no frame could be read")
     data: dict[str, Any] = film.values | {"film": {"fps": fps, "frames": film.heads}}
-    for sentence in data["leftOut"]:
-        print_note(f"in the page {sentence}")
     return filled(title, film.still, data, b"", bodies)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
 from functools import partial
@@ -21,10 +21,11 @@ from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.drawables import Drawable
 from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..gpu.points.point_objects import ShownSet
-from ..notes.notes import Note, print_note, taken_by
+from ..notes.notes import Note, taken_by
 from ..notes.words import option, shown
 from ..renderer.renderer import Renderer
 from ..renderer.requests import GROUPS, FilePath, RenderRequest, RequestOptions, Source
+from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.objects import PointObject
 from ..scene.option_fields import takes
@@ -134,13 +135,18 @@ def draw_page(
     """The text of the page that `save_page` writes."""
     check_choice(option("quality"), quality, tuple(QUALITIES))
     check_count(largest, "largest", 1, "of pixels ")
-    named = "pointshade" if not isinstance(source, str | PathLike) else Path(source).stem or str(source)
     if not is_a(title, str, type(None)):
         raise TypeError(f"title must be a text, got {shown(title)}")
+    if title is None:
+        title = "pointshade" if not isinstance(source, str | PathLike) else Path(source).stem or str(source)
     with taken_by(notes):
         if fps is not None:
-            named = named if title is None else title
-            return _drawn_film(renderer, source, fps, quality, largest, named, Count(progress), options)
+            frames = frames_of(source)
+            request = RenderRequest.of(_first_of(frames), **options)
+            return draw_film(
+                renderer, frames, request.view, fps, camera=request.camera, quality=quality, largest=largest,
+                title=title, count=Count(progress),
+            )  # fmt: skip
         request = RenderRequest.of(source, **options)
         whole = arranged(request)
         points = cloud_points(whole.scene)
@@ -163,32 +169,16 @@ def draw_page(
             count.step()
         data: dict[str, Any] = showing.values(points) | {"exposure": gain, "things": [head for head, _ in parts]}
         data["command"] = command_of(whole, command)
-        for sentence in data["leftOut"]:
-            print_note(f"in the page {sentence}")
-    return filled(named if title is None else title, still, data, b"".join(body for _, body in parts))
+        return filled(title, still, data, b"".join(body for _, body in parts))
 
 
-def _drawn_film(
-    renderer: Renderer,
-    source: Source,
-    fps: float,
-    quality: QualityName,
-    largest: int,
-    title: str,
-    count: Count,
-    options: Any,
-) -> str:
-    """The text of a page in which the frames of a source play."""
-    frames = frames_of(source)
+def _first_of(frames: Sequence[Frame]) -> Frame:
+    """The first frame that can be read. Raises ValueError if there is none."""
     with closing(prefetched(frames, lambda _: None)) as read:
         first = next(read, None)
     if first is None:
         raise ValueError("the page has nothing to show: no frame could be read")
-    request = RenderRequest.of(first, **options)
-    return draw_film(
-        renderer, frames, request.view, fps, camera=request.camera, quality=quality, largest=largest, title=title,
-        count=count,
-    )  # fmt: skip
+    return first
 
 
 def largest_of(request: RenderRequest) -> int:

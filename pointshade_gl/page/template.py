@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..gpu.core.programs import splice
+from ..notes.notes import print_note
 from ..notes.words import printable
 from ..scene.appearance import Look
 from .page_contents import Showing
@@ -55,11 +56,13 @@ STILL = 85  # quality of the still's WebP
 def filled(
     title: str, still: NDArray[np.uint8], data: dict[str, Any], body: bytes, frames: Sequence[bytes] = ()
 ) -> str:
-    """The template with its places filled, which look like {{title}}.
+    """The template with its places filled, which look like {{title}}. A note names each thing that the page leaves out.
 
     body    of all things
     frames  of a film: each frame's, which the page decodes when it comes to it
     """
+    for sentence in data["leftOut"]:
+        print_note(f"in the page {sentence}")
     places = {
         "title": html.escape(printable(title.encode("utf-8", "backslashreplace").decode())),  # it may be no text
         "still": f"data:image/webp;base64,{_base64(encoded(still, 'WEBP', quality=STILL))}",

@@ -180,8 +180,7 @@ def _views(frame: options.FrameOptions, more: Sequence[str]) -> tuple[list[str],
         raise ValueError(f"poses are found of 2 to {MOST_VIEWS} INPUTs that show the same, got {got}")
     check_folders(more)
     paths = [frame.input, *more]
-    numbers = inputs.numbers_of(frame, len(paths))
-    names = inputs.told_apart(paths, numbers)
+    numbers, names = inputs.numbers_and_names(frame, paths)
     if len(set(names)) < len(names):
         raise ValueError(f"the same view was passed twice: pass others, or {option('frame')} with a number for each")
     return names, [

@@ -49,7 +49,7 @@ def text_of(value: Any) -> str:
 
 
 def light_words(light: Light, in_scene: bool) -> list[str]:
-    """`--light` and its words. In a scene lights cast shadows unless they say no."""
+    """`--light` and its words. In a scene lights cast shadows unless a word forbids it."""
     words, plain = [], Light(shadow=in_scene)
     for field in fields(Light):
         value = getattr(light, field.name)
@@ -72,7 +72,7 @@ class Typed:
     """How the command line names what a window shows.
 
     inputs   one INPUT, or several; none where the options name the files
-    options  words that say how it is read, such as ("--depth-scale", "1000")
+    options  words for how it is read, such as ("--depth-scale", "1000")
     """
 
     inputs: tuple[str, ...]
@@ -130,7 +130,7 @@ def _line(words: Sequence[str]) -> str:
 def _source_words(
     saved: SavedPicture, typed: Typed, scene: Scene | None, views: Views | None
 ) -> tuple[list[str] | None, str]:
-    """INPUT and what tells its frames apart; or None, and why there are none."""
+    """INPUT and which of its frames is shown; or None, and why there are none."""
     numbers, inputs, chosen = saved.numbers, typed.inputs, list[str]()
     if scene is not None:
         hidden = ", ".join(sorted(_hidden(scene) - _hidden(saved.first)))
@@ -181,19 +181,19 @@ def _light_words(picture: ShownPicture, scene: Scene | None) -> list[str]:
 
 
 def _environment_words(picture: ShownPicture, scene: Scene | None) -> tuple[list[str], str]:
-    """Nothing where light is not seen; what no words say, in words. A scene's own environment goes without saying."""
+    """Nothing where light is not seen; what no options express, in words. A scene's own environment needs none."""
     if not picture.now.state.is_lit:
         return [], ""
     finish = picture.now.state.finish
     is_own = finish.environment is (None if scene is None else scene.environment)
     options = EnvironmentOptions.of(finish)
-    unsaid = {
+    missing = {
         "its environment": finish.environment is not None and not is_own and options.environment is None,
         "that the scene's environment is switched off": finish.environment is None and not is_own,
         "how its environment is turned": isinstance(finish.environment_rotation, tuple),
     }
     words = words_of(replace(options, environment=None) if is_own else options)
-    return words, "; ".join(text for text, is_so in unsaid.items() if is_so)
+    return words, "; ".join(text for text, is_so in missing.items() if is_so)
 
 
 def _is_same(light: Light, other: Light) -> bool:

@@ -285,7 +285,7 @@ class EnvironmentOptions(groups.group_of(typed(Finish, panels.LIGHT, is_needed=F
 
     @classmethod
     def of(cls, finish: Finish) -> EnvironmentOptions:
-        """What is typed for a finish, as far as words can say it; its values need not be texts."""
+        """What is typed for a finish, as far as words express it; its values need not be texts."""
         values = {one.name: finish.options.get(one.name) for one in fields(cls)}
         return cls(**{name: _as_typed(value) for name, value in values.items()})
 
@@ -298,7 +298,7 @@ class EnvironmentOptions(groups.group_of(typed(Finish, panels.LIGHT, is_needed=F
 
 
 def _as_typed(value: Any) -> Any:
-    """The value as it is typed; None: no words say it."""
+    """The value as it is typed; None: no words express it."""
     if isinstance(value, Environment):
         return value.name or None
     if isinstance(value, bool):
@@ -419,7 +419,7 @@ HelpAll = Annotated[
 def spread(command: Callable[..., None]) -> Callable[..., None]:
     """The command as Typer wants it: for each parameter that is a group, one parameter per field of the group.
 
-    A field may be a group itself, or say what it was called: that option is understood, but not in the help.
+    A field may be a group itself, or have an older name: that option is understood, but not in the help.
     There is also --help-all.
     """
     asked = inspect.signature(command, eval_str=True).parameters

@@ -66,7 +66,7 @@ def explainer(wanted: bool, names: Sequence[str] = ()) -> Callable[[Renderer], N
 
 
 def fail(error: str, code: int) -> NoReturn:
-    """Ends the process with the error, if it says anything, in one line, and if somebody can read it."""
+    """Ends the process with the error, if it is not empty, in one line, and if somebody can read it."""
     if error:
         with suppress(OSError):
             complain(f"pointshade: {' '.join(error.split())}")
@@ -85,7 +85,7 @@ def drop_unread(*streams: str) -> None:
 
 @contextmanager
 def open_renderer(device: int, *outputs: Path | None) -> Iterator[Renderer]:
-    """A renderer; a note says when it runs on the CPU. Raises ValueError if an output is a file that was read."""
+    """A renderer, with a note if it runs on the CPU. Raises ValueError if an output is a file that was read."""
     check_not_read(*(file for output in outputs if output for file in existing_files(output)))
     with Renderer(device=device) as renderer:
         announce(renderer)

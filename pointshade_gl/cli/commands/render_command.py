@@ -1,4 +1,4 @@
-"""`pointshade render`: what -o ends with says what comes out: a picture, a series of them, a page or points."""
+"""`pointshade render`: what comes out depends on what -o ends with: a picture, a series of them, a page or points."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ class RenderCommand:
         return view_of(kind, look, self.place, self.picture, self.output, is_film=is_film, is_changed=is_changed)
 
     def note_alike(self) -> None:
-        """A note where a shading is asked for that cannot be told from phong, as each pixel is a point."""
+        """A note where a shading looks like phong, as each pixel is a point."""
         is_moved = self.place != options.ViewOptions() or moves_camera(self.film.turntable)
         is_single = self.inputs.are_frames and not self.others.is_set
         if self.look.shading in LIT_EARLY and is_single and not is_moved:

@@ -215,7 +215,7 @@ def test_a_window_begins_as_bright_and_stays_so_as_the_light_moves(open_viewer, 
 def test_a_page_carries_the_factor_of_the_still(renderer, noisy, monkeypatch):
     written = []
     own = Showing.values
-    monkeypatch.setattr(Showing, "values", lambda self: written.append(own(self)) or written[0])
+    monkeypatch.setattr(Showing, "values", lambda self, *points: written.append(own(self, *points)) or written[0])
     text = draw_page(renderer, noisy, title="", exposure="auto")
     assert renderer.exposure and f'"exposure":{2.0**renderer.exposure}' in text
     assert '"exposure":1.0' in draw_page(renderer, noisy, title="")

@@ -1,33 +1,31 @@
-"""The other way round: values and windows become the words of the command line that makes their picture."""
+"""The other way round: values, windows and pages become the command line that makes their picture."""
 
 from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files.access.known_names import FRAMES
-from ..files.frame_sources import is_cloud
-from ..notes.words import option
-from ..scene.appearance import CLOUD_SPLATS, Look
+from ..scene.appearance import CLOUD_SPLATS
 from ..scene.camera import quaternion_of
 from ..scene.cloud import CLOUD_SHADINGS, PointCloud
 from ..scene.graph import Scene, scene_of
 from ..scene.light import Light
 from ..scene.viewpoint import viewing_pose
-from .option_groups import LookGroup
-from .options import FrameOptions
-from .written import EnvironmentOptions, PictureOptions
+from .inputs import Inputs
+from .option_groups import LookGroup, flag_of
+from .options import EnvironmentOptions, FrameOptions, Kind, PictureOptions, PlaceOptions
 
 if TYPE_CHECKING:  # a picture without a window needs none of it
-    from ..viewer.document import Dropped, SavedPicture
+    from ..viewer.document import SavedPicture
     from ..viewer.picture import ShownPicture
-    from ..viewer.state import Shown, Views
+    from ..viewer.state import Views
 
+ARGUMENTS = "input", "more"  # which are typed without a flag
 DIGITS = 12  # of a number: far more than pictures show, so that the line makes the same one
 
 
@@ -38,9 +36,9 @@ def words_of(options: Any) -> list[str]:
         value = getattr(options, field.name)
         if value == field.default or value is None:
             continue
-        name = f"--{field.name.replace('_', '-')}"
+        flag = [] if field.name in ARGUMENTS else [flag_of(field.name)]
         for one in value if isinstance(value, list) else [value]:
-            words += [name] if one is True else [text_of(one)] if field.name == "input" else [name, text_of(one)]
+            words += flag if one is True else [*flag, text_of(one)]
     return words
 
 
@@ -51,13 +49,8 @@ def text_of(value: Any) -> str:
     return f"{value + 0.0:.{DIGITS}g}" if isinstance(value, float | np.floating) else str(value)
 
 
-def look_words(look: Look) -> list[str]:
-    """How objects look. A filter over time is left out: a single picture has nothing before it."""
-    return words_of(LookGroup.of(look.alone))
-
-
 def light_words(light: Light, in_scene: bool) -> list[str]:
-    """`--light` and its words. In a scene lights cast shadows unless they say no."""
+    """`--light` and its words. In a scene lights cast shadows unless a word forbids it."""
     words, plain = [], Light(shadow=in_scene)
     for field in fields(Light):
         value = getattr(light, field.name)
@@ -80,11 +73,18 @@ class Typed:
     """How the command line names what a window shows.
 
     inputs   one INPUT, or several; none where the options name the files
-    options  words that say how it is read, such as ("--depth-scale", "1000")
+    options  words for how it is read, such as ("--depth-scale", "1000")
     """
 
     inputs: tuple[str, ...]
     options: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, frame: FrameOptions, more: Sequence[str] = ()) -> Typed:
+        """What was typed about the input."""
+        words = words_of(frame.named)
+        named = 0 if words[0].startswith("--") else 1
+        return cls((*words[:named], *more), tuple(words[named:]))
 
 
 def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
@@ -92,122 +92,109 @@ def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
 
     The line is "" if there is none. typed  for what the window was opened with; what was dropped onto it names itself
     """
-    from ..viewer.state import camera_of
+    from ..viewer.state import Views, camera_of, clouds_of
 
-    picture, camera = saved.picture, saved.picture.camera
-    source, missing = _source_words(saved, typed if saved.dropped is None else _as_typed(saved.dropped))
+    picture, camera, dropped = saved.picture, saved.picture.camera, saved.dropped
+    shown, state = picture.shown, picture.now.state
+    if dropped is not None:
+        files = [word for name, path in dropped.files.items() for word in (f"--{name}", str(path))]
+        typed = Typed(dropped.inputs, tuple(files))
+    scene, views = shown if isinstance(shown, Scene) else None, shown if isinstance(shown, Views) else None
+    source, missing = _source_words(saved, typed, scene, views)
     if source is None:
         return "", missing
-    shown = picture.shown
-    own = camera_of(shown.shown[0] if _are_views(shown) else shown)  # of the line's picture, without a size
-    size = []
-    if (camera.width, camera.height) != (own.width, own.height):
-        size = ["--picture-size", f"{camera.width}x{camera.height}"]
+    own = camera_of(shown if views is None else views.shown[0])  # of the line's picture, without a size
     if own.fitted(camera.width, camera.height) != camera:
         return "", "no command line names this camera"
-    clouds = _clouds(picture, saved.dropped.inputs if saved.dropped else typed.inputs)
-    look, left_out = _look_words(picture, clouds)
-    pose = _pose_words(picture, scene_of(*clouds) if clouds else shown)
-    around, unsaid = _environment_words(picture)
-    words = [*source, *look, *_light_words(picture, picture.lights), *around, *pose, *size]
-    if isinstance(picture.exposure, float) and picture.exposure and picture.now.state.is_lit:
+    clouds = clouds_of(shown) if all(Kind.of(path) is Kind.CLOUD for path in typed.inputs) else []
+    look, no_look = _look_words(picture, scene, clouds, is_alone=views is None or len(views.shown) == 1)
+    environment, no_environment = _environment_words(picture, scene)
+    words = [*source, *look, *_light_words(picture, scene), *environment]
+    if views is None:
+        words += _turn_words(picture, scene_of(*clouds) if clouds else shown)
+    elif not np.allclose(views.shown[0].pose, picture.pose, rtol=0, atol=0):
+        words += pose_words(picture.pose)
+    if (camera.width, camera.height) != (own.width, own.height):
+        words += ["--picture-size", f"{camera.width}x{camera.height}"]
+    if isinstance(picture.exposure, float) and picture.exposure and state.is_lit:
         words += ["--exposure", text_of(picture.exposure)]
-    if not picture.now.state.finish.is_light:
-        words += ["--show", picture.now.state.finish.show]
+    if not state.finish.is_light:
+        words += ["--show", state.finish.show]
     words += ["--samples", str(saved.samples), "-o", saved.name]
-    return shlex.join(["pointshade", "render", *words]), "; ".join(filter(None, [missing, left_out, unsaid]))
+    return _line(words), "; ".join(filter(None, [missing, no_look, no_environment]))
 
 
-def _as_typed(dropped: Dropped) -> Typed:
-    return Typed(dropped.inputs, tuple(w for name, path in dropped.files.items() for w in (f"--{name}", str(path))))
+def _line(words: Sequence[str]) -> str:
+    return shlex.join(["pointshade", "render", *words])
 
 
-def _source_words(saved: SavedPicture, typed: Typed) -> tuple[list[str] | None, str]:
-    """INPUT and what tells its frames apart; or None, and why there are none."""
-    shown, numbers, options = saved.picture.shown, saved.numbers, list(typed.options)
-    if isinstance(shown, Scene):
-        hidden = _hidden(shown) - _hidden(saved.first)
-        return [*typed.inputs, *options], f"that these are hidden: {', '.join(sorted(hidden))}" if hidden else ""
-    if _are_views(shown) and len(numbers) > 1:  # of several sources
-        chosen = [k for k, on in enumerate(shown.on) if on]
-        words = ",".join(str(max(numbers[k], 0)) for k in chosen)
-        return [*(typed.inputs[k] for k in chosen), *options, "--frame", words], ""
-    if _are_views(shown):
-        names = ",".join(shown.shown_names)
-        return [*typed.inputs, *options, "--views" if len(shown.shown) > 1 else "--frame", names], ""
-    if not numbers:
-        return [*typed.inputs, *options], ""
-    if numbers[0] < 0:
+def _source_words(
+    saved: SavedPicture, typed: Typed, scene: Scene | None, views: Views | None
+) -> tuple[list[str] | None, str]:
+    """INPUT and which of its frames is shown; or None, and why there are none."""
+    numbers, inputs, chosen = saved.numbers, typed.inputs, list[str]()
+    if scene is not None:
+        hidden = ", ".join(sorted(_hidden(scene) - _hidden(saved.first)))
+        return [*inputs, *typed.options], f"that these are hidden: {hidden}" if hidden else ""
+    if views is not None and len(numbers) > 1:  # of several sources
+        on = [k for k, is_on in enumerate(views.on) if is_on]
+        inputs = tuple(inputs[k] for k in on)
+        chosen = ["--frame", ",".join(str(max(numbers[k], 0)) for k in on)]
+    elif views is not None:
+        chosen = ["--views" if len(views.shown) > 1 else "--frame", ",".join(views.shown_names)]
+    elif numbers and numbers[0] < 0:
         return None, "no command line names a frame of a live stream"
-    return [*typed.inputs, *options, "--frame", str(numbers[0])], ""
-
-
-def _are_views(shown: Any) -> TypeGuard[Views]:
-    from ..viewer.state import Views
-
-    return isinstance(shown, Views)
+    elif numbers:
+        chosen = ["--frame", str(numbers[0])]
+    return [*inputs, *typed.options, *chosen], ""
 
 
 def _hidden(scene: Any) -> set[str]:
     return {node.name or "a node" for _, node in scene.every_node() if not node.visible}
 
 
-def _clouds(picture: ShownPicture, inputs: Sequence[str]) -> list[PointCloud]:
-    """The clouds that are shown, if the INPUTs are such; none of other scenes."""
-    from ..viewer.state import clouds_of
-
-    return clouds_of(picture.shown) if all(map(is_cloud, inputs)) else []
-
-
-def _look_words(picture: ShownPicture, clouds: Sequence[PointCloud]) -> tuple[list[str], str]:
+def _look_words(
+    picture: ShownPicture, scene: Scene | None, clouds: Sequence[PointCloud], is_alone: bool
+) -> tuple[list[str], str]:
     """What of the look a scene has, which is a shading for all its objects; what clouds have; or all of frames."""
-    if isinstance(picture.shown, Scene):
-        state = picture.now.state
-        shading = state.look.shading if state.lit else "none"
-        if not clouds:
-            return words_of(LookGroup(shading=shading)), ""
-        return words_of(_cloud_options(clouds[0], shading if shading in CLOUD_SHADINGS else CLOUD_SHADINGS[0])), ""
+    state = picture.now.state
+    shading = state.look.shading if state.lit else "none"
+    if clouds:  # discs are what they have unless another splat is given
+        shading = shading if shading in CLOUD_SHADINGS else CLOUD_SHADINGS[0]
+        splat = {} if clouds[0].splat == CLOUD_SPLATS[0] else {"splat": clouds[0].splat}
+        size = clouds[0].point_size
+        return words_of(LookGroup(shading=shading, point_size=size, **splat, **vars(clouds[0].material))), ""
+    if scene is not None:
+        return words_of(LookGroup(shading=shading)), ""
     look = picture.request().look
-    if not _are_views(picture.shown) or len(picture.shown.shown) == 1:
-        look = replace(look, align=False)  # there is nothing to align
-    is_whole = look == look.alone
-    return look_words(look), "" if is_whole else "the filter over time, which needs the frames before"
+    look = replace(look, align=look.align and not is_alone)  # one frame has nothing to be aligned with
+    words, is_whole = words_of(LookGroup.of(look.alone)), look == look.alone
+    return words, "" if is_whole else "the filter over time, which needs the frames before"
 
 
-def _cloud_options(cloud: PointCloud, shading: str) -> LookGroup:
-    """How a cloud looks. Discs are what clouds have unless they are told otherwise."""
-    splat = {} if cloud.splat == CLOUD_SPLATS[0] else {"splat": cloud.splat}
-    return replace(LookGroup(), shading=shading, point_size=cloud.point_size, **splat, **vars(cloud.material))
-
-
-def _light_words(picture: ShownPicture, lights: Sequence[Light]) -> list[str]:
-    """Nothing where light is not seen, or is as the scene has it."""
-    own = picture.shown.lights if isinstance(picture.shown, Scene) else None
-    if not picture.now.state.is_lit or (own is not None and _are_same(lights, own)):
+def _light_words(picture: ShownPicture, scene: Scene | None) -> list[str]:
+    """Nothing where light is not seen, or is as the scene has it, in any order."""
+    if not picture.now.state.is_lit:
         return []
-    return [word for light in lights for word in light_words(light, in_scene=own is not None)]
+    lights, own = picture.lights, [] if scene is None else scene.lights
+    is_own = len(lights) == len(own) and all(any(_is_same(light, other) for other in own) for light in lights)
+    return [] if is_own else [word for light in lights for word in light_words(light, scene is not None)]
 
 
-def _environment_words(picture: ShownPicture) -> tuple[list[str], str]:
-    """Nothing where light is not seen; what no words say, in words. A scene's own environment goes without saying."""
-    state, own = picture.now.state, picture.shown.environment if isinstance(picture.shown, Scene) else None
-    finish = state.finish
-    if not state.is_lit:
+def _environment_words(picture: ShownPicture, scene: Scene | None) -> tuple[list[str], str]:
+    """Nothing where light is not seen; what no options express, in words. A scene's own environment needs none."""
+    if not picture.now.state.is_lit:
         return [], ""
+    finish = picture.now.state.finish
+    is_own = finish.environment is (None if scene is None else scene.environment)
     options = EnvironmentOptions.of(finish)
-    is_own = finish.environment is own
-    unsaid = {
+    missing = {
         "its environment": finish.environment is not None and not is_own and options.environment is None,
         "that the scene's environment is switched off": finish.environment is None and not is_own,
         "how its environment is turned": isinstance(finish.environment_rotation, tuple),
     }
     words = words_of(replace(options, environment=None) if is_own else options)
-    return words, "; ".join(text for text, is_so in unsaid.items() if is_so)
-
-
-def _are_same(lights: Sequence[Light], others: Sequence[Light]) -> bool:
-    """Whether these are the same lights, in any order."""
-    return len(lights) == len(others) and all(any(_is_same(a, b) for b in others) for a in lights)
+    return words, "; ".join(text for text, is_so in missing.items() if is_so)
 
 
 def _is_same(light: Light, other: Light) -> bool:
@@ -220,36 +207,26 @@ def _is_same(light: Light, other: Light) -> bool:
     return True
 
 
-def _pose_words(picture: ShownPicture, shown: Shown) -> list[str]:
-    """Yaw, pitch and dolly if they make its pose, otherwise the pose itself. shown: as the line has it unmoved."""
-    from ..viewer.state import Views
-
-    state, pose = picture.now.state, picture.pose
-    if isinstance(shown, Views):
-        return [] if np.allclose(shown.shown[0].pose, pose, rtol=0, atol=0) else pose_words(pose)
-    turns = {"yaw": state.yaw, "pitch": state.pitch, "dolly": 1 - state.distance}
-    turns = {name: round(value, 12) for name, value in turns.items()}
+def _turn_words(picture: ShownPicture, unmoved: Any) -> list[str]:
+    """Yaw, pitch and dolly if they make the picture's pose, otherwise the pose itself."""
+    state = picture.now.state
+    yaw, pitch, dolly = (round(float(one), DIGITS) for one in (state.yaw, state.pitch, 1 - state.distance))
     try:
-        moved = viewing_pose(shown, None, turns["yaw"], turns["pitch"], turns["dolly"])
+        moved = viewing_pose(unmoved, None, yaw, pitch, dolly)
     except ValueError:
-        return pose_words(pose)
-    if np.abs(moved - pose).max() > CLOSE * max(shown.scale, 1e-3):
-        return pose_words(pose)
-    return [word for name, value in turns.items() if value for word in (f"--{name}", text_of(float(value)))]
+        return pose_words(picture.pose)
+    if np.abs(moved - picture.pose).max() > CLOSE * max(unmoved.scale, 1e-3):
+        return pose_words(picture.pose)
+    return words_of(PlaceOptions(yaw=yaw, pitch=pitch, dolly=dolly))
 
 
-def page_line(
-    frame: FrameOptions,
-    look: LookGroup,
-    picture: PictureOptions,
-    more: Sequence[str] | None = None,
-    views: str | None = None,
-    unlight_all: bool = False,
-) -> str:
-    """Return what was typed about what is read and how it looks, but for lights, shading, samples and exposure."""
-    frame = frame if frame.input or frame.depth or frame.color else replace(frame, input=FRAMES[0])
-    words = [*words_of(frame), *(more or []), *(["--views", views] if views else [])]
-    words += [option("unlight_all")] if unlight_all else []
+def page_line(inputs: Inputs, look: LookGroup, picture: PictureOptions, unlight_all: bool = False) -> str:
+    """Return what was typed about what is read and how it looks, but for lights, shading, samples and exposure.
+
+    A page adds the words of what it shows: see page/command.js.
+    """
+    words = words_of(inputs.frame.named) + words_of(inputs.others)
+    words += [flag_of("unlight_all")] if unlight_all else []
     words += words_of(replace(look, light=None, shading=LookGroup().shading))
     words += words_of(replace(picture, samples=None, exposure=None))
-    return shlex.join(["pointshade", "render", *words])
+    return _line(words)

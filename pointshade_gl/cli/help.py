@@ -14,23 +14,16 @@ from ..scene.option_fields import OPTIONS, PANELS
 
 # A command that is not here has so few options that its help lists them all.
 FIRST = {
-    "render": (
-        "-o", "--light", "--yaw", "--pitch", "--zoom", "--shading", "--environment", "--picture-size", "--samples",
-        "--background", "--ground", "--turntable", "--fov",
-    ),
-    "normals": ("-o", "--normals", "--axes", "--bits", "--frame", "--fov", "--depth-scale", "--noise", "--missing"),
-    "depth": ("-o", "--yaw", "--pitch", "--zoom", "--picture-size", "--frame", "--fov", "--depth-scale", "--missing"),
-    "albedo": ("-o", "--explain", "--fov", "--intrinsics", "--depth-scale"),
-    "align": ("-o", "--frame", "--fov", "--intrinsics", "--depth-scale"),
-    "view": (
-        "--light", "--yaw", "--pitch", "--shading", "--environment", "--views", "--window-size", "--panel", "--fps",
-        "--record", "--fov",
-    ),
-    "info": ("-o", "--json", "--fov", "--intrinsics", "--depth-scale", "--depth-kind"),
-    "batch": (
-        "-o", "--to", "--workers", "--resume", "--overwrite", "--shard", "--light", "--yaw", "--picture-size",
-        "--samples", "--bits", "--axes", "--fov",
-    ),
+    "render": "-o --light --yaw --pitch --zoom --shading --environment --picture-size --samples --background --ground "
+    "--turntable --fov",
+    "normals": "-o --normals --axes --bits --frame --fov --depth-scale --noise --missing",
+    "depth": "-o --yaw --pitch --zoom --picture-size --frame --fov --depth-scale --missing",
+    "albedo": "-o --explain --fov --intrinsics --depth-scale",
+    "align": "-o --frame --fov --intrinsics --depth-scale",
+    "view": "--light --yaw --pitch --shading --environment --views --window-size --panel --fps --record --fov",
+    "info": "-o --json --fov --intrinsics --depth-scale --depth-kind",
+    "batch": "-o --to --workers --resume --overwrite --shard --light --yaw --picture-size --samples --bits --axes "
+    "--fov",
 }  # fmt: skip
 
 EXAMPLES = {
@@ -120,23 +113,29 @@ def _lines(command: Any, context: Any, everything: bool, width: int) -> Iterator
     """Return texts and their styles."""
     name = "" if hasattr(command, "commands") else context.info_name
     shown = [one for one in command.get_params(context) if not getattr(one, "hidden", False)]
-    first, everything = FIRST.get(name, ()), everything or name not in FIRST
-    yield "Usage: ", "bold"
-    yield f"{_filled(_usage(command, context, shown), width, 7).lstrip()}\n", ""
-    for paragraph in _paragraphs(command.help, everything):
-        yield f"\n{_filled(paragraph, width)}\n", ""
+    first, everything = FIRST.get(name, "").split(), everything or name not in FIRST
+    options = [one for one in shown if one.param_type_name == "option"]
     arguments = [one for one in shown if one.param_type_name == "argument"]
-    groups = _groups(shown)
+    of_panel: dict[str, list[Any]] = {title: [] for title in PANELS}
+    for one in options:
+        of_panel[getattr(one, "rich_help_panel", None) or OPTIONS].append(one)
+    needed = [f"{_names(one).split(', ')[0]} {one.metavar}" for one in options if one.required]
+    usage = " ".join([context.command_path, *needed, *command.collect_usage_pieces(context)])
+    yield "Usage: ", "bold"
+    yield f"{_filled(usage, width, 7).lstrip()}\n", ""
+    paragraphs = (command.help or "").split("\n\n")
+    for paragraph in paragraphs if everything else [_first(paragraphs[0])]:
+        yield f"\n{_filled(paragraph, width)}\n", ""
     if name == "":
         yield from _section("Commands", [(one, _first(sub.help)) for one, sub in command.commands.items()], width)
     yield from _section("", [(one.metavar or one.name, _text_of(one, everything)) for one in arguments], width)
     if everything:
-        for title, found in groups.items():
+        for title, found in of_panel.items():
             yield from _section(title, [_entry(one, True) for one in found], width)
     else:
-        known = {name: one for one in shown for name in one.opts}
+        known = {name: one for one in options for name in one.opts}
         yield from _section(OPTIONS, [_entry(known[one], False) for one in first], width)
-        yield from _rest(groups, first, context, width)
+        yield from _rest(of_panel, first, context, width)
     yield "\nExamples:\n", "bold"
     for texts, line in EXAMPLES[name]:
         yield (f"{_filled(texts, width, 2)}\n" if texts else ""), ""
@@ -145,23 +144,9 @@ def _lines(command: Any, context: Any, everything: bool, width: int) -> Iterator
         yield "\n`pointshade COMMAND --help` explains a command.\n", ""
 
 
-def _usage(command: Any, context: Any, shown: Iterable[Any]) -> str:
-    """Return how a command is typed; what it cannot go without is named."""
-    needed = [f"{_names(one).split(', ')[0]} {one.metavar}" for one in shown if _is_option(one) and one.required]
-    return " ".join([context.command_path, *needed, *command.collect_usage_pieces(context)])
-
-
-def _groups(shown: Iterable[Any]) -> dict[str, list[Any]]:
-    """Return the options by their groups, in the order of the help."""
-    options = [one for one in shown if _is_option(one)]
-    of = {one.name: getattr(one, "rich_help_panel", None) or OPTIONS for one in options}
-    titles = [title for title in PANELS if title in of.values()]
-    return {title: [one for one in options if of[one.name] == title] for title in titles}
-
-
-def _rest(groups: dict[str, list[Any]], first: Iterable[str], context: Any, width: int) -> Iterator[Entry]:
-    """Say how many options there are beside the first ones, and where."""
-    left = {title: sum(not {*one.opts} & {*first} for one in found) for title, found in groups.items()}
+def _rest(of_panel: dict[str, list[Any]], first: Iterable[str], context: Any, width: int) -> Iterator[Entry]:
+    """Return how many options there are beside the first ones, and where."""
+    left = {title: sum(not {*one.opts} & {*first} for one in found) for title, found in of_panel.items()}
     texts = ", ".join(f"{title} ({count})" for title, count in left.items() if count)
     text = f"`{context.command_path} --help-all` explains {sum(left.values())} more options: {texts}."
     yield f"\n{_filled(text, width)}\n", ""
@@ -194,15 +179,9 @@ def _text_of(one: Any, everything: bool) -> str:
     text = " ".join((one.help or "").split())
     if not everything:
         return _first(text)
-    is_named = "efault" in text or one.default in (None, False, "") or not _is_option(one) or one.is_flag
+    is_named = "efault" in text or one.default in (None, False, "") or one.param_type_name == "argument" or one.is_flag
     default = f"{one.default:g}" if isinstance(one.default, float) else one.default
     return text if is_named or callable(default) else f"{text} Default: {default}."
-
-
-def _paragraphs(text: str | None, everything: bool) -> list[str]:
-    """Return what a command does: the paragraphs of its help, or their first sentence."""
-    found = [" ".join(one.split()) for one in (text or "").split("\n\n")]
-    return found if everything else [_first(found[0])]
 
 
 def _first(text: str | None) -> str:
@@ -210,13 +189,11 @@ def _first(text: str | None) -> str:
     return _SENTENCE_END.split(" ".join((text or "").split()))[0]
 
 
-def _is_option(one: Any) -> bool:
-    return one.param_type_name == "option"
-
-
 def _filled(text: str, width: int, indent: int = 0) -> str:
     blanks = " " * indent
-    return textwrap.fill(text, width, initial_indent=blanks, subsequent_indent=blanks, break_on_hyphens=False)
+    return textwrap.fill(
+        " ".join(text.split()), width, initial_indent=blanks, subsequent_indent=blanks, break_on_hyphens=False
+    )
 
 
 def one_of(known: Iterable[str]) -> Callable[[str], list[str]]:

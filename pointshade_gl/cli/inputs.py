@@ -3,107 +3,166 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files.access.known_names import FRAMES
 from ..notes.words import option
 from ..renderer.renderer import Renderer
 from ..scene.appearance import Look
-from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene, given_by, scene_of, shaded, styled
 from ..scene.node import Node
 from ..scene.objects import PointObject
-from .option_groups import frames_from, views_from
-from .options import FrameOptions
+from ..scene.settings import FILM, STILL
+from ..scene.viewpoint import View
+from .option_groups import LookGroup, frames_from, views_from
+from .options import FrameOptions, Kind, MoreOptions, PictureOptions, ViewOptions
 from .output import explainer, spinner
 
 PLAIN = Look()
 
 
-class MergedViews(NamedTuple):
-    """Frames that are drawn as one object.
+class Loaded(NamedTuple):
+    """What is drawn.
 
-    scene    with the object; who looks is the first one's camera
-    numbers  of the frames in a file of their poses
+    source   a frame, a sequence of frames or a scene
+    frames   that are drawn as one object, whose scene is the source; who looks is the first one's camera
+    names    of these frames
+    numbers  of these frames in a file of their poses
     """
 
-    scene: Scene
-    frames: Sequence[Frame]
-    names: list[str]
-    numbers: list[int]
+    source: Any
+    frames: Sequence[Frame] = ()
+    names: Sequence[str] = ()
+    numbers: Sequence[int] = ()
 
     @classmethod
-    def of(cls, frames: Sequence[Frame], look: Look, names: list[str], numbers: list[int]) -> MergedViews:
+    def merged(cls, frames: Sequence[Frame], look: Look, names: Sequence[str], numbers: Sequence[int]) -> Loaded:
         """Return frames as one object."""
         scene = Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
         return cls(scene, frames, names, numbers)
+
+    @property
+    def plays(self) -> bool:
+        """Whether it is a sequence."""
+        return isinstance(self.source, Sequence)
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What a command names, before it is read."""
+
+    frame: FrameOptions
+    others: MoreOptions
+
+    @property
+    def paths(self) -> list[str | None]:
+        """INPUT and MORE."""
+        return [self.frame.input, *(self.others.more or [])]
+
+    @cached_property
+    def kind(self) -> Kind:
+        """What INPUT is. Raises ValueError where only some INPUTs are point clouds."""
+        kinds = [Kind.of(path) for path in self.paths]
+        if Kind.CLOUD in kinds and {*kinds} != {Kind.CLOUD}:
+            cloud = self.paths[kinds.index(Kind.CLOUD)]
+            other = next(path for path, kind in zip(self.paths, kinds, strict=True) if kind is not Kind.CLOUD)
+            raise ValueError(
+                f"{cloud} is a point cloud and {other or 'the other INPUT'} is none: pass INPUTs of one kind, or put "
+                "them into one Scene in Python"
+            )
+        return kinds[0]
+
+    @property
+    def are_clouds(self) -> bool:
+        """Whether INPUT is a point cloud, or several are."""
+        return self.kind is Kind.CLOUD
+
+    @property
+    def are_frames(self) -> bool:
+        """Whether INPUT is a frame or a sequence, or several are."""
+        return self.kind is Kind.FRAMES
+
+    def load(self, look: Look, plain: Look, sequence: bool = False) -> Loaded:
+        """Read what is drawn; a scene and point clouds with the options of a look that were given.
+
+        plain  the look without options. Raises ValueError for options that the objects have not.
+        """
+        if self.are_clouds:
+            clouds = [load(replace(self.frame, input=path), scene=True) for path in self.paths]
+            given, names = given_by(look, plain), [Path(str(path)).stem for path in self.paths]
+            return Loaded(scene_of(*(styled(cloud, given) for cloud in clouds), names=names))
+        if self.others.more:
+            return self._load_together(look)
+        if self.others.views is not None:
+            return self._load_views(look, self.others.views)
+        found = load(self.frame, sequence, scene=True)
+        return Loaded(shaded(found, check_look(look, plain)) if self.kind is Kind.SCENE else found)
+
+    def _load_together(self, look: Look) -> Loaded:
+        """One frame of each of several inputs, the first or that with the number given."""
+        every = list(map(str, self.paths))
+        numbers, names = numbers_and_names(self.frame, every)
+        check_different(every, numbers)
+        sources = load_several(replace(self.frame, frame=None), every, names)
+        found = [_numbered(source, number) for source, number in zip(sources, numbers, strict=True)]
+        return Loaded.merged(found, look, every, range(len(every)))
+
+    def _load_views(self, look: Look, views: str) -> Loaded:
+        """Frames of a sequence."""
+        from ..files.frame_sources import views_of
+
+        count = views_from(views)
+        source = load(self.frame, sequence=True)
+        found = views_of(source, count)
+        numbers = [source.parts[k].number for k in found]
+        return Loaded.merged(list(found.values()), look, list(map(str, found)), numbers)
 
 
 def load(frame: FrameOptions, sequence: bool = False, scene: bool = False, pose: Any = None) -> Any:
     """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing.
 
-    pose  (4, 4) of all frames; None: those in the files
+    scene  whether it may be a scene or a point cloud
+    pose   (4, 4) of all frames; None: those in the files
     """
     from ..files.clouds.load_cloud import check_frame_options
-    from ..files.frame_sources import is_cloud, is_scene, load_any, open_source
+    from ..files.frame_sources import load_any, open_source
     from ..files.frames.frame_files import load_frame
 
-    source, options = frame.input, frame.load_options | ({} if pose is None else {"pose": pose})
-    if not scene:
-        check_frame(frame)
+    kind = Kind.of(frame.input) if scene else check_frame(frame)
     frame.check_exist()
-    if source is None and frame.color is None and frame.depth is None:
-        source = FRAMES[0]
-    for is_kind, kind in ((is_scene, "a scene"), (is_cloud, "a point cloud")):
-        if is_kind(source):
-            if frame.frame is not None:
-                raise ValueError(f"{option('frame')} is one of a sequence, and {source} is {kind}: leave it out")
-            return load_any(source, **options, **frame.cloud_options)
+    source, options = frame.named.input, frame.load_options | ({} if pose is None else {"pose": pose})
+    if kind is not Kind.FRAMES:
+        if frame.frame is not None:
+            raise ValueError(f"{option('frame')} is one of a sequence, and {source} is {kind.value}: leave it out")
+        return load_any(source, **options, **frame.cloud_options)
     check_frame_options(frame.cloud_options, source)
     if frame.frame is not None:
         return _numbered(open_source(source, **options), frames_from(frame.frame, 1)[0])
     return (open_source if sequence else load_frame)(source, **options)
 
 
-def load_clouds(frame: FrameOptions, look: Look, plain: Look, inputs: Sequence[str]) -> Scene:
-    """Several point clouds as one scene, in which each is called as its file. plain: the look without options."""
-    paths = [path for path in (frame.input, *inputs) if path is not None]
-    clouds = [load(replace(frame, input=path), scene=True) for path in paths]
-    return scene_of(
-        *(styled(cloud, given_by(look, plain)) for cloud in clouds), names=[Path(path).stem for path in paths]
-    )
+def check_frame(frame: FrameOptions) -> Kind:
+    """Return what it is. Raises ValueError for a scene, and for a point cloud."""
+    kind = Kind.of(frame.input)
+    if kind is not Kind.FRAMES:
+        raise ValueError(f"{frame.input} is {kind.value}, expected a frame: pass it to `pointshade render` or `view`")
+    return kind
 
 
-def are_clouds(frame: FrameOptions, inputs: Sequence[str]) -> bool:
-    """Whether the INPUTs are point clouds. Raises ValueError where only some are."""
-    from ..files.frame_sources import is_cloud
+def numbers_and_names(frame: FrameOptions, inputs: Sequence[str]) -> tuple[list[int], list[str]]:
+    """Return which frame is read of each input, by default the first, and the names of these frames.
 
-    paths = [frame.input, *inputs]
-    clouds = [path for path in paths if is_cloud(path)]
-    if clouds and len(clouds) < len(paths):
-        other = next(path for path in paths if path not in clouds)
-        raise ValueError(
-            f"{clouds[0]} is a point cloud and {other or 'the other INPUT'} is none: pass INPUTs of one kind, or put "
-            "them into one Scene in Python"
-        )
-    return bool(clouds)
-
-
-def load_together(frame: FrameOptions, look: Look, inputs: Sequence[str]) -> MergedViews:
-    """One frame of each of several inputs, the first or that with the number given, as one object."""
-    every = [str(frame.input), *inputs]
-    numbers = [0] * len(every) if frame.frame is None else frames_from(frame.frame, len(every))
-    check_different(every, numbers)
-    names = [f"{name} {number}" if every.count(name) > 1 else name for name, number in zip(every, numbers, strict=True)]
-    sources = load_several(replace(frame, frame=None), inputs, names)
-    found = [_numbered(source, number) for source, number in zip(sources, numbers, strict=True)]
-    return MergedViews.of(found, look, every, list(range(len(every))))
+    They are called like their inputs, with the number where one input is there twice.
+    """
+    numbers = [0] * len(inputs) if frame.frame is None else frames_from(frame.frame, len(inputs))
+    pairs = zip(inputs, numbers, strict=True)
+    return numbers, [f"{path} {number}" if inputs.count(path) > 1 else path for path, number in pairs]
 
 
 def check_different(inputs: Sequence[str], numbers: Sequence[int]) -> None:
@@ -118,26 +177,14 @@ def check_different(inputs: Sequence[str], numbers: Sequence[int]) -> None:
 
 def _numbered(source: Any, number: int) -> Frame:
     """A frame of a sequence by its number. A single frame is number 0."""
-    frames = source if isinstance(source, Sequence) else [source]
+    frames = [source] if isinstance(source, Frame) else source
     if number >= len(frames):
         raise ValueError(f"{option('frame', number)}: there are {len(frames)} frames, counted from 0")
     return frames[number]
 
 
-def load_views(frame: FrameOptions, look: Look, views: str) -> MergedViews:
-    """Frames of a sequence as one object."""
-    from ..files.frame_sources import views_of
-
-    count = views_from(views)
-    check_frame(frame)
-    source = load(frame, sequence=True)
-    found = views_of(source, count)
-    numbers = [source.parts[k].number for k in found]
-    return MergedViews.of(list(found.values()), look, list(map(str, found)), numbers)
-
-
 def load_several(frame: FrameOptions, inputs: Sequence[str], names: Sequence[str] = ()) -> list[Any]:
-    """Sources of frames of one thing, all read with the same options: of INPUT, and of more.
+    """Sources of frames of one thing, all read with the same options.
 
     names  by which their poses are found in a file; the inputs themselves by default
 
@@ -146,38 +193,38 @@ def load_several(frame: FrameOptions, inputs: Sequence[str], names: Sequence[str
     from ..files.finding.folder_cameras import poses_of_inputs
     from ..files.frame_sources import check_posed
 
-    if frame.depth or frame.color:
-        raise ValueError(f"pass {option('depth')} or {option('color')} with one INPUT")
+    check_inputs_alone(frame)
     frame.check_exist()
-    every = [str(frame.input), *inputs]
-    poses = (
-        [None] * len(every) if frame.poses is None else poses_of_inputs(frame.poses, names or every, frame.max_pixels)
-    )
+    poses: Sequence[Any] = [None] * len(inputs)
+    if frame.poses is not None:
+        poses = poses_of_inputs(frame.poses, names or inputs, frame.max_pixels)
     one = replace(frame, poses=None)
-    found = [load(replace(one, input=path), sequence=True, pose=pose) for path, pose in zip(every, poses, strict=True)]
+    found = [load(replace(one, input=path), sequence=True, pose=pose) for path, pose in zip(inputs, poses, strict=True)]
     check_posed(found)
     return found
 
 
-def check_frame(frame: FrameOptions) -> None:
-    """Raises ValueError for a scene, and for a point cloud."""
-    from ..files.frame_sources import is_cloud, is_scene
-
-    for is_kind, kind in ((is_scene, "a scene"), (is_cloud, "a point cloud")):
-        if is_kind(frame.input):
-            raise ValueError(f"{frame.input} is {kind}, expected a frame: pass it to `pointshade render` or `view`")
+def check_inputs_alone(frame: FrameOptions) -> None:
+    """Raises ValueError for files of one frame beside several INPUTs."""
+    if frame.depth or frame.color:
+        raise ValueError(f"pass {option('depth')} or {option('color')} with one INPUT")
 
 
-def as_scene(source: Any, look: Look, plain: Look) -> Any:
-    """A scene or a point cloud as a scene, with the options of a look that were given; a frame as it is.
+def view_of(
+    kind: Kind, look: LookGroup, place: ViewOptions, picture: PictureOptions, output: Path, *,
+    is_film: bool, is_changed: bool,
+) -> View:  # fmt: skip
+    """The View of what is drawn. Raises ValueError or OSError.
 
-    plain  the look without options. Raises ValueError for options that the objects have not.
+    is_changed  whether something else than a single frame is seen by its own camera
     """
-    if isinstance(source, Scene):
-        return shaded(source, check_look(look, plain))
-    if isinstance(source, PointCloud):
-        return scene_of(styled(source, given_by(look, plain)))
-    return source
+    chosen, is_scene = look.look(), kind is not Kind.FRAMES
+    lights = look.lights(shadow=picture.ground or is_scene)
+    is_soft = picture.ground or any(light.is_soft for light in lights)
+    is_photograph = chosen.is_plain and place == ViewOptions() and not (is_scene or is_changed or picture.ground)
+    is_fast = is_film or (kind is Kind.CLOUD and not is_soft)
+    samples = 1 if is_photograph else FILM if is_fast else STILL
+    return place.view(chosen, lights, picture.finish(output, samples))
 
 
 def check_stream(look: Look, is_stream: bool) -> None:
@@ -228,8 +275,3 @@ def albedo_of(renderer: Renderer, photos: Sequence[Frame], explain: bool) -> NDA
         albedo = renderer.estimate_albedo(photos)
     explainer(explain)(renderer)
     return albedo
-
-
-def as_one_frame(renderer: Renderer, photos: Sequence[Frame], explain: bool) -> Frame:
-    """Return the first photograph in the colours of the albedo that all share."""
-    return replace(photos[0], color=albedo_of(renderer, photos, explain))

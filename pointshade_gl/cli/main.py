@@ -24,7 +24,7 @@ from .output import drop_unread, fail
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 SOFTWARE = 70  # exit code of a bug: EX_SOFTWARE, which Windows has not
-CLOSED = 141  # whoever read the output has gone: as shells say of a program that ended by SIGPIPE
+CLOSED = 141  # whoever read the output has gone: as shells report a program that ended by SIGPIPE
 
 COMMANDS = {  # as the help lists them, and the files in commands/ that hold them
     "render": "render_command",

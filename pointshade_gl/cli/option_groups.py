@@ -10,9 +10,9 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, make_dataclass
+from itertools import product
 from pathlib import Path
-from types import MappingProxyType
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import typer
@@ -25,50 +25,51 @@ from ..files.access.known_names import FRAMES, SCENES
 from ..notes.words import did_you_mean, listed_beside, meant_option, near_path, option, shown
 from ..scene.appearance import Look, Material
 from ..scene.light import Light
-from ..scene.option_fields import CAMERA, LIGHT, SETS, SHADING, SURFACE, option_of
+from ..scene.option_fields import CAMERA, LIGHT, SETS, SHADING, SURFACE, Cli, option_of
 from ..scene.values import linear_color
 from .help import one_of
 
-Typed = tuple[str, Any, Any]  # name, type and field, as `make_dataclass` takes them
+
+def flag_of(name: str) -> str:
+    """Return how a field is called on the command line."""
+    return f"--{name.replace('_', '-')}"
 
 
-def cli_option(
-    help: str, *names: str, panel: str = "", known: Iterable[str] = (), default: Any = None, **more: Any
-) -> Any:
-    """Return the field of an option, in a panel of the help. names: if its field's name does not tell all of them.
-
-    known  values that the shell completes
-    more   as for `typer.Option`
-    """
-    completed = one_of(known) if known else None
-    how = typer.Option(*names, help=help, autocompletion=completed, rich_help_panel=panel or None, **more)
-    return field(default=default, metadata={"typer": how})
+def option_info(help: str, cli: Cli, *names: str, **more: Any) -> Any:
+    """Return what Typer takes about an option. names: if its field's name does not say all. more: as `typer.Option`."""
+    metavar, completed = cli.metavar or "|".join(cli.known) or None, one_of(cli.known) if cli.known else None
+    panel = cli.panel or None
+    return typer.Option(*names, help=help, metavar=metavar, autocompletion=completed, rich_help_panel=panel, **more)
 
 
-def group_of(found: Iterable[Typed]) -> Any:
+def cli_option(help: str, cli: Cli, *names: str, default: Any = None, **more: Any) -> Any:
+    """Return the field of an option of the command line alone. The others: as `option_info`."""
+    return field(default=default, metadata={"typer": option_info(help, cli, *names, **more)})
+
+
+TypedField = tuple[str, Any, Any]  # name, type and field, as `make_dataclass` takes them
+
+
+def group_of(found: Iterable[TypedField]) -> Any:
     """Return a class for a group of options (see cli/options.py) to inherit from."""
     return make_dataclass("Fields", list(found), bases=(FieldOptions,), frozen=True)
 
 
-def typed(
-    group: type, panels: tuple[str, ...], defaults: Mapping[str, Any] | None = MappingProxyType({})
-) -> list[Typed]:
+def typed(group: type, *panels: str, is_needed: bool = True, **defaults: Any) -> list[TypedField]:
     """Return the options of a dataclass that stand in these panels of the help, panel by panel.
 
-    defaults  others than those of the fields; None: what is not typed is None, as the command decides about it
+    is_needed  False: what is not typed is None, as the command decides about it
+    defaults   others than those of the fields
     """
-    listed = [one for one in fields(group) if option_of(one).help and option_of(one).panel in panels]
-    listed.sort(key=lambda one: (panels.index(option_of(one).panel), option_of(one).place))
-    found: list[Typed] = []
-    for one in listed:
-        has, is_switch = option_of(one), one.default is False
-        kind = has.kind if one.default is None or has.read else type(one.default)
-        names = [f"--{one.name.replace('_', '-')}", *filter(None, [has.short])] if is_switch or has.short else []
-        default = None if defaults is None and not is_switch else (defaults or {}).get(one.name, one.default)
-        how = {"panel": has.panel, "known": has.known, "metavar": has.metavar}
-        found.append(
-            (one.name, kind if is_switch else kind | None, cli_option(has.help, *names, default=default, **how))
-        )
+    found: list[TypedField] = []
+    for panel, one in product(panels, fields(group)):
+        option, cli, is_switch = option_of(one), option_of(one).cli, one.default is False
+        if cli.panel == panel:
+            kind = cli.kind if one.default is None or cli.read else type(one.default)
+            names = [flag_of(one.name), cli.short] if cli.short else []
+            default = defaults.get(one.name, one.default) if is_needed or is_switch else None
+            how = cli_option(option.help, cli, *names, default=default)
+            found.append((one.name, kind if is_switch else kind | None, how))
     return found
 
 
@@ -84,46 +85,41 @@ class FieldOptions:
     def values_of(self, group: type) -> dict[str, Any]:
         """Return what was typed for a dataclass, by the names of its fields. Raises ValueError."""
         return {
-            one.name: read(value) if isinstance(value, str) and (read := option_of(one).read) else value
+            one.name: read(value) if isinstance(value, str) and (read := option_of(one).cli.read) else value
             for one in fields(group)
             if (value := getattr(self, one.name, None)) is not None
         }
 
 
 FIELDS = inspect.signature(Light).parameters  # by name
-_SWITCHED = {"yes": True, "true": True, "on": True, "1": True, "no": False, "false": False, "off": False, "0": False}
+_SWITCHED = {**dict.fromkeys(("", "yes", "true", "on", "1"), True), **dict.fromkeys(("no", "false", "off", "0"), False)}
 
 
-def light_from(text: str, **unless_said: Any) -> Light:
+def light_from(text: str, **defaults: Any) -> Light:
     """The light of a text: X,Y,Z for a point light, or words `name=value`, whose names are the arguments of Light.
 
-    unless_said  values of those that the text does not name
+    defaults  values of those that the text does not name
 
     Numbers of a colour are linear, as in Light; #rrggbb and names are sRGB, as on screens, and converted. A switch
     may stand without a value. Raises ValueError for anything else, and as Light.
     """
-    cli_option: dict[str, Any] = {}
-    for word in _joined(_joined(text, ","), "=").split():
+    found: dict[str, Any] = {}
+    for word in re.sub(r"\s*([,=])\s*", r"\1", text).split():
         name, _, value = word.partition("=")
         if "=" not in word and word[0] in "+-.0123456789":
             name, value = "position", word
         if name not in FIELDS:
             raise _refusal(text, f"{shown(name)} is unknown{did_you_mean(name, FIELDS)}")
-        if name in cli_option:
+        if name in found:
             commas = ", numbers need commas and no spaces between them" if name == "position" else ""
             raise _refusal(text, f"{name} is there twice{commas}", names=False)
-        cli_option[name] = _value(name, value, text)
-    if not cli_option:
+        found[name] = _value(name, value, text)
+    if not found:
         raise _refusal(text, "it is empty")
     try:
-        return Light(**{**unless_said, **cli_option})
+        return Light(**defaults | found)
     except (ValueError, TypeError) as error:
         raise ValueError(f"{option('light', shown(text))}: {error}") from None
-
-
-def _joined(text: str, separator: str) -> str:
-    """The text without blanks around the separators."""
-    return separator.join(part.strip() for part in text.split(separator))
 
 
 def _value(name: str, value: str, text: str) -> Any:
@@ -132,9 +128,9 @@ def _value(name: str, value: str, text: str) -> Any:
     if kind.startswith("Falloff"):
         return value
     if kind == "bool":
-        if value.lower() not in ("", *_SWITCHED):
+        if value.lower() not in _SWITCHED:
             raise _refusal(text, f"{name} must be yes or no, got {shown(value)}", names=False)
-        return _SWITCHED.get(value.lower(), True)
+        return _SWITCHED[value.lower()]
     try:
         numbers = [float(part) for part in value.split(",")]
     except ValueError:
@@ -153,23 +149,18 @@ def _refusal(text: str, fact: str, names: bool = True) -> ValueError:
     return ValueError(f"{option('light', shown(text))}: {fact}{known if names else ''}")
 
 
-Lights = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="X,Y,Z|WORDS",
-        help="Point light at X,Y,Z (metres, world axes), or words: 'position=-.5,-.7,.2 color=#ffcc99 shadow'. "
-        f"Known are {', '.join(FIELDS)}. Repeatable. Replaces a scene's own lights, and casts shadows there "
-        "unless shadow=no.",
-        rich_help_panel=LIGHT,
-    ),
-]
-_SHADING, *_FORM = typed(Look, (SHADING,))
-_REST = typed(Look, (LIGHT, CAMERA, SETS))
-_MISSING = [one for one in typed(Look, (SURFACE,), {"missing": "complete"}) if one[0] == "missing"]  # for pictures
+_LIGHTS = cli_option(
+    "Point light at X,Y,Z (metres, world axes), or words: 'position=-.5,-.7,.2 color=#ffcc99 shadow'. Known are "
+    f"{', '.join(FIELDS)}. Repeatable. Replaces a scene's own lights, and casts shadows there unless shadow=no.",
+    Cli(LIGHT, "X,Y,Z|WORDS"),
+)
+_SHADING, *_FORM = typed(Look, SHADING)
+_REST = typed(Look, LIGHT, CAMERA, SETS)
+_MISSING = [one for one in typed(Look, SURFACE, missing="complete") if one[0] == "missing"]  # for pictures
 
 
 @dataclass(frozen=True)
-class NormalOptions(group_of(typed(Look, (SURFACE,)))):
+class NormalOptions(group_of(typed(Look, SURFACE))):
     """How normals are estimated."""
 
     def look(self) -> Look:
@@ -179,7 +170,7 @@ class NormalOptions(group_of(typed(Look, (SURFACE,)))):
 
 @dataclass(frozen=True)
 class LookGroup(
-    group_of([_SHADING, ("light", Lights, None), *typed(Material, (SHADING,)), *_FORM, *_REST, *_MISSING]),
+    group_of([_SHADING, ("light", list[str] | None, _LIGHTS), *typed(Material, SHADING), *_FORM, *_REST, *_MISSING]),
     NormalOptions,
 ):
     """How objects look, and under which lights."""
@@ -193,7 +184,7 @@ class LookGroup(
     def lights(self, shadow: bool = False) -> list[Light]:
         """The lights in the order given. Raises ValueError for a text that is not a light.
 
-        shadow  whether those that do not say so cast shadows
+        shadow  whether those cast shadows whose words leave it open
         """
         return [light_from(text, shadow=shadow) for text in self.light or []]
 
@@ -207,22 +198,19 @@ _EXTRA = re.compile(r"extra argument\S* \((.*)\)", re.DOTALL)
 _QUOTES = 'put the words of a light in quotes, as in --light "position=-.5,-.7,.2 shadow"'
 
 
-class CliCommand(TyperCommand):
+class _OwnHelp:
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        from .help import show_help
+
+        show_help(self, ctx)
+
+
+class CliCommand(_OwnHelp, TyperCommand):
     """One of the commands: its help is ours."""
 
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        from .help import show_help
 
-        show_help(self, ctx)
-
-
-class CliCommands(TyperGroup):
+class CliCommands(_OwnHelp, TyperGroup):
     """The commands by name. A wrong name gets the near one; an input without a command, the commands for it."""
-
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        from .help import show_help
-
-        show_help(self, ctx)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         name = args[0]
@@ -238,7 +226,7 @@ class CliCommands(TyperGroup):
 
 
 def check_input(text: str | None) -> str | None:
-    """INPUT. Raises ValueError for a word of a light that the shell took for it."""
+    """Return INPUT. Raises ValueError for a word of a light that the shell took for it."""
     if text and _LIGHT_WORD.match(text) and not Path(text).exists():
         raise ValueError(f"{text} is not an input: {_QUOTES}")
     return text
@@ -247,7 +235,7 @@ def check_input(text: str | None) -> str | None:
 def check_exist(folder: str | None = None, **given: str | Path | None) -> None:
     """Raises FileNotFoundError for an option whose value is a path to nothing. Numbers of a camera pass.
 
-    The error says by which option it was given, and a near name or else what there is.
+    The error names the option, and a near name or else what there is.
 
     folder  in which the file may have been meant to lie
     """
@@ -277,37 +265,32 @@ def check_folders(inputs: Sequence[str]) -> None:
 
 
 def sentence_of(error: Any, every: Callable[[], Mapping[str, Any]]) -> str:
-    """What a UsageError says, and which command explains more; empty if all the help was printed already.
+    """Return what was typed wrong, and which command explains more; empty if all the help was printed already.
 
     every  returns all commands by their names: an option may be another's
     """
     message, parameter = error.format_message().strip().rstrip("."), getattr(error, "param", None)
     if parameter and error.message:
-        message = f"{parameter.opts[-1]} {_fact(error)} ({parameter.help.rstrip('.')})"
+        message = f"{parameter.opts[-1]} {_fact(error.message.rstrip('.'))} ({parameter.help.rstrip('.')})"
     elif parameter:
         message = f"{parameter.opts[0]} is missing: {parameter.help[:1].lower()}{parameter.help[1:].rstrip('.')}"
     elif hasattr(error, "possibilities"):  # an option that does not exist
-        message = _no_option(error.option_name, error.ctx.command, every())
+        name, near = error.option_name, meant_option(error.option_name, _options(error.ctx.command))
+        others = [f"`pointshade {other}`" for other, one in every().items() if not near and name in _options(one)]
+        message = f"there is no option {name}{near}" + (f", only in {' and '.join(others)}" if others else "")
     elif (extra := _EXTRA.search(message)) and "input" in _options(error.ctx.command):
         message = f"there is one INPUT, got also {extra[1]}: {_way_out(extra[1])}"
     more = f"; `{error.ctx.command_path} --help` lists the options" if message and error.ctx else ""
     return f"{message[:1].lower()}{message[1:]}{more}"
 
 
-def _fact(error: Any) -> str:
+def _fact(message: str) -> str:
     """What is wrong with the value of an option."""
-    message = error.message.rstrip(".")
     if found := _NO_NUMBER.fullmatch(message):
         return f"must be a {'whole ' if found[2].startswith('int') else ''}number, got {found[1]}"
     if found := _OUTSIDE.fullmatch(message):
         return f"must be {found[3]} or {'more' if '>' in found[2] else 'less'}, got {found[1]}"
     return message
-
-
-def _no_option(name: str, command: Any, every: Mapping[str, Any]) -> str:
-    near = meant_option(name, _options(command))
-    others = [f"`pointshade {other}`" for other, one in every.items() if not near and name in _options(one)]
-    return f"there is no option {name}{near}" + (f", only in {' and '.join(others)}" if others else "")
 
 
 def _options(command: Any) -> list[str]:
@@ -330,10 +313,8 @@ def size_from(text: str | None, name: str, names: Sequence[str] = ()) -> Any:
         return text
     expected = f"{option(name)} takes WIDTHxHEIGHT in whole pixels above 0, such as 640x480"
     expected += f", or {', '.join(names)}" if names else ""
-    width, height = _numbers(text, 2, "x", expected)
-    if width < 1 or height < 1 or width % 1 or height % 1:
-        raise ValueError(f"{expected}, got {text!r}")
-    return int(width), int(height)
+    width, height = _whole_numbers(text, 2, "x", 1, expected)
+    return width, height
 
 
 def views_from(text: str) -> int | tuple[int, ...] | None:
@@ -355,10 +336,7 @@ def frames_from(text: str, count: int) -> list[int]:
     """The number of a frame, or one for each of `count` inputs."""
     expected = f"{option('frame')} takes the number of a frame, counted from 0"
     expected += f", for each of {count} INPUTs" if count > 1 else ""
-    numbers = _numbers(text, count, ",", expected)
-    if any(number < 0 or number % 1 for number in numbers):
-        raise ValueError(f"{expected}, got {text!r}")
-    return [int(number) for number in numbers]
+    return _whole_numbers(text, count, ",", 0, expected)
 
 
 def pose_from(text: str) -> NDArray[np.float64]:
@@ -371,19 +349,19 @@ def pose_from(text: str) -> NDArray[np.float64]:
     return load_pose(text)
 
 
-def environment_from(text: str) -> Any:
-    """The environment of a name or a file. Raises OSError or ValueError."""
-    from ..files.pictures.hdr_files import find_environment
-
-    return find_environment(text)
-
-
 def rates_from(text: str, count: int) -> list[float]:
     """Frames per second of each of `count` inputs: one number for all, or one for each."""
     expected = f"{option('fps')} must be a number of frames per second"
     expected += ", or one for each INPUT" if count > 1 else ""
     rates = _numbers(text, count if "," in text else 1, ",", expected)
     return rates * (count if len(rates) == 1 else 1)
+
+
+def _whole_numbers(text: str, count: int, separator: str, least: int, expected: str) -> list[int]:
+    numbers = _numbers(text, count, separator, expected)
+    if any(number < least or number % 1 for number in numbers):
+        raise ValueError(f"{expected}, got {text!r}")
+    return list(map(int, numbers))
 
 
 def _numbers(text: str, count: int, separator: str, expected: str) -> list[float]:

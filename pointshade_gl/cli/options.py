@@ -8,33 +8,43 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
+from enum import Enum
 from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, cast, get_type_hints
 
 import typer
 
 from ..files.access.content import MAX_PIXELS, allow_overwriting
-from ..files.access.known_names import DEPTH_MAPS, FILMS, FOUND_POSES, IMAGES, NORMALS, POINTS, RENDERED
+from ..files.access.known_names import DEPTH_MAPS, FILMS, FOUND_POSES, FRAMES, IMAGES, NORMALS, POINTS, RENDERED
 from ..files.clouds.cloud_columns import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
 from ..files.depth.scale_over_time import SCALES
 from ..files.networks.model_options import PIXELS
+from ..files.writing.film import BACKGROUND
 from ..notes.notes import silence
 from ..notes.words import option
+from ..scene import option_fields as panels
 from ..scene.appearance import Look
 from ..scene.cloud import UPS
+from ..scene.environment import Environment
 from ..scene.light import Light
-from ..scene.option_fields import CAMERA, CLOUD, FILM, LIGHT, NETWORK, PAGE, PICTURE, READING, SETS, VIEW, WINDOW
+from ..scene.option_fields import Cli
 from ..scene.settings import SIMPLE, Finish
 from ..scene.viewpoint import SIZES, TURNTABLES, View
+from . import option_groups as groups
 from .help import complete_input
-from .option_groups import check_exist, check_input, cli_option, group_of, pose_from, size_from, typed
+from .option_groups import FieldOptions, cli_option, flag_of, option_info, typed
+
+if TYPE_CHECKING:
+    from ..page.parts import QualityName
+
+QUALITIES = "exact", "small"  # of page/parts.py, which imports NumPy
 
 
 def _output(suffixes: tuple[str, ...], help: str = "The file to write, such as out.png") -> Any:
-    return typer.Option("-o", "--output", metavar="FILE", help=f"{help}; it ends with {', '.join(suffixes)}.")
+    return option_info(f"{help}; it ends with {', '.join(suffixes)}.", Cli("", "FILE"), "-o", "--output")
 
 
 NoOutput = Annotated[Path | None, typer.Option("-o", "--output", hidden=True, help="Of `pointshade render`.")]
@@ -46,90 +56,55 @@ DepthOutput = Annotated[Path, _output(DEPTH_MAPS)]
 AlbedoOutput = Annotated[Path, _output(IMAGES)]
 PosesOutput = Annotated[Path, _output(FOUND_POSES, "The file to write, such as poses.json")]
 SheetOutput = Annotated[Path | None, _output(IMAGES, "Also write a contact sheet (colour, depth, normals, lit)")]
-Device = Annotated[int, typer.Option(metavar="N", help="Which GPU to use (Linux).")]
-Small = Annotated[bool, typer.Option("--small", help="Take longer to write a smaller PNG.", rich_help_panel=PICTURE)]
-Views = Annotated[
-    str | None,
-    typer.Option(
-        metavar="N|all|N,N...",
-        help="Merge N evenly chosen frames of a sequence with poses, or all, or those with these numbers, into one "
-        "object.",
-        rich_help_panel=SETS,
-    ),
-]
-UnlightAll = Annotated[
-    bool,
-    typer.Option(
-        "--unlight-all",
-        help="The frames of INPUT are photographs of one view, each under its own light: draw their common albedo.",
-        rich_help_panel=LIGHT,
-    ),
-]
-MoreInputs = Annotated[
-    list[str] | None,
-    typer.Argument(
-        metavar="MORE",
-        help="More folders with frames of the same thing, with poses (or see --poses): all play at once, merged into "
-        "one object. Or more point clouds, which lie in one world.",
-        autocompletion=complete_input,
-    ),
-]
+Device = Annotated[int, option_info("Which GPU to use (Linux).", Cli("", "N"))]
 Quiet = Annotated[
-    bool,
-    typer.Option(
-        "--quiet", callback=lambda wanted: silence() if wanted else None, is_eager=True, help="Print no notes."
-    ),
+    bool, option_info("Print no notes.", Cli(), callback=lambda wanted: silence() if wanted else None, is_eager=True)
 ]
 Overwrite = Annotated[
     bool,
-    typer.Option(
-        "--overwrite",
+    option_info(
+        "Write over a file that is read as an input, too.",
+        Cli(),
         callback=lambda wanted: allow_overwriting() if wanted else None,
-        help="Write over a file that is read as an input, too.",
     ),
 ]
 Axes = Annotated[
     str | None,
-    typer.Option(
-        metavar="NAME",
-        help="What x, y, z or red, green, blue are: opencv (right, down, forward), opengl (right, up, towards the "
+    option_info(
+        "What x, y, z or red, green, blue are: opencv (right, down, forward), opengl (right, up, towards the "
         "viewer) or directx (right, down, towards the viewer). Default: opencv in .npy, opengl elsewhere. In the .ply "
         "of a point cloud opencv, opengl or blender (right, forward, up); default: the cloud's own.",
-        rich_help_panel=PICTURE,
+        Cli(panels.PICTURE, "NAME"),
     ),
 ]
-PointAxes = Annotated[
-    str | None,
-    typer.Option(
-        "--axes",
-        metavar="opencv|opengl|blender",
-        help="What x, y, z are in a .ply: opencv (right, down, forward, the world of the poses of frames), opengl "
-        "(right, up, towards the viewer, as in MeshLab) or blender (right, forward, up). Default: opengl of frames, "
-        "of a point cloud its own.",
-        rich_help_panel=PAGE,
-    ),
-]
-Bits = Annotated[int, typer.Option(metavar="8|16", help="Bits of a colour in a .png.", rich_help_panel=PICTURE)]
-
-
-def _show_all(context: typer.Context, wanted: bool) -> None:
-    if wanted:
-        from .help import show_help
-
-        show_help(context.command, context, everything=True)
-        raise typer.Exit
-
-
-HelpAll = Annotated[
-    bool, typer.Option("--help-all", callback=_show_all, is_eager=True, help="Show all options, in groups, and exit.")
-]
+Bits = Annotated[int, option_info("Bits of a colour in a .png.", Cli(panels.PICTURE, "8|16"))]
 Explain = Annotated[
     bool,
-    typer.Option(
-        "--explain",
-        help="Print which estimator ran, and why; of --views also what they agree on, of --align the corrections.",
+    option_info(
+        "Print which estimator ran, and why; of --views also what they agree on, of --align the corrections.", Cli()
     ),
 ]
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What every command has that draws and writes."""
+
+    overwrite: Overwrite = False
+    device: Device = 0
+    quiet: Quiet = False
+
+
+class Kind(Enum):
+    """What an INPUT is, by its name; the values are in words."""
+
+    FRAMES, SCENE, CLOUD = "a frame", "a scene", "a point cloud"
+
+    @classmethod
+    def of(cls, path: str | None) -> Kind:
+        from ..files.frame_sources import is_cloud, is_scene
+
+        return cls.SCENE if is_scene(path) else cls.CLOUD if is_cloud(path) else cls.FRAMES
 
 
 @dataclass(frozen=True)
@@ -144,15 +119,14 @@ class InputOptions:
             "file; or 'vase', which is built in. For render, depth and view also a scene: .gltf, .glb or 'demo'. For "
             "all but albedo and align also a point cloud: .ply, .pcd, .xyz, .las, .laz, .e57, .npy...",
             autocompletion=complete_input,
-            callback=check_input,
+            callback=groups.check_input,
         ),
     ] = None
-    color: str | None = cli_option("Colour picture.", metavar="FILE", panel=READING)
-    depth: str | None = cli_option("Depth picture.", metavar="FILE", panel=READING)
+    color: str | None = cli_option("Colour picture.", Cli(panels.READING, "FILE"))
+    depth: str | None = cli_option("Depth picture.", Cli(panels.READING, "FILE"))
     poses: str | None = cli_option(
         "Poses of the frames, in place of those in INPUT; of several INPUTs one pose for each, by name or in order.",
-        metavar="FILE",
-        panel=READING,
+        Cli(panels.READING, "FILE"),
     )
 
 
@@ -160,46 +134,35 @@ class InputOptions:
 class ReadingOptions:
     """How depth, camera and names in files are to be understood."""
 
-    intrinsics: str | None = cli_option("Camera of the depth picture.", metavar="FILE|fx,fy,cx,cy", panel=CAMERA)
-    fov: float | None = cli_option("Vertical field of view, instead of intrinsics.", metavar="DEG", panel=CAMERA)
-    depth_scale: float | None = cli_option("Depth units per metre (1000: millimetres).", metavar="N", panel=CAMERA)
+    intrinsics: str | None = cli_option("Camera of the depth picture.", Cli(panels.CAMERA, "FILE|fx,fy,cx,cy"))
+    fov: float | None = cli_option("Vertical field of view, instead of intrinsics.", Cli(panels.CAMERA, "DEG"))
+    depth_scale: float | None = cli_option("Depth units per metre (1000: millimetres).", Cli(panels.CAMERA, "N"))
     depth_kind: str | None = cli_option(
         f"What depth values are: {', '.join(KINDS)}. Those of a network are often inverse.",
-        metavar="KIND",
-        known=KINDS,
-        panel=CAMERA,
+        Cli(panels.CAMERA, "KIND", KINDS),
     )
-    baseline: float | None = cli_option("Metres between the two cameras, for disparity.", metavar="M", panel=CAMERA)
-    allow_outside: bool = cli_option(
-        "Let files name others outside their folder.", "--allow-outside", default=False, panel=READING
-    )
+    baseline: float | None = cli_option("Metres between the two cameras, for disparity.", Cli(panels.CAMERA, "M"))
+    allow_outside: bool = cli_option("Let files name others outside their folder.", Cli(panels.READING), default=False)
     depth_model: str | None = cli_option(
         "INPUT is a photograph, a video or a folder of photographs: an .onnx network makes its depth (extra 'onnx').",
-        metavar="FILE",
-        panel=NETWORK,
+        Cli(panels.NETWORK, "FILE"),
     )
     model_size: str | None = cli_option(
         "Pixels of the network's input, or of its shorter side, where its file does not say them.",
-        metavar="WxH|N",
-        panel=NETWORK,
+        Cli(panels.NETWORK, "WxH|N"),
     )
     model_pixels: str | None = cli_option(
-        f"What the network's pixels are: {', '.join(PIXELS)}.", metavar="KIND", known=PIXELS, panel=NETWORK
+        f"What the network's pixels are: {', '.join(PIXELS)}.", Cli(panels.NETWORK, "KIND", PIXELS)
     )
     cache: bool = cli_option(
-        "Keep the network's depth in a folder .pointshade beside the photograph.",
-        "--cache",
-        default=False,
-        panel=NETWORK,
+        "Keep the network's depth in a folder .pointshade beside the photograph.", Cli(panels.NETWORK), default=False
     )
     scale_frames: str | None = cli_option(
         "Of a film whose depth has no scale: find one for all frames (auto, the default), or keep each by itself.",
-        metavar="auto|keep",
-        known=SCALES,
-        panel=NETWORK,
+        Cli(panels.NETWORK, known=SCALES),
     )
     max_pixels: int = cli_option(
-        "Pixels a picture may have; scales all limits.", metavar="N", default=MAX_PIXELS, panel=READING
+        "Pixels a picture may have; scales all limits.", Cli(panels.READING, "N"), default=MAX_PIXELS
     )
 
 
@@ -207,22 +170,18 @@ class ReadingOptions:
 class CloudGroup:
     """How a point cloud is to be understood."""
 
-    up: str | None = cli_option("Of a point cloud: which axis points up.", metavar="AXIS", known=UPS, panel=CLOUD)
+    up: str | None = cli_option("Of a point cloud: which axis points up.", Cli(panels.CLOUD, "AXIS", UPS))
     color_by: str | None = cli_option(
-        f"Of a point cloud: where its colours are from, {', '.join(COLOR_BY)}.",
-        metavar="WHAT",
-        known=COLOR_BY,
-        panel=CLOUD,
+        f"Of a point cloud: where its colours are from, {', '.join(COLOR_BY)}.", Cli(panels.CLOUD, "WHAT", COLOR_BY)
     )
     most: int | None = cli_option(
-        "Of a point cloud: read N points at most, an even sample.", metavar="N", min=1, panel=CLOUD
+        "Of a point cloud: read N points at most, an even sample.", Cli(panels.CLOUD, "N"), min=1
     )
 
     @property
     def cloud_options(self) -> dict[str, Any]:
         """Those that were typed, by name."""
-        typed = {field.name: getattr(self, field.name) for field in fields(CloudGroup)}
-        return {name: value for name, value in typed.items() if value is not None}
+        return {one.name: value for one in fields(CloudGroup) if (value := getattr(self, one.name)) is not None}
 
 
 @dataclass(frozen=True)
@@ -231,37 +190,75 @@ class FrameOptions(CloudGroup, ReadingOptions, InputOptions):
 
     frame: str | None = cli_option(
         "One frame of a sequence, counted from 0; of several INPUTs one number for each.",
-        metavar="N[,N...]",
-        panel=READING,
+        Cli(panels.READING, "N[,N...]"),
     )
 
     @property
     def load_options(self) -> dict[str, Any]:
         """All about frames but what is read, by name, as arguments of `load_frame`; a switch that is off is None."""
-        others = "input", "frame", *(field.name for field in fields(CloudGroup))
-        found = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in others}
-        return {name: None if value is False else value for name, value in found.items()}
+        others = "input", "frame", *(one.name for one in fields(CloudGroup))
+        return {name: None if value is False else value for name, value in vars(self).items() if name not in others}
+
+    @property
+    def named(self) -> FrameOptions:
+        """The options themselves, or if they name nothing to read, with the built-in frame as INPUT."""
+        return self if self.input or self.depth or self.color else replace(self, input=FRAMES[0])
+
+    @property
+    def title(self) -> str:
+        """What is read, as it was typed."""
+        named = self.named
+        return str(named.input or named.depth or named.color)
+
+    @property
+    def is_cloud(self) -> bool:
+        """Whether INPUT is a point cloud."""
+        return Kind.of(self.input) is Kind.CLOUD
 
     def check_exist(self) -> None:
         """Raises FileNotFoundError if one of the files does not exist."""
         names = "color", "depth", "poses", "intrinsics", "depth_model"
-        check_exist(self.input, **{name: getattr(self, name) for name in names})
-
-
-_PLACE, _SIZE = typed(View, (VIEW,)), typed(View, (PICTURE,))
+        groups.check_exist(self.input, **{name: getattr(self, name) for name in names})
 
 
 @dataclass(frozen=True)
-class PlaceOptions(group_of(_PLACE)):
+class MoreOptions:
+    """What is drawn together with INPUT, or of it, as one object."""
+
+    more: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="MORE",
+            help="More folders with frames of the same thing, with poses (or see --poses): all play at once, merged "
+            "into one object. Or more point clouds, which lie in one world.",
+            autocompletion=complete_input,
+        ),
+    ] = None
+    views: str | None = cli_option(
+        "Merge N evenly chosen frames of a sequence with poses, or all, or those with these numbers, into one object.",
+        Cli(panels.SETS, "N|all|N,N..."),
+    )
+
+    @property
+    def is_set(self) -> bool:
+        """Whether several frames, or clouds, are drawn as one object."""
+        return bool(self.more) or self.views is not None
+
+
+_POSE, *_TURNS = typed(View, panels.VIEW)
+
+
+@dataclass(frozen=True)
+class PlaceOptions(groups.group_of([*_TURNS, _POSE])):
     """From where objects are seen."""
 
     zoom: float | None = cli_option(
-        "In place of --dolly: how many times as large the object is seen.", metavar="N", panel=VIEW
+        "In place of --dolly: how many times as large the object is seen.", Cli(panels.VIEW, "N")
     )
 
     def place(self) -> dict[str, Any]:
         """Pose, yaw, pitch and dolly that were typed, by these names. Raises ValueError or OSError."""
-        pose = {} if self.pose is None else {"pose": pose_from(self.pose)}
+        pose = {} if self.pose is None else {"pose": groups.pose_from(self.pose)}
         return self.values_of(View) | pose | ({} if self.zoom is None else {"dolly": self._dolly(self.zoom)})
 
     def _dolly(self, zoom: float) -> float:
@@ -273,13 +270,84 @@ class PlaceOptions(group_of(_PLACE)):
 
 
 @dataclass(frozen=True)
-class ViewOptions(group_of(_SIZE), PlaceOptions):
+class ViewOptions(groups.group_of(typed(View, panels.PICTURE)), PlaceOptions):
     """From where objects are seen, and how large the picture is."""
 
     def view(self, look: Look, lights: Sequence[Light] = (), finish: Finish = SIMPLE) -> View:
         """The View, with a look, lights and a finish. Raises ValueError or OSError."""
-        size = size_from(self.picture_size, "picture_size", SIZES)
+        size = groups.size_from(self.picture_size, "picture_size", SIZES)
         return View(lights, look=look, finish=finish, **self.place() | {"picture_size": size})
+
+
+@dataclass(frozen=True)
+class EnvironmentOptions(groups.group_of(typed(Finish, panels.LIGHT, is_needed=False))):
+    """Light from all around, and how light above white is shown."""
+
+    @classmethod
+    def of(cls, finish: Finish) -> EnvironmentOptions:
+        """What is typed for a finish, as far as words express it; its values need not be texts."""
+        values = {one.name: finish.options.get(one.name) for one in fields(cls)}
+        return cls(**{name: _as_typed(value) for name, value in values.items()})
+
+    def chosen(self) -> dict[str, Any]:
+        """The values that were typed, by the names of the fields of Finish. Raises ValueError or OSError."""
+        from ..files.pictures.hdr_files import find_environment
+
+        chosen = self.values_of(Finish)
+        return chosen if self.environment is None else chosen | {"environment": find_environment(self.environment)}
+
+
+def _as_typed(value: Any) -> Any:
+    """The value as it is typed; None: no words express it."""
+    if isinstance(value, Environment):
+        return value.name or None
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return None if isinstance(value, tuple) else value
+
+
+# what lies behind a picture in formats without alpha
+_OPAQUE = {".jpg": "black", ".jpeg": "black"} | dict.fromkeys(FILMS, "#{:02x}{:02x}{:02x}".format(*BACKGROUND))
+
+
+@dataclass(frozen=True)
+class PictureOptions(groups.group_of(typed(Finish, panels.PICTURE, is_needed=False)), EnvironmentOptions):
+    """How a picture is finished."""
+
+    def finish(self, output: Path, samples: int) -> Finish:
+        """The Finish of pictures. Raises ValueError for values that do not fit the output. samples: unless typed."""
+        suffix, chosen = output.suffix.lower(), self.chosen()
+        if self.background == "transparent" and suffix in _OPAQUE:
+            raise ValueError(f"{output} cannot be transparent: write a .png, or leave out {option('background')}")
+        chosen.setdefault("samples", samples)
+        if chosen["samples"] > 1 or self.ground:
+            chosen.setdefault("background", _OPAQUE.get(suffix))
+        return Finish(**{"exposure": "sensor", **chosen})
+
+    def check_none(self, output: Path) -> None:
+        """Raises ValueError if one was given for an output that is no picture."""
+        if given := self.changed:
+            raise ValueError(f"{output} is no picture: leave out {', '.join(map(option, given))}")
+
+
+@dataclass(frozen=True)
+class PageOptions(FieldOptions):
+    """How a page is written."""
+
+    quality: str | None = cli_option(
+        "Of an .html: exact, or small (a third smaller, colours as JPEG).", Cli(panels.PAGE, "NAME", QUALITIES)
+    )
+    title: str | None = cli_option("Of an .html. Default: INPUT.", Cli(panels.PAGE, "TEXT"))
+
+    @property
+    def exactness(self) -> QualityName:
+        """The quality that was typed, or the first."""
+        return cast("QualityName", self.quality or QUALITIES[0])
+
+    def check_none(self, output: Path) -> None:
+        """Raises ValueError if one was given for an output that is no page."""
+        if given := self.changed:
+            raise ValueError(f"{output} is no page: leave out {', '.join(map(option, given))}, or write an .html")
 
 
 @dataclass(frozen=True)
@@ -289,56 +357,65 @@ class FilmOptions:
     turntable: str | None = cli_option(
         "Make a film in which the light or the camera moves around the object. The camera goes all around (360), or 25 "
         "degrees to either side and back (swing, or other degrees). camera: a swing of a single frame, else 360.",
-        metavar="light|camera|swing[:DEG]|360",
-        known=TURNTABLES,
-        panel=FILM,
+        Cli(panels.FILM, "light|camera|swing[:DEG]|360", TURNTABLES),
     )
     frames: int | None = cli_option(
-        "Pictures of a turntable (default 75), or only the first N of a sequence.", metavar="N", min=1, panel=FILM
+        "Pictures of a turntable (default 75), or only the first N of a sequence.", Cli(panels.FILM, "N"), min=1
     )
-    fps: float = cli_option("Pictures per second.", metavar="N", default=25.0, panel=FILM)
-
-
-_SEEN = [one for one in typed(Finish, (PICTURE,), None) if one[0] in ("samples", "exposure", "show")]
+    fps: float = cli_option("Pictures per second.", Cli(panels.FILM, "N"), default=25.0)
 
 
 @dataclass(frozen=True)
-class WindowOptions(group_of(_SEEN)):
+class WindowOptions(
+    groups.group_of(
+        one for one in typed(Finish, panels.PICTURE, is_needed=False) if one[0] in ("samples", "exposure", "show")
+    )
+):
     """The window of `pointshade view`."""
 
     window_size: str | None = cli_option(
-        "Size of the window.", "--window-size", "--picture-size", metavar="WxH", panel=WINDOW
+        "Size of the window.", Cli(panels.WINDOW, "WxH"), "--window-size", "--picture-size"
     )
-    panel: bool = cli_option("Open the panel (needs the extra 'gui').", "--panel", default=False, panel=WINDOW)
+    panel: bool = cli_option("Open the panel (needs the extra 'gui').", Cli(panels.WINDOW), default=False)
     fps: str = cli_option(
         "Frames of a sequence per second; of several INPUTs also one number for each.",
-        metavar="N[,N...]",
+        Cli(panels.WINDOW, "N[,N...]"),
         default="30",
-        panel=WINDOW,
     )
-    record: Path | None = cli_option(
-        f"Record the window as a film: {' or '.join(FILMS)}.", metavar="FILE", panel=WINDOW
-    )
+    record: Path | None = cli_option(f"Record the window as a film: {' or '.join(FILMS)}.", Cli(panels.WINDOW, "FILE"))
 
 
 @dataclass(frozen=True)
 class BenchOptions:
     """What `pointshade bench` measures."""
 
-    output: Path = cli_option("Where to write.", "-o", "--output", metavar="FOLDER", default=Path("bench"))
-    quick: bool = cli_option("Smaller pictures, fewer scenes: under a minute.", "--quick", default=False)
-    only: list[str] | None = cli_option("Only this method, condition or stress; repeatable.", metavar="NAME")
+    output: Path = cli_option("Where to write.", Cli("", "FOLDER"), "-o", "--output", default=Path("bench"))
+    quick: bool = cli_option("Smaller pictures, fewer scenes: under a minute.", Cli(), default=False)
+    only: list[str] | None = cli_option("Only this method, condition or stress; repeatable.", Cli("", "NAME"))
     images: bool = cli_option(
-        "Also measure lit pictures: estimators, forms, samples. In a clone only.", "--images", default=False
+        "Also measure lit pictures: estimators, forms, samples. In a clone only.", Cli(), default=False
     )
-    speed: bool = cli_option("Measure speed instead: stages, points, merging.", "--speed", default=False)
+    speed: bool = cli_option("Measure speed instead: stages, points, merging.", Cli(), default=False)
     against: str | None = cli_option(
-        "With --speed: only compare with a commit, or with an older speed.json. In a clone only.", metavar="REV|FILE"
+        "With --speed: only compare with a commit, or with an older speed.json. In a clone only.", Cli("", "REV|FILE")
     )
     views: bool = cli_option(
-        "Measure several views of one thing instead: normals, flicker, cost. In a clone only.", "--views", default=False
+        "Measure several views of one thing instead: normals, flicker, cost. In a clone only.", Cli(), default=False
     )
-    seed: int = cli_option("Seed of the noise and the holes.", metavar="N", min=0, default=0)
+    seed: int = cli_option("Seed of the noise and the holes.", Cli("", "N"), min=0, default=0)
+
+
+def _show_all(context: typer.Context, wanted: bool) -> None:
+    if wanted:
+        from .help import show_help
+
+        show_help(context.command, context, everything=True)
+        raise typer.Exit
+
+
+HelpAll = Annotated[
+    bool, option_info("Show all options, in groups, and exit.", Cli(), callback=_show_all, is_eager=True)
+]
 
 
 def spread(command: Callable[..., None]) -> Callable[..., None]:
@@ -372,6 +449,9 @@ def _options_in(name: str, kind: Any, default: Any) -> Iterator[inspect.Paramete
 
 
 def _option(name: str, kind: Any, default: Any) -> inspect.Parameter:
+    for how in getattr(kind, "__metadata__", ()):
+        if default is False and how.default is ... and not how.param_decls:  # unnamed: Typer would add --no-NAME
+            how.param_decls = (flag_of(name),)
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=kind, default=default)
 
 

@@ -11,11 +11,10 @@ from typing import NoReturn
 
 from ..checks.arguments import Progress
 from ..files.access.content import check_not_read
-from ..files.access.known_names import FRAMES, existing_files, is_numbered
+from ..files.access.known_names import existing_files, is_numbered
 from ..notes.notes import print_note, print_warning
 from ..notes.words import printable
 from ..renderer.renderer import Renderer
-from .options import FrameOptions
 
 SOFTWARE = "{} is a software renderer: pictures are right, but slow"
 
@@ -40,9 +39,9 @@ def report(output: Path, what: str, renderer: Renderer, spent: float) -> None:
     print_line(f"{output}: {what}, {renderer.context.renderer}, {spent * 1e3:.0f} ms")
 
 
-def new_beside(frame: FrameOptions, suffix: str) -> Path:
+def new_beside(read: str, suffix: str) -> Path:
     """The path of a new file in the working directory, called like what is read, with a number where that is taken."""
-    source = Path(str(frame.input or frame.depth or frame.color or FRAMES[0]))
+    source = Path(read)
     name = source.resolve().name if source.is_dir() else source.stem
     name = "out" if is_numbered(Path(name)) or not name else name
     names = (name if k == 1 else f"{name}_{k}" for k in count(1))
@@ -66,18 +65,8 @@ def explainer(wanted: bool, names: Sequence[str] = ()) -> Callable[[Renderer], N
     return after_each
 
 
-def in_turn(*calls: Callable[[Renderer], None]) -> Callable[[Renderer], None]:
-    """One function for after each picture that calls several."""
-
-    def after_each(renderer: Renderer) -> None:
-        for call in calls:
-            call(renderer)
-
-    return after_each
-
-
 def fail(error: str, code: int) -> NoReturn:
-    """Ends the process with the error, if it says anything, in one line, and if somebody can read it."""
+    """Ends the process with the error, if it is not empty, in one line, and if somebody can read it."""
     if error:
         with suppress(OSError):
             complain(f"pointshade: {' '.join(error.split())}")
@@ -96,7 +85,7 @@ def drop_unread(*streams: str) -> None:
 
 @contextmanager
 def open_renderer(device: int, *outputs: Path | None) -> Iterator[Renderer]:
-    """A renderer; a note says when it runs on the CPU. Raises ValueError if an output is a file that was read."""
+    """A renderer, with a note if it runs on the CPU. Raises ValueError if an output is a file that was read."""
     check_not_read(*(file for output in outputs if output for file in existing_files(output)))
     with Renderer(device=device) as renderer:
         announce(renderer)
@@ -126,13 +115,14 @@ def spinner(text: str) -> Iterator[None]:
 
 
 @contextmanager
-def progress(steps: int, with_rate: bool = False) -> Iterator[Progress]:
+def progress(steps: int, with_rate: bool = False, after: Callable[[], object] = lambda: None) -> Iterator[Progress]:
     """A function to call with how many of all steps are done. It moves a bar on a terminal, and elsewhere nothing.
 
     with_rate  also show how many are done, how many a second, and the time left
+    after      called after each step
     """
     if not _is_terminal():
-        yield lambda *_: None
+        yield lambda *_: after()
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -148,5 +138,6 @@ def progress(steps: int, with_rate: bool = False) -> Iterator[Progress]:
             bar.update(task, completed=done)
             speed = bar.tasks[0].speed
             bar.update(task, rate=f"{speed:.3g}/s" if speed else "")
+            after()
 
         yield advance

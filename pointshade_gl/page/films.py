@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from os import PathLike
 from typing import Any, NamedTuple
@@ -22,19 +22,19 @@ from ..renderer.series import sequence_jobs
 from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.viewpoint import View
-from .page_contents import PageSurface, reduced, surfaces_of
-from .page_scene import Showing, arranged, look_of
-from .parts import MISSING, POINT, RIM, Part, QualityName, code_errors, code_normals, code_plane, pack, repeated
+from .page_contents import Showing, arranged, look_of, reduced
+from .page_surfaces import MISSING, PageSurface, surfaces_of
+from .parts import Part, QualityName, code_depth, code_errors, code_normals, code_plane, encoded, pack, repeated
 from .template import filled
 
 KEY_EVERY = 12  # frames: so many are decoded at most when the slider jumps
-STEPS = 2e-5, 2e-3  # of depth: least and most, shares of it
-OF_NOISE = 1 / 3  # of the noise, is one step
-STILL_STEPS = 1  # by so many a depth may change and stay what it was
-STAYS = 4  # of 255: by so much a colour
-MOST = 300_000 / (640 * 480)  # bytes of a page for each pixel of a frame: else pictures are coded less exactly
-LOWER = 4, 5  # qualities of normals and colours by which they are
-LOWEST = 40  # of colours
+DEPTH_STEPS = 2e-5, 2e-3  # of depth: least and most, shares of it
+STEP_OF_NOISE = 1 / 3  # of the noise, is one step
+STAYING_DEPTH = 1  # by so many a depth may change and stay what it was
+STAYING_COLOR = 4  # of 255: by so much a colour
+MAX_BYTES = 300_000 / (640 * 480)  # of a page for each pixel of a frame: else pictures are coded less exactly
+QUALITY_STEPS = 4, 5  # by which the qualities of normals and colours are lowered then
+MIN_COLOR_QUALITY = 40
 MIDDLE = 128  # of 255: no difference
 LUMA = np.array([[0.299, 0.587, 0.114], [-0.168736, -0.331264, 0.5], [0.5, -0.418688, -0.081312]])  # JFIF
 
@@ -68,7 +68,7 @@ class FilmCoder:
 
     def __init__(self, quality: FilmQuality, noise: float, nearest: float):
         self._quality, self._nearest = quality, nearest
-        self.step = float(np.clip(OF_NOISE * noise, *STEPS))
+        self.step = float(np.clip(STEP_OF_NOISE * noise, *DEPTH_STEPS))
         self._kept: Kept | None = None
         self._since_key = 0
 
@@ -78,9 +78,9 @@ class FilmCoder:
         while True:
             head, body, kept = self._coded(surface)
             packed = pack(body)
-            if len(packed) * 4 / 3 <= MOST * surface.depth.size or self._quality.colors <= LOWEST:
+            if len(packed) * 4 / 3 <= MAX_BYTES * surface.depth.size or self._quality.colors <= MIN_COLOR_QUALITY:
                 break
-            pairs = zip(self._quality, LOWER, strict=True)
+            pairs = zip(self._quality, QUALITY_STEPS, strict=True)
             self._quality = FilmQuality(*(quality - by for quality, by in pairs))
         self._kept, self._since_key = kept, self._since_key + 1 if any(head["changes"]) else 0
         return head, packed
@@ -88,20 +88,18 @@ class FilmCoder:
     def _coded(self, surface: PageSurface) -> tuple[dict[str, Any], bytes, Kept]:
         """The frame's description, its bytes, and what the page will have of it."""
         kept = self._kept if self._since_key < KEY_EVERY - 1 else None
-        kinds = np.where(surface.depth == 0, MISSING, np.where(surface.depth < 0, RIM, POINT)).astype(np.uint8)
+        kinds, certainty = surface.kinds, surface.certainty_codes
         known = kinds != MISSING
         codes = np.zeros(kinds.shape, np.int64)
-        distances = np.abs(surface.depth[known]).astype(np.float64)
-        codes[known] = np.rint(np.log(distances / self._nearest) / self.step)
+        codes[known], _ = code_depth(np.abs(surface.depth[known]), self.step, self._nearest)
         kind_part, is_kind_change = _fewer(kinds.tobytes(), kept and (kinds ^ kept.kinds).tobytes())
         codes, depth_part, size, is_depth_change = _coded_depth(codes, known, kept)
         normals, normal_part, is_normal_change = _coded_picture(
             normal_planes(surface.normals, known), kept and kept.normals, self._quality.normals, 0
         )
         colors, color_part, is_color_change = _coded_picture(
-            color_planes(surface.colors, known), kept and kept.colors, self._quality.colors, STAYS
+            color_planes(surface.colors, known), kept and kept.colors, self._quality.colors, STAYING_COLOR
         )
-        certainty = None if surface.certainty is None else np.rint(surface.certainty * 65535).astype("<u2")
         head = {
             "count": int(known.sum()),
             "changes": [is_kind_change, is_depth_change, is_normal_change, is_color_change],
@@ -140,7 +138,7 @@ def _coded_depth(
     if kept is None:
         return plane, key, key_size, False
     change = codes - kept.codes
-    change[np.abs(change) <= STILL_STEPS] = 0
+    change[np.abs(change) <= STAYING_DEPTH] = 0
     changed, size = code_errors(change[known])
     if len(pack(changed)) >= len(pack(key)):
         return plane, key, key_size, False
@@ -172,12 +170,11 @@ def _webp(planes: Planes, quality: int) -> tuple[bytes, Planes]:
     """A grey picture, and how browsers decode it."""
     from PIL import Image
 
-    file = io.BytesIO()
-    Image.fromarray(planes).save(file, "WEBP", quality=quality, method=4)
-    return file.getvalue(), np.asarray(Image.open(file).convert("RGB"))[..., 1]
+    data = encoded(planes, "WEBP", quality=quality, method=4)
+    return data, np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))[..., 1]
 
 
-MOST_FRAMES = 300  # that a page takes unless more are asked for
+MAX_FRAMES = 300  # that a page takes unless more are asked for
 
 
 def frames_of(source: Any, count: int | None = None) -> Sequence[Frame]:
@@ -191,10 +188,10 @@ def frames_of(source: Any, count: int | None = None) -> Sequence[Frame]:
         raise ValueError(f"a single frame does not play: leave out {option('fps')}")
     if not is_a(source, Sequence):
         raise TypeError(f"what plays must be a sequence of frames, got {shown(source)}")
-    if count is None and len(source) > MOST_FRAMES:
-        more = f"the page has the first {MOST_FRAMES} of {len(source)} frames; {option('frames', 'N')} takes N"
+    if count is None and len(source) > MAX_FRAMES:
+        more = f"the page has the first {MAX_FRAMES} of {len(source)} frames; {option('frames', 'N')} takes N"
         print_note(more)
-    return source[: count or MOST_FRAMES]
+    return source[: count or MAX_FRAMES]
 
 
 def draw_film(
@@ -217,50 +214,41 @@ def draw_film(
     camera  who looks; None: that of the view, or of the frames
     """
     fps, count.all = check_fps(fps, option("fps"), "frames"), len(frames) + 1
-    film = _Film(renderer, quality, count)
-    parts = film.parts(_small(sequence_jobs(frames, view, skipped, renderer), largest, camera))
-    bodies = list(parts)
+    film, bodies = _Film(renderer, FILM_QUALITIES[quality], count), []
+    for _, request in sequence_jobs(frames, view, skipped, renderer):
+        source = reduced(request.source, largest, largest**2)
+        bodies.append(film.add(replace(request, source=source, camera=camera or request.camera)))
     if film.first is None:
         raise ValueError("the page has nothing to show: no frame could be read")
     data: dict[str, Any] = film.values | {"film": {"fps": fps, "frames": film.heads}}
-    for sentence in data["leftOut"]:
-        print_note(f"in the page {sentence}")
     return filled(title, film.still, data, b"", bodies)
-
-
-def _small(
-    jobs: Generator[tuple[int, RenderRequest], None, None], largest: int, camera: Camera | None
-) -> Generator[RenderRequest, None, None]:
-    for _, request in jobs:
-        source = reduced(request.source, largest, largest**2)
-        yield replace(request, source=source, camera=camera or request.camera)
 
 
 class _Film:
     """What the page of a film is filled with, frame by frame.
 
-    first  what the page shows first, once there is something
+    first  what the page shows first, once there is something; then there are its `still` and its `values`, too
+    heads  of the frames
     """
 
-    def __init__(self, renderer: Renderer, quality: QualityName, count: Count):
-        self._renderer, self._quality, self._count = renderer, FILM_QUALITIES[quality], count
+    def __init__(self, renderer: Renderer, quality: FilmQuality, count: Count):
+        self._renderer, self._quality, self._count = renderer, quality, count
         self._coder: FilmCoder | None = None
         self.first: Showing | None = None
         self.heads: list[dict[str, Any]] = []
 
-    def parts(self, requests: Iterable[RenderRequest]) -> Generator[bytes, None, None]:
-        """The packed bytes of each frame; their heads are in `heads`."""
-        for request in requests:
-            showing = arranged(request)
-            if self.first is None:
-                self.still = self._renderer.render(request)
-                self._count.step()
-                self.first = showing = replace(showing, around=self._renderer.surroundings)
-                self.values = showing.values() | {"exposure": 2.0**self._renderer.exposure}
-            head, body = self._part(showing, self.first)
-            self.heads.append(head)
+    def add(self, request: RenderRequest) -> bytes:
+        """The packed bytes of the next frame."""
+        showing = arranged(request)
+        if self.first is None:
+            self.still = self._renderer.render(request)
             self._count.step()
-            yield body
+            self.first = showing = replace(showing, around=self._renderer.surroundings)
+            self.values = showing.values() | {"exposure": 2.0**self._renderer.exposure}
+        head, body = self._part(showing, self.first)
+        self.heads.append(head)
+        self._count.step()
+        return body
 
     def _part(self, showing: Showing, first: Showing) -> Part:
         home = np.linalg.inv(first.home)
@@ -272,9 +260,8 @@ class _Film:
             known = surface.depth[surface.depth != 0]
             nearest = float(np.abs(known).min()) if known.size else 1.0
             self._coder = FilmCoder(self._quality, noise.relative if noise else 0.0, nearest)
-            own = {} if showing.shading == "phong" else {"shading": "phong"}
             more = {"lobe": first.lobe_of(placed), "depthStep": self._coder.step, "nearest": nearest}
-            self._thing = _thing_of(surface) | look_of(placed) | own | more
+            self._thing = _thing_of(surface) | look_of(placed, showing) | more
             self.values["things"] = [self._thing]
         size = surface.depth.shape[::-1]
         if size != (self._thing["width"], self._thing["height"]):
@@ -305,7 +292,7 @@ def _thing_of(surface: PageSurface) -> dict[str, Any]:
         "height": height,
         "color": {"width": surface.colors.shape[1], "height": surface.colors.shape[0]},
         "size": float(surface.sizes[0]),
-        "hasRims": not surface.is_round and bool((surface.sizes == 1).all()),
+        "hasRims": surface.has_rims,
         "isRound": surface.is_round,
         "stride": surface.stride,
         "scale": surface.scale,

@@ -1,180 +1,62 @@
-"""What a page shows, read from the GPU: surfaces, clouds, several frames merged, with fewer pixels if need be."""
+"""What a page shows, as plain values: who looks, the lights, the stage that the mouse moves, and all things; with fewer
+pixels and points if need be."""
 
 from __future__ import annotations
 
+import base64
 import math
 from collections.abc import Iterator, Sequence
-from math import gcd, lcm
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gpu.core.images import read_texture
-from ..gpu.core.view_images import Drawable
-from ..gpu.meshes.mesh_objects import ShownGrid
-from ..gpu.points.point_objects import Points, ShownPoints, ShownSet
+from ..estimation import environment_light as lighting
 from ..notes.words import counted
+from ..renderer.requests import STRAIGHT, RenderRequest, Scenes
+from ..scene.camera import Camera
 from ..scene.cloud import ARRAYS, CloudLook, PointCloud
+from ..scene.environment import FAR_AS_SEEN, NOTHING_AROUND, EnvironmentLight
 from ..scene.frame import Frame
 from ..scene.graph import Scene
+from ..scene.light import Light, at_upper_left
+from ..scene.node import Placed
 from ..scene.objects import PointObject
-from ..scene.settings import Finish
-from ..scene.values import linear_to_bytes, srgb_to_linear
-from ..scene.visible import bridged_stride, coarser, points_at
-from .merged_frames import Member, merged
-
-AROUND = 2  # pixels beside the known ones that are kept: rims look so far
+from ..scene.orbit import OrbitStage, State
+from ..scene.settings import STILL, Finish
+from ..scene.values import linear_to_srgb
+from ..scene.visible import coarser, is_alone, points_at
 
 
-MOST_BEHIND = 0.03  # of the depth: by so much the last frame of a set gives way to the first
-
-
-class PageSurface(NamedTuple):
-    """The points of a frame, cut out of its picture."""
-
-    normals: NDArray[np.float32]  # (h, w, 3)
-    depth: NDArray[np.float32]  # (h, w), 0 where nothing is known, negative at rims
-    colors: NDArray[np.uint8]  # (h, w, 3), or of another size that covers the same part of the picture
-    certainty: NDArray[np.float32] | None  # of the normals, a smaller picture
-    sizes: NDArray[np.float32]  # (1,) or (h*w,) source pixels
-    intrinsics: tuple[float, float, float, float]
-    axes: NDArray[np.float64]  # (4, 4) from the camera's axes to the world, without the scale
-    scale: float
-    is_round: bool
-    stride: int  # pixels for each of the smaller surface of what they hide, which casts shadows, too; 0 for none
-    behind: float = 0.0  # share of the depth by which others of its set are seen before it where they agree
-
-
-def surfaces_of(thing: Drawable, is_cut: bool = True) -> Iterator[PageSurface]:
-    """The surfaces of a thing that shows points: one of a frame, several of a set.
-
-    is_cut  only the part of the picture where something is known; else all of it, as the next frame's
-    """
-    if isinstance(thing, ShownSet):
-        step = min(thing.consensus.band / 2, MOST_BEHIND / len(thing.views))
-        for k, (view, member) in enumerate(zip(thing.views, _merged(thing), strict=True)):
-            if member.known.any():
-                yield _read(view, member)._replace(behind=k * step)
-    else:
-        assert isinstance(thing, ShownPoints | ShownGrid), "tiles are reduced before"
-        yield _read(thing, is_cut=is_cut)
-
-
-def _merged(thing: ShownSet) -> list[Member]:
-    """The frames of a set without points that another frame shows better."""
-    members, frames = [], []
-    for view, trust, gain in zip(thing.views, thing.points.trusts, thing.consensus.gains, strict=True):
-        surface, trusted = _read_surface(view), trust.read()
-        surface[trusted[..., 0] == 0, 3] = 0
-        colors = srgb_to_linear(_read_colors(view.colors.texture) / np.float32(255)) * gain.astype(np.float32)
-        pose = view.points.pose.copy()
-        pose[:3, 3] /= view.points.scale
-        members.append(Member(surface, colors, trusted[..., 1], view.points.source, pose))
-        frames.append(view.textures.frame)
-    return merged(members, frames, thing.consensus.band)
-
-
-def _read_surface(shown: ShownPoints | ShownGrid) -> NDArray[np.float32]:
-    texture = shown.points.surface.texture
-    return np.array(read_texture(texture.ctx, texture))
-
-
-def _read(shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: bool = True) -> PageSurface:
-    """What a frame shows, or what is left of it in a set."""
-    points = shown.points
-    values = _read_surface(shown) if member is None else member.surface
-    depth = values[..., 3]
-    colors = _read_colors(shown.colors.texture) if member is None else linear_to_bytes(np.clip(member.colors, 0, 1))
-    certainty = _read_certainty(points.surface.certainty) if shown.has_doubts else None
-    sizes, is_round, stride = np.ones(1, np.float32), False, 0
-    if isinstance(points, Points):
-        sizes, is_round = points.sizes, points.splat == "round"
-        stride = bridged_stride(points.source) if member is None else 0
-    others = [picture.shape for picture in (colors, certainty) if picture is not None]
-    height, width = depth.shape
-    left, top, right, bottom = box = _box(depth, others, max(stride, 1)) if is_cut else (0, 0, width, height)
-    camera = points.source
-    return PageSurface(
-        values[top:bottom, left:right, :3],
-        depth[top:bottom, left:right],
-        _cut(colors, box, depth.shape),
-        None if certainty is None else _cut(certainty, box, depth.shape),
-        sizes if sizes.size == 1 else sizes.reshape(depth.shape)[top:bottom, left:right].ravel(),
-        (camera.fx, camera.fy, camera.cx - left, camera.cy - top),
-        points.pose,
-        points.scale,
-        is_round,
-        stride,
-    )
-
-
-def _read_colors(texture: moderngl.Texture) -> NDArray[np.uint8]:
-    values = read_texture(texture.ctx, texture)[..., :3]
-    return (values if values.dtype == np.uint8 else np.rint(values / 257)).astype(np.uint8)
-
-
-def _read_certainty(texture: moderngl.Texture | None) -> NDArray[np.float32] | None:
-    if texture is None:
-        return None
-    return (read_texture(texture.ctx, texture)[..., 0] / 65535).astype(np.float32)
-
-
-def _box(depth: NDArray[np.float32], others: list[tuple[int, ...]], stride: int) -> tuple[int, int, int, int]:
-    """Left, top, right and bottom of what is known, with the pixels around it; whole strides. Pictures of other shapes
-    can be cut there, too: between two of their pixels."""
-    sides = []
-    for axis in (1, 0):
-        size, known = depth.shape[axis], np.flatnonzero(depth.any(1 - axis))
-        step = lcm(stride, *(size // gcd(size, shape[axis]) for shape in others))
-        low, high = (known[0] - AROUND, known[-1] + 1 + AROUND) if len(known) else (0, 1)
-        sides.append((max(int(low), 0) // step * step, min(-(-int(high) // step) * step, size)))
-    (left, right), (top, bottom) = sides
-    return left, top, right, bottom
-
-
-def _cut(picture: NDArray[Any], box: tuple[int, int, int, int], shape: tuple[int, ...]) -> NDArray[Any]:
-    """The part of a picture of any size that covers a box of another."""
-    (height, width), (rows, columns) = shape[:2], picture.shape[:2]
-    left, top, right, bottom = box
-    return picture[top * rows // height : bottom * rows // height, left * columns // width : right * columns // width]
-
-
-Source = Frame | Sequence[Frame] | Scene | PointCloud
-
-
-def reduced(source: Source, largest: int, most: int) -> Source:
+def reduced(source: Any, largest: int, most: int, points: int = 0) -> Any:
     """The frame, frames, scene or cloud, where depths and colours have up to `largest` pixels a side, and all clouds
-    together about `most` points; itself if they do."""
-    level = max(math.log2(max(cloud_points(source), 1) / min(most, largest**2)), 0.0)
+    together about `most` points, or as many as such a picture has; itself if they do.
+
+    points  of all clouds
+    """
+    level = max(math.log2(max(points, 1) / min(most, largest**2)), 0.0)
+    made: dict[PointCloud, PointCloud] = {}
+
+    def smaller(content: Any) -> Any:
+        if isinstance(content, Frame):
+            return _reduced_frame(content, largest)
+        if isinstance(content, PointCloud):
+            return made.setdefault(content, _reduced_cloud(content, level))
+        if isinstance(content, PointObject):
+            frames = smaller(content.frames)
+            is_same = all(a is b for a, b in zip(frames, content.frames, strict=True))
+            return content if is_same else PointObject(frames, look=content.look)
+        return tuple(map(smaller, content)) if isinstance(content, Sequence) else content
+
     if isinstance(source, Scene):
-        made: dict[PointCloud, PointCloud] = {}
-        return source.with_every_node(lambda node: {"content": _reduced_content(node.content, largest, level, made)})
-    if isinstance(source, PointCloud):
-        return _reduced_cloud(source, level)
-    if isinstance(source, Frame):
-        return _reduced_frame(source, largest)
-    return [_reduced_frame(frame, largest) for frame in source]
+        return source.with_every_node(lambda node: {"content": smaller(node.content)})
+    return smaller(source)
 
 
-def cloud_points(source: Source) -> int:
+def cloud_points(scene: Scene) -> int:
     """How many points the visible clouds have."""
-    if isinstance(source, Scene):
-        return sum(len(p.content) for p in source.placed() if isinstance(p.content, PointCloud))
-    return len(source) if isinstance(source, PointCloud) else 0
-
-
-def _reduced_content(content: Any, largest: int, level: float, made: dict[PointCloud, PointCloud]) -> Any:
-    if isinstance(content, tuple):
-        return tuple(_reduced_content(part, largest, level, made) for part in content)
-    if isinstance(content, PointCloud):
-        return made.setdefault(content, _reduced_cloud(content, level))
-    if not isinstance(content, PointObject):
-        return content
-    frames = [_reduced_frame(frame, largest) for frame in content.frames]
-    is_same = all(a is b for a, b in zip(frames, content.frames, strict=True))
-    return content if is_same else PointObject(frames, look=content.look)
+    return sum(len(placed.content) for placed in scene.things if isinstance(placed.content, PointCloud))
 
 
 def _reduced_cloud(cloud: PointCloud, level: float) -> PointCloud:
@@ -210,8 +92,7 @@ def _averaged(color: NDArray[np.uint8], largest: int) -> NDArray[np.uint8]:
 
 def left_out(scene: Scene, finish: Finish, points: int) -> Iterator[str]:
     """Of a scene, finished like this. points: of its clouds, before some were left out."""
-    objects = [p.content for p in scene.things if isinstance(p.content, PointObject)]
-    shown = sum(len(p.content) for p in scene.things if isinstance(p.content, PointCloud))
+    objects, shown = [p.content for p in scene.things if isinstance(p.content, PointObject)], cloud_points(scene)
     if shown < points:
         yield f"of {counted(points, 'point')} an even sample is drawn, {counted(shown, 'point')}"
     if finish.ground:
@@ -222,3 +103,157 @@ def left_out(scene: Scene, finish: Finish, points: int) -> Iterator[str]:
         yield "triangles between pixels are drawn as splats"
     if not all(one.is_single for one in objects):
         yield "several frames are one surface, the same from everywhere, without points that other frames contradict"
+
+
+@dataclass(frozen=True, eq=False)
+class Showing:
+    """How a page begins. All its places are in *home axes*: those of the camera that the stage stands before.
+
+    home  (4, 4) pose of that camera
+    turn  yaw, pitch and dolly by which the page's first picture is seen from elsewhere
+    frame  the source, or the first of its frames; None: the source is a scene or a cloud
+    """
+
+    scene: Scene
+    camera: Camera
+    home: NDArray[np.float64]
+    turn: tuple[float, float, float]
+    lights: Sequence[Light]
+    shading: str
+    finish: Finish
+    frame: Frame | None = None
+    around: EnvironmentLight = NOTHING_AROUND
+
+    @property
+    def stage(self) -> OrbitStage:
+        if self.frame is None:
+            return OrbitStage.of(replace(self.scene, pose=self.home))
+        stage = OrbitStage.of(self.frame)
+        return replace(stage, pivot=stage.upright @ self._at_home(self.frame.pivot))
+
+    def values(self, points: int = 0) -> dict[str, Any]:
+        """For the JSON: all but the things. points: of all clouds, before some were left out."""
+        stage = self.stage
+        start = self.start(stage)
+        held, *lights = (self._light(light) for light in self._placed(start.pose(stage)))
+        return {
+            "camera": vars(self.camera),
+            "stage": {"pivot": stage.pivot.tolist(), "radius": stage.radius, "upright": stage.upright.tolist()},
+            "start": {
+                "yaw": start.yaw,
+                "pitch": start.pitch,
+                "distance": start.distance,
+                "lightAt": start.light_at,
+                "lightReach": start.light_reach,
+                "lightColor": start.light_color,
+                "lightIntensity": start.light_intensity,
+                "shadows": any(light.shadow for light in self.lights),
+                "shading": self.shading,
+            },
+            "held": held,
+            "lights": lights,
+            "ambient": list(self.scene.ambient),
+            "around": self._around(),
+            "bounds": self.bounds,
+            "toWorld": self.home[:3, :3].tolist(),
+            "distance": self.distance,
+            "background": self._background(),
+            "behind": self.finish.behind,
+            "samples": max(self.finish.samples, STILL),
+            "tone": self.finish.tone,
+            "leftOut": list(left_out(self.scene, self.finish, points)),
+        }
+
+    def start(self, stage: OrbitStage) -> State:
+        """The state in which the page begins: its first light is the one that is held."""
+        yaw, pitch, dolly = self.turn
+        state = State(yaw=yaw, pitch=pitch * stage.upright[1, 1], distance=1 - dolly)
+        (first, *_) = self._placed(state.pose(stage))
+        return state.with_light(first, stage, self.home)
+
+    def _placed(self, pose: NDArray[np.float64]) -> list[Light]:
+        return [at_upper_left(light, self.home @ pose) for light in self.lights or [Light(intensity=0)]]
+
+    def _at_home(self, point: Any) -> NDArray[np.float64]:
+        return self.home[:3, :3].T @ (np.asarray(point) - self.home[:3, 3])
+
+    def _light(self, light: Light) -> dict[str, Any]:
+        turn = self.home[:3, :3].T
+        kept = "color", "intensity", "attenuation", "cone", "radius", "angle", "size", "shadow"
+        return {
+            "position": None if light.position is None else self._at_home(light.position).tolist(),
+            "direction": None if light.direction is None else (turn @ np.array(light.direction)).tolist(),
+            **{name: getattr(light, name) for name in kept},
+        }
+
+    def _around(self) -> dict[str, Any]:
+        """The light from all around, in home axes."""
+        around, turn = self.around, np.array(self.around.to_sky) @ self.home[:3, :3]
+        found: dict[str, Any] = {"occlusion": around.occlusion if around.occlusion < FAR_AS_SEEN else True}
+        if around.environment is None:
+            return found
+        picture, up = around.environment.picture, around.floor_in_sky
+        bands = around.intensity * lighting.radiance_bands(picture, up)
+        found |= {"bands": lighting.sh_rotation(bands, turn).tolist(), "toSky": turn.tolist()}
+        if self.exponents:
+            whole = picture if up is None else lighting.above_horizon(picture, up)
+            maps = around.intensity * lighting.lobe_maps(whole, self.exponents)
+            texels = np.concatenate([maps, np.ones_like(maps[..., :1])], -1).clip(0, 65504).astype("<f2")
+            size = {"width": maps.shape[1], "height": maps.shape[0], "count": len(self.exponents)}
+            found["lobes"] = size | {"texels": base64.b64encode(texels.tobytes()).decode()}
+        return found
+
+    @property
+    def exponents(self) -> tuple[float, ...]:
+        """Those of highlights that show an environment."""
+        if self.around.environment is None:
+            return ()
+        return lighting.exponents_of(p.content.material for p in self.scene.things)
+
+    def lobe_of(self, placed: Placed) -> int:
+        """Which of the maps shows the highlights of a thing."""
+        return lighting.nearest_lobe(self.exponents, placed.content.material.shininess) if self.exponents else 0
+
+    def _background(self) -> str | None:
+        """As CSS writes colours."""
+        if self.finish.behind is None:
+            return None
+        return f"rgb({', '.join(f'{255 * linear_to_srgb(c):.0f}' for c in self.finish.behind)})"
+
+    @property
+    def bounds(self) -> dict[str, Any]:
+        """How far everything reaches, in home axes."""
+        extent = self.scene.extent
+        return {
+            "corners": [self._at_home(corner).tolist() for corner in extent.corners],
+            "centre": self._at_home(extent.centre).tolist(),
+            "radius": extent.radius,
+            "grain": extent.grain,
+        }
+
+    @property
+    def distance(self) -> float | None:
+        """How far everything is taken to be for the near plane; None if it depends on who looks."""
+        if not is_alone(self.scene.things):
+            return None
+        alone = self.scene.things[0]
+        return alone.content.scale * alone.rigid_axes[1]
+
+
+def arranged(request: RenderRequest) -> Showing:
+    """Return what a page shows first."""
+    scene = Scenes().of(request)
+    lights, (camera, seen) = request.lights_of(scene), request.seen_by(scene)
+    if isinstance(request.source, Scene | PointCloud):
+        shading = request.source.shading if isinstance(request.source, PointCloud) else "phong"
+        return Showing(scene, camera, seen, STRAIGHT, lights, shading, request.finish)
+    frame = scene.things[0].content.frame
+    home, turns = (frame.pose, request.turns) if request.pose is None else (seen, STRAIGHT)
+    return Showing(scene, camera, home, turns, lights, request.look.shading, request.finish, frame)
+
+
+def look_of(placed: Placed, showing: Showing) -> dict[str, Any]:
+    """How a thing is lit, for the JSON."""
+    strengths = list(placed.content.material.strengths)
+    shading = placed.content.shading if showing.shading == "phong" else "phong"  # the page's is that of a thing alone
+    return {"material": strengths, "shading": shading, "shadow": placed.node.shadow}

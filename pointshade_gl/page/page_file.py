@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
 from functools import partial
@@ -21,24 +21,24 @@ from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.core.view_images import Drawable
 from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..gpu.points.point_objects import ShownSet
-from ..notes.notes import Note, print_note, taken_by
+from ..notes.notes import Note, taken_by
 from ..notes.words import option, shown
 from ..renderer.renderer import Renderer
 from ..renderer.requests import GROUPS, FilePath, RenderRequest, RequestOptions, Source
+from ..scene.frame import Frame
 from ..scene.graph import Scene
-from ..scene.node import Placed
 from ..scene.objects import PointObject
 from ..scene.option_fields import takes
 from .films import draw_film, frames_of
-from .page_contents import cloud_points, reduced, surfaces_of
-from .page_scene import Showing, arranged, look_of
+from .page_contents import Showing, arranged, cloud_points, look_of, reduced
+from .page_surfaces import surfaces_of
 from .parts import QUALITIES, Part, Quality, QualityName, cloud_part, mesh_part, surface_part
 from .template import command_of, filled
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-EXACT = 200  # steps of depth in what several frames of one thing may differ by
+BAND_STEPS = 200  # steps of depth in what several frames of one thing may differ by
 LARGEST = 2048  # pixels a side: so many have the textures of every browser
 
 
@@ -135,19 +135,27 @@ def draw_page(
     """The text of the page that `save_page` writes."""
     check_choice(option("quality"), quality, tuple(QUALITIES))
     check_count(largest, "largest", 1, "of pixels ")
-    named = "pointshade" if not isinstance(source, str | PathLike) else Path(source).stem or str(source)
     if not is_a(title, str, type(None)):
         raise TypeError(f"title must be a text, got {shown(title)}")
+    if title is None:
+        title = "pointshade" if not isinstance(source, str | PathLike) else Path(source).stem or str(source)
     with taken_by(notes):
         if fps is not None:
-            named = named if title is None else title
-            return _drawn_film(renderer, source, fps, quality, largest, named, Count(progress), options)
+            frames = frames_of(source)
+            request = RenderRequest.of(_first_of(frames), **options)
+            return draw_film(
+                renderer, frames, request.view, fps, camera=request.camera, quality=quality, largest=largest,
+                title=title, count=Count(progress),
+            )  # fmt: skip
         request = RenderRequest.of(source, **options)
-        whole, request = request, replace(request, source=reduced(request.source, largest, QUALITIES[quality].points))
-        if isinstance(request.finish.exposure, str) and request.source is not whole.source:  # whose noise is another
-            renderer.draw(whole)
+        whole = arranged(request)
+        points = cloud_points(whole.scene)
+        smaller = reduced(request.source, largest, QUALITIES[quality].points, points)
+        if isinstance(request.finish.exposure, str) and smaller is not request.source:  # whose noise is another
+            renderer.draw(request)
             request = replace(request, finish=replace(request.finish, exposure=renderer.exposure))
-        showing, count = replace(arranged(request), points=cloud_points(whole.source)), Count(progress)
+        request = replace(request, source=smaller)
+        showing, count = arranged(request), Count(progress)
 
         def drawn(done: int, all: int) -> None:
             count.all = all + _surfaces_in(showing.scene)
@@ -159,34 +167,18 @@ def draw_page(
         for part in _parts(renderer, showing, QUALITIES[quality]):
             parts.append(part)
             count.step()
-        data: dict[str, Any] = showing.values() | {"exposure": gain, "things": [head for head, _ in parts]}
+        data: dict[str, Any] = showing.values(points) | {"exposure": gain, "things": [head for head, _ in parts]}
         data["command"] = command_of(whole, command)
-        for sentence in data["leftOut"]:
-            print_note(f"in the page {sentence}")
-    return filled(named if title is None else title, still, data, b"".join(body for _, body in parts))
+        return filled(title, still, data, b"".join(body for _, body in parts))
 
 
-def _drawn_film(
-    renderer: Renderer,
-    source: Source,
-    fps: float,
-    quality: QualityName,
-    largest: int,
-    title: str,
-    count: Count,
-    options: Any,
-) -> str:
-    """The text of a page in which the frames of a source play."""
-    frames = frames_of(source)
+def _first_of(frames: Sequence[Frame]) -> Frame:
+    """The first frame that can be read. Raises ValueError if there is none."""
     with closing(prefetched(frames, lambda _: None)) as read:
         first = next(read, None)
     if first is None:
         raise ValueError("the page has nothing to show: no frame could be read")
-    request = RenderRequest.of(first, **options)
-    camera, view = request.camera, request.view
-    return draw_film(
-        renderer, frames, view, fps, camera=camera, quality=quality, largest=largest, title=title, count=count
-    )
+    return first
 
 
 def largest_of(request: RenderRequest) -> int:
@@ -203,18 +195,13 @@ def _surfaces_in(scene: Scene) -> int:
 
 def _parts(renderer: Renderer, showing: Showing, quality: Quality) -> Iterator[Part]:
     """The things of the scene."""
-    own = {} if showing.shading == "phong" else {"shading": "phong"}  # the page's shading is that of a thing alone
     with renderer.prepared(showing.scene, showing.camera, showing.home) as things:
         for placed, thing in things.items():
+            middle = placed.content.frame.scale if isinstance(placed.content, PointObject) else None  # in its unit
             for head, body in _parts_of(thing, quality):
                 axes = np.linalg.inv(showing.home) @ head["axes"]  # to home axes
-                more = {"axes": axes.tolist(), "lobe": showing.lobe_of(placed), "middle": _middle(placed)}
-                yield head | look_of(placed) | own | more, body
-
-
-def _middle(placed: Placed) -> float | None:
-    """How far the points of a frame are, in its unit."""
-    return placed.content.frame.scale if isinstance(placed.content, PointObject) else None
+                more = {"axes": axes.tolist(), "lobe": showing.lobe_of(placed), "middle": middle}
+                yield head | look_of(placed, showing) | more, body
 
 
 def _parts_of(thing: Drawable, quality: Quality) -> Iterator[Part]:
@@ -224,14 +211,14 @@ def _parts_of(thing: Drawable, quality: Quality) -> Iterator[Part]:
         yield cloud_part(thing, quality)
     else:
         if isinstance(thing, ShownSet):  # whose frames differ by more
-            step = max(quality.depth_step, thing.consensus.band / EXACT)
+            step = max(quality.depth_step, thing.consensus.band / BAND_STEPS)
             quality = quality._replace(depth_step=step, normal_bits=min(quality.normal_bits, 12))
         yield from (surface_part(surface, quality) for surface in surfaces_of(thing))
 
 
 HEIGHT = 480  # CSS pixels
-LOWEST = 120
-MOST = 2_500_000  # bytes: Jupyter drops outputs of 3 million bytes and more in its first setting
+MIN_HEIGHT = 120
+MAX_CELL_BYTES = 2_500_000  # bytes: Jupyter drops outputs of 3 million bytes and more in its first setting
 
 
 class Cell:
@@ -285,9 +272,9 @@ def draw_cell(
     ValueError, TypeError
         For arguments that do not fit.
     """
-    height = check_count(height, "height", LOWEST, "of pixels ")
+    height = check_count(height, "height", MIN_HEIGHT, "of pixels ")
     draw = partial(draw_page, renderer, source, title=title, notes=notes, progress=progress, **options)
     page = draw(quality=quality or "exact")
-    if quality is None and len(page) > MOST:
+    if quality is None and len(page) > MAX_CELL_BYTES:
         page = draw(quality="small")
     return Cell(page, title, height)

@@ -13,20 +13,22 @@ from numpy.typing import NDArray
 from ..gpu.clouds import cloud_objects as drawing
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.meshes.mesh_objects import PlacedMesh, mesh_vertices
-from .page_contents import PageSurface
+from .page_surfaces import MISSING, PageSurface
 
 Whole = NDArray[np.int64]
 Known = NDArray[np.bool_]
-MISSING, POINT, RIM = 0, 1, 2  # what a pixel of a surface is
 
 
-def code_depth(depth: NDArray[np.floating], step: float) -> tuple[Whole, float]:
+def code_depth(depth: NDArray[np.floating], step: float, nearest: float | None = None) -> tuple[Whole, float]:
     """Depths above 0 as multiples of a step of their logarithm, counted from the nearest: and that one's depth.
+
+    nearest  what is counted from; None: the least depth
 
     The logarithm, as an error by a share of the depth moves a point by the same share of its distance everywhere.
     """
     depth = np.asarray(depth, np.float64)
-    nearest = float(depth.min()) if depth.size else 1.0
+    if nearest is None:
+        nearest = float(depth.min()) if depth.size else 1.0
     return np.rint(np.log(depth / nearest) / step).astype(np.int64), nearest
 
 
@@ -120,7 +122,7 @@ QUALITIES = {"exact": Quality(1e-6, 14, None, 250_000), "small": Quality(2e-5, 1
 def surface_part(surface: PageSurface, quality: Quality) -> Part:
     """The points of a frame."""
     depth = surface.depth
-    kinds = np.where(depth == 0, MISSING, np.where(depth < 0, RIM, POINT)).astype(np.uint8)
+    kinds, certainty = surface.kinds, surface.certainty_codes
     known = kinds != MISSING
     codes = np.zeros(depth.shape, np.int64)
     codes[known], nearest = code_depth(np.abs(depth[known]), quality.depth_step)
@@ -128,7 +130,6 @@ def surface_part(surface: PageSurface, quality: Quality) -> Part:
     places[known] = code_normals(surface.normals[known], quality.normal_bits)
     planes = [code_plane(plane, known) for plane in (codes, places[..., 0], places[..., 1])]
     color, color_bytes = _color_part(surface.colors, known, quality)
-    certainty = None if surface.certainty is None else np.rint(surface.certainty * 65535).astype("<u2")
     sizes = surface.sizes.astype("<f4")
     head = {
         "kind": "points",
@@ -143,7 +144,7 @@ def surface_part(surface: PageSurface, quality: Quality) -> Part:
         "color": color,
         "certainty": None if certainty is None else list(certainty.shape[::-1]),
         "size": float(sizes[0]) if sizes.size == 1 else None,
-        "hasRims": not surface.is_round and bool((sizes == 1).all()),
+        "hasRims": surface.has_rims,
         "isRound": surface.is_round,
         "stride": surface.stride,
         "source": list(surface.intrinsics),

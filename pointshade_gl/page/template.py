@@ -14,12 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..gpu.core.programs import splice
+from ..notes.notes import print_note
 from ..notes.words import printable
-from ..renderer.requests import RenderRequest, Scenes
 from ..scene.appearance import Look
-from ..scene.cloud import PointCloud
-from ..scene.frame import Frame
-from ..scene.graph import Scene
+from .page_contents import Showing
 from .parts import encoded, pack
 
 ENTRIES = (
@@ -58,15 +56,15 @@ STILL = 85  # quality of the still's WebP
 def filled(
     title: str, still: NDArray[np.uint8], data: dict[str, Any], body: bytes, frames: Sequence[bytes] = ()
 ) -> str:
-    """The template with its places filled, which look like {{title}}.
+    """The template with its places filled, which look like {{title}}. A note names each thing that the page leaves out.
 
     body    of all things
     frames  of a film: each frame's, which the page decodes when it comes to it
     """
+    for sentence in data["leftOut"]:
+        print_note(f"in the page {sentence}")
     places = {
-        "title": html.escape(
-            printable(title.encode("utf-8", "backslashreplace").decode())
-        ),  # a file's name may be no text
+        "title": html.escape(printable(title.encode("utf-8", "backslashreplace").decode())),  # it may be no text
         "still": f"data:image/webp;base64,{_base64(encoded(still, 'WEBP', quality=STILL))}",
         "data": _json(data),
         "shaders": _base64(pack(json.dumps(shader_texts()).encode())),
@@ -90,28 +88,26 @@ def _base64(data: bytes) -> str:
 CLOSE = 1e-3  # pixels: a camera that differs by less is the same
 
 
-def command_of(request: RenderRequest, line: str | None) -> dict[str, Any] | None:
+def command_of(showing: Showing, line: str | None) -> dict[str, Any] | None:
     """Return it for the JSON; None without a line, and where no `--picture-size` leads to the camera of the page.
 
     line  `pointshade render ...`, without lights, shading, view, size and samples
 
-    Of what it gives, isOwn says that the page's home is where the line looks from without `--pose`; turns, that the
-    page turns around the same point as `--yaw`.
+    isOwn means that the page's home is where the line looks from without `--pose`; turns, that the page turns around
+    the same point as `--yaw`.
     """
-    scene, is_scene = Scenes().of(request), isinstance(request.source, Scene | PointCloud)
-    camera, seen = request.seen_by(scene)
-    assert scene.camera is not None, "scenes of requests have one"
-    own = scene.camera
-    if line is None or not np.allclose(camera.fitted(own.width, own.height).intrinsics, own.intrinsics, 0, CLOSE):
+    own, scene = showing.scene.camera, showing.scene
+    assert own is not None, "scenes of requests have one"
+    fitted = showing.camera.fitted(own.width, own.height)
+    if line is None or not np.allclose(fitted.intrinsics, own.intrinsics, 0, CLOSE):
         return None
-    own_pose = np.asarray(scene.pose if is_scene else scene.things[0].content.frame.pose)
-    home = seen if is_scene or request.pose is not None else own_pose
-    is_own = bool(np.allclose(home, own_pose, 0, 1e-12))
+    is_own = bool(np.allclose(showing.home, scene.pose, 0, 1e-12))
+    is_frame = showing.frame is not None and scene.things[0].content.is_single
     return {
         "line": line,
         "shading": Look().shading,
-        "isScene": is_scene,
+        "isScene": showing.frame is None,
         "isOwn": is_own,
-        "turns": is_own and isinstance(request.source, Frame),
-        "home": home.tolist(),
+        "turns": is_own and is_frame,
+        "home": np.asarray(showing.home).tolist(),
     }

@@ -27,7 +27,7 @@ from .noise import (
     parse_max_depth_step,
     parse_noise,
 )
-from .option_fields import CAMERA, LIGHT, SETS, SHADING, SURFACE, keys_of, number_or_text, opt, option_class
+from .option_fields import CAMERA, LIGHT, SETS, SHADING, SURFACE, Cli, keys_of, number_or_text, opt, option_class
 from .values import Options, frozen
 
 UNITS = "px", "x", "m"  # of a cloud's sizes that are texts; metres are world units
@@ -126,10 +126,10 @@ class Material:
     of normals that are estimated in the view (normals_at).
     """
 
-    ambient: float = opt(0.1, "strength of the ambient light", metavar="N", panel=SHADING)
-    diffuse: float = opt(0.9, "strength of the diffuse reflection", metavar="N", panel=SHADING)
-    specular: float = opt(0.3, "strength of the highlight", metavar="N", panel=SHADING)
-    shininess: float = opt(32.0, "exponent of the highlight", metavar="N", panel=SHADING)
+    ambient: float = opt(0.1, "strength of the ambient light", cli=Cli(SHADING, "N"))
+    diffuse: float = opt(0.9, "strength of the diffuse reflection", cli=Cli(SHADING, "N"))
+    specular: float = opt(0.3, "strength of the highlight", cli=Cli(SHADING, "N"))
+    shininess: float = opt(32.0, "exponent of the highlight", cli=Cli(SHADING, "N"))
 
     def __post_init__(self) -> None:
         for name in ("ambient", "diffuse", "specular"):
@@ -163,18 +163,14 @@ class Look(Options):
         "auto",
         "a method (see `Renderer.estimate_normals`), or (h, w, 3) floats in the frame's camera axes",
         f"How normals are estimated: {', '.join(METHODS)}.",
-        metavar="METHOD",
-        known=METHODS,
-        panel=SURFACE,
+        Cli(SURFACE, "METHOD", METHODS),
     )
     shading: Shading = opt(
         "phong",
         'how surfaces are lit: "none" shows their own colours, "edl" (eye-dome lighting) darkens them beside what is '
         "nearer, without light or normals",
         f"How surfaces are lit: {', '.join(SHADINGS)} (eye-dome lighting: dark beside what is nearer, no light).",
-        metavar="MODEL",
-        known=SHADINGS,
-        panel=SHADING,
+        Cli(SHADING, "MODEL", SHADINGS),
     )
     point_size: float | Numbers | str | None = opt(
         None,
@@ -182,11 +178,7 @@ class Look(Options):
         '"fill" is 1, with missing="complete". Of a point cloud the radius, see `PointCloud`.',
         "Size of the points in pixels of the frame, or fill: 1, with --missing complete. Default: 1. Of a point cloud "
         "their radius: metres, '3px', or '2x' times the spacing.",
-        metavar="N|fill",
-        known=("fill",),
-        read=number_or_text,
-        panel=SHADING,
-        place=2,
+        Cli(SHADING, "N|fill", ("fill",), read=number_or_text),
     )
     splat: Splat = opt(
         "footprint",
@@ -197,38 +189,28 @@ class Look(Options):
         'neighbours lies on the other\'s tangent plane, to 2 % of 1/z. "disc" and "ball" are of point clouds.',
         f"What is drawn of each point: {', '.join(FRAME_SPLATS)} (triangles between pixels); of a point cloud "
         f"{', '.join(CLOUD_SPLATS)}.",
-        metavar="SHAPE",
-        known=SPLATS,
-        panel=SHADING,
-        place=2,
+        Cli(SHADING, "SHAPE", SPLATS),
     )
     max_depth_step: float | str | None = opt(
         None,
         'for triangles: a neighbour further in depth belongs to another surface. Metres, or "3%" of the pixel\'s '
         "depth; None is no limit. The other methods find edges by themselves.",
         "A larger depth step ends a surface: metres, or '3%'.",
-        metavar="M",
-        panel=SURFACE,
+        Cli(SURFACE, "M"),
     )
     noise: float | Numbers | str | None = opt(
         None,
         "for auto and adaptive: standard deviation of the depth in metres, a number or (h, w), or a sensor's name "
         '("kinect"); or what `describe` and --explain print, such as "1.5mm,shared=2,steps=1mm"; None measures it',
         f"Noise of the depth: metres, what --explain prints, or {', '.join(SENSORS)}. Default: measured.",
-        metavar="M|SENSOR",
-        known=tuple(SENSORS),
-        read=number_or_text,
-        panel=SURFACE,
+        Cli(SURFACE, "M|SENSOR", tuple(SENSORS), read=number_or_text),
     )
     upsample: Upsampling = opt(
         "vote",
-        'where the colours are larger than the depth: "vote" brings the depth to their size, and lets them decide'
-        ' where surfaces end; "none" draws the depth\'s own points. Points of another size than 1 are never '
-        "enlarged.",
+        'where the colours are larger than the depth: "vote" brings the depth to their size, and lets them decide '
+        'where surfaces end; "none" draws the depth\'s own points. Points of another size than 1 are never enlarged.',
         "Where color is larger than depth: vote (bring depth to its size) or none.",
-        metavar="METHOD",
-        known=UPSAMPLINGS,
-        panel=CAMERA,
+        Cli(CAMERA, "METHOD", UPSAMPLINGS),
     )
     normals_at: NormalsAt = opt(
         "source",
@@ -236,9 +218,7 @@ class Look(Options):
         "estimates them in the view, on the depth that the frames give together, in every new view. Only phong shading "
         "shows the difference, and of a single frame there is none.",
         "Of --views, normals are estimated in each view (source) or in the picture (target).",
-        metavar="PLACE",
-        known=NORMALS_AT,
-        panel=SETS,
+        Cli(SETS, "PLACE", NORMALS_AT),
     )
     align: bool = opt(
         False,
@@ -247,7 +227,7 @@ class Look(Options):
         "poses of other frames is no longer exact, see `align_frames`. What nothing fixes stays as given, with a note. "
         "It takes some seconds, once; frames of streams (see `Frame.source`) whose cameras stand still share it.",
         "Correct the poses of several frames of one thing, so that they agree; the first keeps its own.",
-        panel=SETS,
+        Cli(SETS),
     )
     flying: Flying = opt(
         "keep",
@@ -255,9 +235,7 @@ class Look(Options):
         'puts them onto the nearer of the two (Sabov, Krueger 2008). Only "auto" and "adaptive" look for them, in'
         " noisy depth; clean depth does not change.",
         "Pixels that hang between two surfaces: keep, or snap (put them onto the nearer one).",
-        metavar="METHOD",
-        known=FLYING,
-        panel=SURFACE,
+        Cli(SURFACE, "METHOD", FLYING),
     )
     missing: Missing = opt(
         "keep",
@@ -269,9 +247,7 @@ class Look(Options):
         "seen only where no frame has measured one. Frames of more than 33 million points are not completed.",
         "Pixels without depth: keep (leave them empty), complete (continue the surfaces around), or photo (complete, "
         "and show the photograph elsewhere).",
-        metavar="METHOD",
-        known=MISSING,
-        panel=SURFACE,
+        Cli(SURFACE, "METHOD", MISSING),
     )
     temporal: bool = opt(
         False,
@@ -283,7 +259,7 @@ class Look(Options):
         'again, otherwise. Only "auto" and "adaptive" filter, in noisy depth. It takes 64 bytes a pixel on the '
         "GPU, of several streams 40 for each more.",
         "Filter noisy depth of a sequence over time: less flicker.",
-        panel=SURFACE,
+        Cli(SURFACE),
     )
     unlight: bool = opt(
         False,
@@ -291,8 +267,7 @@ class Look(Options):
         "so that surfaces are not shaded twice. What lies in shadow gets the brightness of lit surfaces of its hue. "
         "The less the picture tells its light, the less is changed. Frames of a stream share their light.",
         "Divide the light in the picture out of its colours, as far as the picture tells it.",
-        panel=LIGHT,
-        place=2,
+        Cli(LIGHT),
     )
     remove_highlights: bool = opt(
         False,
@@ -300,8 +275,7 @@ class Look(Options):
         "does: where a frame is brighter than most others that see the same points, by more than noise, it gets their "
         "colours. It needs three views or more; a single frame keeps its colours.",
         "Take the highlights out of the colours of three or more views of one object.",
-        panel=SETS,
-        place=2,
+        Cli(SETS),
     )
 
     def __post_init__(self) -> None:

@@ -303,9 +303,7 @@ class Eye(NamedTuple):
 
 
 IDENTITY = frozen(np.eye(4))
-_proved: dict[
-    int, ref[NDArray[np.float64]]
-] = {}  # poses that were found right, by their ids
+_proved: dict[int, ref[NDArray[np.float64]]] = {}  # poses that were found right, by their ids
 
 
 def check_pose(pose: AnyArray | None, name: str = "pose") -> NDArray[np.float64]:

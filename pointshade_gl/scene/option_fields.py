@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import Field, dataclass, field, fields, is_dataclass
 from functools import wraps
 from typing import Any, Concatenate, ParamSpec, TypeVar
@@ -37,39 +37,46 @@ _Self = TypeVar("_Self")
 
 
 @dataclass(frozen=True)
-class Option:
-    """What a field says beside its name, type and default.
+class Cli:
+    """How a field is typed on the command line.
 
-    doc      what Python's help says about it
-    help     what the command line's help says; "": there is no such option
-    metavar  stands for its value there
-    panel    of the help in which it is listed
+    panel    of the help in which it is listed; "": there is no such option
+    metavar  stands for its value there; None: the known values
     known    values that the shell completes
-    kind     type of the text on the command line where the default does not tell it
+    kind     type of the text where it is not that of the default
     read     value of such a text
-    place    among the options of its panel: those of place 0 come first
-    short    a second name on the command line, such as "--ao"
+    short    a second name, such as "--ao"
     """
 
-    doc: str
-    help: str = ""
-    metavar: str | None = None
     panel: str = ""
+    metavar: str | None = None
     known: tuple[str, ...] = ()
     kind: type = str
     read: Callable[[str], Any] | None = None
-    place: int = 1
     short: str = ""
 
 
-def opt(default: Any, doc: str, help: str = "", **more: Any) -> Any:
-    """Return a dataclass field with a default and an `Option`; the help of one in a panel is the doc, unless given."""
-    help = help or (f"{doc[0].upper()}{doc[1:]}." if "panel" in more else "")
-    return field(default=default, metadata={"option": Option(doc, help, **more)})
+@dataclass(frozen=True)
+class Option:
+    """What a field has beside its name, type and default.
+
+    doc   in Python's help
+    help  in that of the command line
+    """
+
+    doc: str
+    help: str
+    cli: Cli
+
+
+def opt(default: Any, doc: str, help: str = "", cli: Cli = Cli()) -> Any:
+    """Return a dataclass field with a default and an `Option`; the command line's help is the doc, unless given."""
+    option = Option(doc, help or f"{doc[0].upper()}{doc[1:]}.", cli)
+    return field(default=default, metadata={"option": option})
 
 
 def option_of(one: Field[Any]) -> Option:
-    """Return what was said of a field."""
+    """Return what stands beside a field."""
     return one.metadata["option"]
 
 
@@ -84,7 +91,7 @@ def number_or_text(text: str) -> float | str:
 def option_class(group: type[_Any]) -> type[_Any]:
     """Decorate a dataclass of options: its help lists them."""
     parameters = inspect.signature(group).parameters
-    group.__doc__ = with_parameters(group.__doc__, [(one, parameters[one.name]) for one in fields(group)])
+    group.__doc__ = with_parameters(group.__doc__, [entry_of(one, parameters[one.name]) for one in fields(group)])
     return group
 
 
@@ -94,7 +101,7 @@ def takes(known: type, *groups: type, like: Callable[..., Any] | None = None) ->
     groups  the dataclasses whose fields they are
     like    a function whose help has the other parameters, if they are not documented here
 
-    The function raises TypeError for other names, and says which one is near.
+    The function raises TypeError for other names, with the near one.
     """
     found = {one.name: one for group in groups for one in fields(group)}
 
@@ -103,13 +110,15 @@ def takes(known: type, *groups: type, like: Callable[..., Any] | None = None) ->
         plain = [one for one in signature.parameters.values() if one.kind is not one.VAR_KEYWORD]
         names = [name for name in keys_of(known) if name not in signature.parameters]
         named = [_parameter(name, found.get(name), known.__annotations__[name]) for name in names]
-        listed = [(found[one.name], one) for one in (*plain, *named) if one.name in found]
-        taken = {one.name for one in (*plain, *named)}
-        called: Any = _checking(function, taken)
-        others = [entry for name, entry in _entries(inspect.getdoc(like)).items() if name in taken] if like else []
-        order = f" {' '.join(one.name for one in (*plain, *named))} ".replace(" ", "  ")
-        called.__doc__ = with_parameters(function.__doc__, listed, others, order)
-        called.__signature__ = signature.replace(parameters=[*plain, *named])
+        parameters = {one.name: one for one in (*plain, *named)}
+        listed = [found[name] for name in parameters if name in found]
+        entries = (
+            [entry for name, entry in _entries(inspect.getdoc(like)).items() if name in parameters] if like else []
+        )
+        entries += [entry_of(one, parameters[one.name]) for one in listed]
+        called: Any = _checking(function, parameters)
+        called.__doc__ = with_parameters(function.__doc__, entries, parameters)
+        called.__signature__ = signature.replace(parameters=[*parameters.values()])
         return called
 
     return decorate
@@ -121,9 +130,8 @@ def takes_as(
     """Decorate a method that hands its arguments on to another: its signature and its help list that one's."""
 
     def decorate(function: Any) -> Any:
-        signature, entries = inspect.signature(like), _entries(like.__doc__)
-        order = f" {'  '.join(signature.parameters)} "
-        function.__doc__ = with_parameters(function.__doc__, [], entries.values(), order)
+        signature = inspect.signature(like)
+        function.__doc__ = with_parameters(function.__doc__, _entries(like.__doc__).values(), signature.parameters)
         returns = inspect.signature(function).return_annotation
         function.__signature__ = signature.replace(return_annotation=returns)
         return function
@@ -142,19 +150,17 @@ def keys_of(known: type) -> list[str]:
     return list(known.__annotations__)
 
 
-def with_parameters(
-    doc: str | None, listed: list[tuple[Field[Any], inspect.Parameter]], others: Iterable[str] = (), order: str = ""
-) -> str:
-    """Return a docstring whose section "Parameters" also lists options, unless it has them already.
+def with_parameters(doc: str | None, entries: Iterable[str], order: Iterable[str] = ()) -> str:
+    """Return a docstring whose section "Parameters" also has entries, unless it has them already.
 
-    others  further entries of this section
-    order   the signature's names, as one text
+    order  of their names
     """
     text = inspect.cleandoc(doc or "")
     found = _entries(text)
-    for entry in (*others, *(entry_of(*one) for one in listed)):
+    for entry in entries:
         found.setdefault(entry.partition(" :")[0], entry)
-    section = sorted(found, key=lambda name: order.find(f" {name} "))
+    places = {name: place for place, name in enumerate(order)}
+    section = sorted(found, key=lambda name: places.get(name, -1))
     before, _, after = text.partition(HEADING)
     ends = [at for title in ("Returns", "Raises") if (at := before.find(f"\n\n{title}\n---")) >= 0]
     end = min(ends, default=len(before))
@@ -174,8 +180,8 @@ def entry_of(one: Field[Any], parameter: inspect.Parameter) -> str:
     stated = f"{doc[0].upper()}{doc[1:].removesuffix('.')}."
     value = parameter.default
     default = f"{type(value).__name__}()" if is_dataclass(value) and value == type(value)() else _quoted(value)
-    told = "optional" if value is None else f"default {default}"
-    return f"{one.name} : {_kinds(str(parameter.annotation), option_of(one).known)}, {told}\n{_filled(stated)}"
+    state = "optional" if value is None else f"default {default}"
+    return f"{one.name} : {_kinds(str(parameter.annotation), option_of(one).cli.known)}, {state}\n{_filled(stated)}"
 
 
 def _kinds(annotation: str, known: tuple[str, ...]) -> str:
@@ -200,7 +206,7 @@ def _filled(text: str) -> str:
     return "\n".join(lines)
 
 
-def _checking(function: Callable[..., Any], known: set[str]) -> Any:
+def _checking(function: Callable[..., Any], known: Collection[str]) -> Any:
     """Return the function, which names a wrong keyword and the near one."""
 
     @wraps(function)

@@ -25,7 +25,7 @@ from ..checks.foreign_arrays import Numbers
 from ..notes.words import option, shown
 from .appearance import is_single
 from .environment import NAMES, Environment, check_environment
-from .option_fields import LIGHT, PICTURE, number_or_text, opt, option_class
+from .option_fields import LIGHT, PICTURE, Cli, number_or_text, opt, option_class
 from .sample_pattern import check_samples
 from .values import SHOWS, Show, linear_color
 
@@ -88,16 +88,14 @@ class Finish:
         "from the middle of each pixel: unlit and from the frame's own camera it is the photograph.",
         f"Average N pictures, for smooth outlines and soft shadows. Default: {STILL}, in a film and of a "
         f"point cloud without soft shadows {FILM}, and 1 for a photograph seen as it was taken.",
-        metavar="N",
-        panel=PICTURE,
+        Cli(PICTURE, "N"),
     )
     background: str | Numbers | None = opt(
         None,
         'a colour: a name, "#rrggbb", or linear RGB; None or "transparent" is transparent. Alpha is the share of the '
         "pixel that is covered, and colours are not multiplied by it.",
         "What lies behind: white, '#102030' or transparent. Default: transparent, in .jpg black, in films dark grey.",
-        metavar="COLOR|transparent",
-        panel=PICTURE,
+        Cli(PICTURE, "COLOR|transparent"),
     )
     ground: bool | Numbers = opt(
         False,
@@ -106,7 +104,7 @@ class Finish:
         "ground goes on from there. Up is up from that floor, else up in the frame's picture, as no frame says "
         "more, and the world's y in a scene; (3,) in world axes says it otherwise.",
         "Put a ground below, on which only shadows are seen.",
-        panel=PICTURE,
+        Cli(PICTURE),
     )
     ground_height: float | None = opt(
         None,
@@ -114,9 +112,7 @@ class Finish:
         "camera; None finds a floor, or what lies lowest",
         "Where the ground lies, metres along up from the world's origin: -1.2 is 1.2 m below the camera. Default:"
         " a floor that is shown, or what lies lowest.",
-        metavar="M",
-        kind=float,
-        panel=PICTURE,
+        Cli(PICTURE, "M", kind=float),
     )
     exposure: float | Metering = opt(
         0.0,
@@ -125,10 +121,7 @@ class Finish:
         'turning changes nothing. "sensor" is auto for frames with measured noise, and 0 for all else.',
         "Stops by which light is multiplied: 1 is twice the light; auto: as bright as the photograph. Default: "
         "sensor, which is auto for frames with measured noise, and 0 for all else.",
-        metavar="N|auto|sensor",
-        known=METERINGS,
-        read=number_or_text,
-        panel=PICTURE,
+        Cli(PICTURE, "N|auto|sensor", METERINGS, read=number_or_text),
     )
     tone: Tone = opt(
         "none",
@@ -136,9 +129,7 @@ class Finish:
         "roll off towards white, which keeps hues (Khronos PBR Neutral, 2024). Below 0.8 neutral takes off 0.04, less "
         "of the darkest colours, and nothing else. It leaves backgrounds, shadows on a ground and unlit pictures alone",
         "How light stronger than white is shown: cut off (none), or rolled off with its hue (neutral).",
-        metavar="|".join(TONES),
-        known=TONES,
-        panel=LIGHT,
+        Cli(LIGHT, known=TONES),
     )
     environment: Environment | Numbers | str | PathLike[str] | None = opt(
         None,
@@ -151,20 +142,17 @@ class Finish:
         "unless a light is given or a scene has its own. None is a scene's own, or none",
         f"Light from all around, in place of ambient light: {', '.join(NAMES)}, or a picture of the whole sphere (.hdr,"
         " .exr, .jpg, .png). Without --light there are no lamps beside it, except a scene's own.",
-        metavar="NAME|FILE",
-        known=NAMES,
-        panel=LIGHT,
+        Cli(LIGHT, "NAME|FILE", NAMES),
     )
     environment_intensity: float = opt(
-        1.0, "factor on the environment", "Factor on the environment's light.", metavar="N", panel=LIGHT
+        1.0, "factor on the environment", "Factor on the environment's light.", Cli(LIGHT, "N")
     )
     environment_rotation: float | Numbers = opt(
         0.0,
         "degrees by which the environment is turned about up, counterclockwise seen from above; or (3, 3), the "
         "rotation from world axes to those of the environment",
         "Degrees by which the environment is turned, counterclockwise seen from above.",
-        metavar="DEG",
-        panel=LIGHT,
+        Cli(LIGHT, "DEG"),
     )
     ambient_occlusion: bool | float | None = opt(
         None,
@@ -173,11 +161,7 @@ class Finish:
         "light is of that kind",
         "Whether what is near hides a part of ambient light and environment; M: how far near reaches, metres. Default:"
         " auto, which is yes where they are more than a tenth of the light.",
-        metavar="auto|yes|no|M",
-        known=tuple(OCCLUSION),
-        read=occlusion_of,
-        short="--ao",
-        panel=LIGHT,
+        Cli(LIGHT, "auto|yes|no|M", tuple(OCCLUSION), read=occlusion_of, short="--ao"),
     )
     show: Show = opt(
         "light",
@@ -187,9 +171,7 @@ class Finish:
         "trusts). `Renderer.color_scale` has the range. These are pictures to look at: `render_depth` and "
         "`estimate_normals` return numbers",
         "What colours stand for: light, normals, depth (blue near, red far) or certainty of normals (blue certain).",
-        metavar="|".join(SHOWS),
-        known=SHOWS,
-        panel=PICTURE,
+        Cli(PICTURE, known=SHOWS),
     )
 
     def __post_init__(self) -> None:

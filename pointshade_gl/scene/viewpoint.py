@@ -18,7 +18,7 @@ from .camera import Camera, check_pose, check_turns, orbit_pose
 from .frame import Frame
 from .graph import Scene
 from .light import Light, check_lights, transformed
-from .option_fields import PICTURE, VIEW, opt, option_class
+from .option_fields import PICTURE, VIEW, Cli, opt, option_class
 from .settings import SIMPLE, Finish, with_environment_turned
 from .values import Options
 
@@ -51,41 +51,33 @@ class View(Options):
         "(4, 4) camera-to-world of the camera that looks; None: the frame's own, moved by yaw, pitch and dolly",
         "Camera-to-world, instead of yaw, pitch and dolly: a matrix of 4x4 or 3x4, or a place and a quaternion, "
         "in a file or here.",
-        metavar="FILE|tx,ty,tz,qx,qy,qz,qw",
-        panel=VIEW,
-        place=2,
+        Cli(VIEW, "FILE|tx,ty,tz,qx,qy,qz,qw"),
     )
     yaw: float = opt(
         0.0,
         "degrees to the right by which the frame's own camera moves around its pivot, as in `orbit_pose`; not "
         "with a pose",
         "Degrees by which the camera moves to its right around the object, as VTK's azimuth.",
-        metavar="DEG",
-        panel=VIEW,
-        short="--azimuth",
+        Cli(VIEW, "DEG", short="--azimuth"),
     )
     pitch: float = opt(
         0.0,
         "degrees upwards, as yaw",
         "Degrees by which it moves upwards, as VTK's elevation.",
-        metavar="DEG",
-        panel=VIEW,
-        short="--elevation",
+        Cli(VIEW, "DEG", short="--elevation"),
     )
     dolly: float = opt(
         0.0,
         "share of the way to the pivot, as yaw; below 0 moves away",
         "Share of the way to the object; below 0 moves away.",
-        metavar="N",
-        panel=VIEW,
+        Cli(VIEW, "N"),
     )
     picture_size: tuple[int, int] | SizeName | None = opt(
         None,
         '(width, height) of the picture in pixels; "depth" or "color": as large as that; None: as the larger of '
         'the two; "half": half as wide and high as the larger one',
         "Size of the picture: WxH, depth, color, or half; default: the larger of depth and color.",
-        metavar="WxH|NAME",
-        panel=PICTURE,
+        Cli(PICTURE, "WxH|NAME"),
     )
     look: Look = opt(Look(), "how frames are drawn; the objects of a scene have their own")
     finish: Finish = opt(SIMPLE, "how many samples are averaged, and what lies behind and below")

@@ -98,7 +98,7 @@ class Widgets:
         """
         one: Any = next(found for found in fields(options) if found.name == field)
         about, value, name, default = option_of(one), getattr(options, field), name or field, one.default
-        words, why = words or about.known, about.help + (f" Key: {key}." if key else "")
+        words, why = words or about.cli.known, about.help + (f" Key: {key}." if key else "")
         if words:
             meant = words if isinstance(words, Mapping) else {word: word for word in words}
             before = _word(value, meant, other)

@@ -10,7 +10,7 @@ import pointshade_gl as ps
 from pointshade_gl.cli import option_groups as cli_light
 from pointshade_gl.cli.command_lines import words_of
 from pointshade_gl.cli.option_groups import light_from
-from pointshade_gl.cli.written import EnvironmentOptions
+from pointshade_gl.cli.options import EnvironmentOptions
 
 from ..support.radiance_files import mantissas, radiance_file
 

@@ -14,7 +14,7 @@ from pointshade_gl.batch import processes as workers
 from pointshade_gl.batch.jobs import Job
 from pointshade_gl.batch.map import Drawing, _drawn
 from pointshade_gl.checks.arguments import check_count, check_type
-from pointshade_gl.cli.commands import render_command as cli_render
+from pointshade_gl.cli import inputs as cli_inputs
 from pointshade_gl.files.frames import sequences as frame_sequence
 from pointshade_gl.notes.errors import Bug, error_text, is_expected
 
@@ -73,18 +73,18 @@ def test_an_assertion_of_ours_is_a_bug(renderer):
 
 @pytest.mark.parametrize("name", ERRORS)
 def test_a_command_says_that_it_is_a_bug(typed, monkeypatch, name):
-    monkeypatch.setattr(cli_render, "load", lambda *_, **__: ERRORS[name]())
+    monkeypatch.setattr(cli_inputs, "load", lambda *_, **__: ERRORS[name]())
     code, _, errors = typed("render vase -o out.png")
     assert code == 70 and errors.count("\n") == 1 and "Traceback" not in errors
     assert "this is a bug in pointshade_gl" in errors and "please report it" in errors
-    assert "(in cli/commands/render_command.py:" in errors  # the last line of ours
+    assert "(in cli/inputs.py:" in errors  # the last line of ours
 
 
 @pytest.mark.parametrize("name", ["vase", "nowhere"])
 def test_the_traceback_is_shown_when_asked_for(typed, monkeypatch, name):
     """Of a bug, and of an expected error, too."""
     if name == "vase":
-        monkeypatch.setattr(cli_render, "load", lambda *_, **__: ERRORS["a key"]())
+        monkeypatch.setattr(cli_inputs, "load", lambda *_, **__: ERRORS["a key"]())
     for value, is_shown in (("1", True), ("0", False), ("", False)):
         monkeypatch.setenv("POINTSHADE_DEBUG", value)
         code, _, errors = typed(f"render {name} -o out.png")

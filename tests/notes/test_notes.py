@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.cli.commands import render_command as cli_render
+from pointshade_gl.cli import inputs as cli_inputs
 from pointshade_gl.notes.notes import few_notes, print_note, print_warning, silence
 
 from ..support import frames
@@ -64,7 +64,7 @@ def test_an_error_comes_after_the_count(typed, monkeypatch):
             print_note(str(k))
         raise OSError("no more")
 
-    monkeypatch.setattr(cli_render, "load", load)
+    monkeypatch.setattr(cli_inputs, "load", load)
     code, _, errors = typed("render -o out.png")
     assert code == 2 and errors.splitlines()[5:] == [
         "note: 2 more notes: see all with pointshade info INPUT, none with --quiet",

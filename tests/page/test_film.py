@@ -10,8 +10,8 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page, write_page
-from pointshade_gl.page.films import FILM_QUALITIES, KEY_EVERY, STAYS, FilmCoder, frames_of
-from pointshade_gl.page.page_contents import PageSurface
+from pointshade_gl.page.films import FILM_QUALITIES, KEY_EVERY, STAYING_COLOR, FilmCoder, frames_of
+from pointshade_gl.page.page_surfaces import PageSurface
 
 from ..support import frames
 from ..support.page_functions import run_script
@@ -116,7 +116,7 @@ def test_errors_of_colors_do_not_add_up():
         luma = one.colors @ [0.299, 0.587, 0.114]
         found.append(np.sqrt(np.square(planes - luma)[one.depth != 0].mean()))
     assert head["changes"][3]
-    assert max(found) < max(2 * found[0], STAYS)
+    assert max(found) < max(2 * found[0], STAYING_COLOR)
 
 
 @pytest.mark.system

@@ -37,7 +37,7 @@ def test_it_is_the_page_in_a_frame_that_can_reach_nothing(made):
 @pytest.mark.gl
 def test_what_a_notebook_would_drop_is_made_smaller(renderer, made, monkeypatch):
     assert cell.draw_cell(renderer, FRAME, quality="exact", height=300, title='a "sphere" & more').html == made.html
-    monkeypatch.setattr(cell, "MOST", 10_000)
+    monkeypatch.setattr(cell, "MAX_CELL_BYTES", 10_000)
     small = cell.draw_cell(renderer, FRAME)
     assert small.html == cell.draw_cell(renderer, FRAME, quality="small").html
     assert len(cell.draw_cell(renderer, FRAME, quality="exact").html) > len(small.html)

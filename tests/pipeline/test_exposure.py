@@ -11,7 +11,7 @@ import pointshade_gl as ps
 from pointshade_gl.estimation.light_fit import brightness, stops_to_match
 from pointshade_gl.notes.notes import taken
 from pointshade_gl.page import draw_page
-from pointshade_gl.page.page_scene import Showing
+from pointshade_gl.page.page_contents import Showing
 from pointshade_gl.renderer.series import jobs_of, write_series
 from pointshade_gl.scene.graph import shaded
 from pointshade_gl.scene.values import linear_to_srgb, srgb_to_linear
@@ -215,7 +215,7 @@ def test_a_window_begins_as_bright_and_stays_so_as_the_light_moves(open_viewer, 
 def test_a_page_carries_the_factor_of_the_still(renderer, noisy, monkeypatch):
     written = []
     own = Showing.values
-    monkeypatch.setattr(Showing, "values", lambda self: written.append(own(self)) or written[0])
+    monkeypatch.setattr(Showing, "values", lambda self, *points: written.append(own(self, *points)) or written[0])
     text = draw_page(renderer, noisy, title="", exposure="auto")
     assert renderer.exposure and f'"exposure":{2.0**renderer.exposure}' in text
     assert '"exposure":1.0' in draw_page(renderer, noisy, title="")

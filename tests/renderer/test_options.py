@@ -10,8 +10,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.cli.option_groups import LookGroup as TypedLook
-from pointshade_gl.cli.options import ViewOptions
-from pointshade_gl.cli.written import PictureOptions
+from pointshade_gl.cli.options import PictureOptions, ViewOptions
 from pointshade_gl.files.frames.frame_parts import LoadOptions
 from pointshade_gl.notes import notes
 from pointshade_gl.renderer.requests import DepthOptions, PointsOptions, RenderOptions, RenderRequest

@@ -169,7 +169,7 @@ class TestCommandLine:
         poses = {name: frame.pose.tolist() for name, frame in (("right", LEFT), ("left", RIGHT))}
         (tmp_path / "poses.json").write_text(json.dumps(poses))
         shutil.rmtree(folders[1] / "pose")
-        left, right = load_several(FrameOptions(str(folders[0]), poses=str(tmp_path / "poses.json")), [str(folders[1])])
+        left, right = load_several(FrameOptions(poses=str(tmp_path / "poses.json")), list(map(str, folders)))
         assert all((frame.pose == RIGHT.pose).all() for frame in left)
         assert all((frame.pose == LEFT.pose).all() for frame in right) and len(right) == 3
 

@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
-from enum import Enum
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -23,7 +23,6 @@ from ...files.access.atomic_write import check_place
 from ...files.access.content import check_not_read
 from ...files.access.folders import Listing
 from ...files.access.known_names import BATCH as KINDS
-from ...files.frame_sources import is_cloud, is_scene
 from ...files.pictures.picture_files import check_writable
 from ...files.writing.film import check_film
 from ...files.writing.maps_and_points import check_normals_path
@@ -31,30 +30,14 @@ from ...gpu.context.software_driver import is_software
 from ...notes.notes import once, print_note
 from ...notes.words import counted, option
 from ...scene.graph import check_of_clouds, given_by
-from ...scene.option_fields import BATCH
+from ...scene.option_fields import BATCH, Cli
 from ...scene.viewpoint import View, check_turntable, moves_camera
+from .. import options
 from ..help import complete_input
-from ..inputs import check_look
-from ..option_groups import LookGroup, cli_option
-from ..options import Axes, Bits, CloudGroup, Device, FilmOptions, Quiet, ReadingOptions, ViewOptions, spread
+from ..inputs import check_look, view_of
+from ..option_groups import LookGroup, cli_option, option_info
+from ..options import Kind
 from ..output import SOFTWARE, complain, print_line, progress
-from ..written import NAMES, PageOptions, PictureOptions, view_of
-
-Inputs = Annotated[
-    list[str],
-    typer.Argument(
-        metavar="INPUT",
-        help="Folders with a sequence or a frame, folders of such folders, depth files, scenes, point clouds "
-        "or folders of them, built-in names.",
-        autocompletion=complete_input,
-    ),
-]
-Folder = Annotated[
-    Path,
-    typer.Option(
-        "-o", "--output", metavar="DIR", help="The folder to write to, and its manifest.jsonl.", rich_help_panel=BATCH
-    ),
-]
 
 
 @dataclass(frozen=True)
@@ -63,43 +46,30 @@ class BatchOptions:
 
     to: str = cli_option(
         f"What comes out, the ending of each name: {', '.join(KINDS)}. Films are one for each sequence.",
-        metavar="KIND",
-        known=KINDS,
+        Cli(BATCH, "KIND", KINDS),
         default="png",
-        panel=BATCH,
     )
-    workers: int | None = cli_option(
-        "Processes that draw. Default: one for each core.", metavar="N", min=1, panel=BATCH
-    )
+    workers: int | None = cli_option("Processes that draw. Default: one for each core.", Cli(BATCH, "N"), min=1)
     ray: str | None = cli_option(
         "Draw on a Ray cluster, as at auto or host:6379, instead of on this machine; local starts a Ray here. "
         "Its machines must all see INPUT.",
-        metavar="local|ADDRESS",
-        panel=BATCH,
+        Cli(BATCH, "local|ADDRESS"),
     )
     num_gpus: float | None = cli_option(
-        "With --ray: GPUs for each worker, which draws on that GPU; 0.25 lets four share one.",
-        metavar="N",
-        min=0,
-        panel=BATCH,
+        "With --ray: GPUs for each worker, which draws on that GPU; 0.25 lets four share one.", Cli(BATCH, "N"), min=0
     )
     shard: str | None = cli_option(
         "Do part I of N, counted from 1, as in --shard $SLURM_ARRAY_TASK_ID/8 with sbatch --array=1-8.",
-        metavar="I/N",
-        panel=BATCH,
+        Cli(BATCH, "I/N"),
     )
     resume: bool = cli_option(
         "Go on: do again what the manifest does not prove to be whole and made of the same input, with the "
         "same options and version.",
-        "--resume",
+        Cli(BATCH),
         default=False,
-        panel=BATCH,
     )
     overwrite: bool = cli_option(
-        "Do everything again, and write over files that are read as inputs, too.",
-        "--overwrite",
-        default=False,
-        panel=BATCH,
+        "Do everything again, and write over files that are read as inputs, too.", Cli(BATCH), default=False
     )
 
     def part(self) -> tuple[int, int] | None:
@@ -119,26 +89,36 @@ class BatchOptions:
 class BatchCommand:
     """What was typed."""
 
-    inputs: Inputs
-    output: Folder
+    inputs: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="INPUT",
+            help="Folders with a sequence or a frame, folders of such folders, depth files, scenes, point clouds "
+            "or folders of them, built-in names.",
+            autocompletion=complete_input,
+        ),
+    ]
+    output: Annotated[
+        Path, option_info("The folder to write to, and its manifest.jsonl.", Cli(BATCH, "DIR"), "-o", "--output")
+    ]
     how: BatchOptions
-    reading: ReadingOptions
-    cloud: CloudGroup
+    reading: options.ReadingOptions
+    cloud: options.CloudGroup
     look: LookGroup
-    place: ViewOptions
-    picture: PictureOptions
-    film: FilmOptions
-    page: PageOptions
-    axes: Axes = None
-    bits: Bits = 8
-    device: Device = 0
-    quiet: Quiet = False
+    place: options.ViewOptions
+    picture: options.PictureOptions
+    film: options.FilmOptions
+    page: options.PageOptions
+    axes: options.Axes = None
+    bits: options.Bits = 8
+    device: options.Device = 0
+    quiet: options.Quiet = False
 
 
 INTERRUPTED = 130  # exit code
 
 
-@spread
+@options.spread
 def batch(asked: BatchCommand) -> None:
     """Draw many INPUTs to a folder, in several processes: pictures, normals, pages, or a film of each sequence.
 
@@ -158,17 +138,7 @@ def batch(asked: BatchCommand) -> None:
         raise typer.Exit(INTERRUPTED) from None
 
 
-UNMARKED = ("jpg", "webp", "tif", *FILMS)  # readers of frames cannot tell that these are renderings
-
-
-class Kind(Enum):
-    """What a source is."""
-
-    FRAMES, SCENE, CLOUD = range(3)
-
-    @classmethod
-    def of(cls, path: str) -> Kind:
-        return cls.SCENE if is_scene(path) else cls.CLOUD if is_cloud(path) else cls.FRAMES
+UNMARKED = ("jpg", "webp", "tif", *FILMS)  # in these, readers of frames do not recognise renderings
 
 
 def plan_batch(asked: BatchCommand) -> tuple[Sequence[Planned], list[Failure]]:
@@ -185,15 +155,20 @@ def plan_batch(asked: BatchCommand) -> tuple[Sequence[Planned], list[Failure]]:
     _make_folder(asked.output)
     _check_writable(asked, folder)
     reading = tuple(plain_value(asked.reading).items())
-    given = {kind: reading + (tuple(plain_value(asked.cloud).items()) if kind is Kind.CLOUD else ()) for kind in Kind}
-    planned, failures = plan(
-        sources,
-        lambda one: _job(asked, one, folder, given[kinds[one.path]], views[kinds[one.path]]),
-        folder,
-        listing,
-    )
-    cli_option = "\n".join(failure.sentence for failure in failures)
-    failures += [Failure(*one) for one in not_whole(asked.inputs, listing) if one[1] not in cli_option]
+    writing: tuple[Any, ...] = asked.axes, asked.bits, asked.page.exactness, asked.page.title
+    given = dict.fromkeys(Kind, reading) | {Kind.CLOUD: reading + tuple(plain_value(asked.cloud).items())}
+
+    def job_for(source: Source) -> Job:
+        """The job of a source, without frame and path."""
+        kind, film = kinds[source.path], asked.film
+        return Job(
+            source.path, folder, asked.how.to, None, views[kind], given[kind], film.turntable, film.frames, film.fps,
+            *writing,
+        )  # fmt: skip
+
+    planned, failures = plan(sources, job_for, folder, listing)
+    sentences = "\n".join(failure.sentence for failure in failures)
+    failures += [Failure(*one) for one in not_whole(asked.inputs, listing) if one[1] not in sentences]
     if failures and not planned:
         raise ValueError(failures[0].sentence)
     if not asked.how.overwrite:
@@ -214,20 +189,10 @@ def _check_kinds(asked: BatchCommand, kinds: set[Kind]) -> None:
 
 def _view(asked: BatchCommand, folder: Path, of: Kind) -> View:
     """From where, under which lights and how one kind of source is drawn."""
-    kind, turns, of_scene = asked.how.to, moves_camera(asked.film.turntable), of is not Kind.FRAMES
-    if kind in NORMALS:
-        return asked.place.view(asked.look.look(), asked.look.lights(shadow=of_scene))
-    return view_of(
-        asked.look, asked.place, asked.picture, folder / f"*.{kind}",
-        is_scene=of_scene, is_film=kind in FILMS, is_changed=turns, is_cloud=of is Kind.CLOUD,
-    )  # fmt: skip
-
-
-def _job(asked: BatchCommand, source: Source, folder: Path, reading: tuple[tuple[str, Any], ...], view: View) -> Job:
-    """The job of a source, without frame and path."""
-    kind, film = asked.how.to, asked.film
-    writing: tuple[Any, ...] = asked.axes, asked.bits, asked.page.exactness, asked.page.title
-    return Job(source.path, folder, kind, None, view, reading, film.turntable, film.frames, film.fps, *writing)
+    to, output, turns = asked.how.to, folder / f"*.{asked.how.to}", moves_camera(asked.film.turntable)
+    if to in NORMALS:
+        return asked.place.view(asked.look.look(), asked.look.lights(shadow=of is not Kind.FRAMES))
+    return view_of(of, asked.look, asked.place, asked.picture, output, is_film=to in FILMS, is_changed=turns)
 
 
 def _check(asked: BatchCommand) -> None:
@@ -249,7 +214,7 @@ def _check(asked: BatchCommand) -> None:
     else:
         _check_still(asked)
     if kind == PAGE:
-        check_choice(option("quality"), asked.page.exactness, NAMES)
+        check_choice(option("quality"), asked.page.exactness, options.QUALITIES)
     else:
         asked.page.check_none(Path(f"*.{kind}"))
     if kind in NORMALS:
@@ -286,16 +251,11 @@ def _check_apart(asked: BatchCommand, sources: Sequence[Source], folder: Path) -
 
 def _check_writable(asked: BatchCommand, folder: Path) -> None:
     """Raises ValueError for a kind that needs an extra which is not installed, OSError for no such place."""
-    path = folder / f"*.{asked.how.to}"
-    with suppress(PermissionError):  # which is told once something is to be written
-        if asked.how.to in FILMS:
-            check_film(path)
-        elif asked.how.to in NORMALS:
-            check_normals_path(path, asked.axes, asked.bits)
-        elif asked.how.to == PAGE:
-            check_place(path)
-        else:
-            check_writable(path)
+    to, chosen = asked.how.to, {"axes": asked.axes, "bits": asked.bits}
+    checks = {PAGE: check_place} | dict.fromkeys(FILMS, check_film)
+    checks |= dict.fromkeys(NORMALS, partial(check_normals_path, **chosen))
+    with suppress(PermissionError):  # which is reported once something is to be written
+        checks.get(to, check_writable)(folder / f"*.{to}")
 
 
 def _make_folder(output: Path) -> None:
@@ -314,7 +274,7 @@ FAILED = 3  # exit code
 
 
 def run(asked: BatchCommand, planned: Sequence[Planned], failures: list[Failure], started: float) -> None:
-    """Does what is not done, and says what has become of it: exit code 3 if anything failed."""
+    """Does what is not done, and reports what has become of it: exit code 3 if anything failed."""
     output, how = asked.output, asked.how
     manifest = Manifest(output.resolve(), how.part())
     todo = list(planned) if how.overwrite else _undone(planned, manifest, output, how.resume)
@@ -333,8 +293,8 @@ def run(asked: BatchCommand, planned: Sequence[Planned], failures: list[Failure]
     finally:
         for failure in failures:
             complain(f"failed: {' '.join(failure.name.split())}: {failure.sentence}")
-    plain_value = [f"{count} {name}" for name, count in (counts | {"failed": len(failures)}).items() if count]
-    print_line(f"{output}: {', '.join(plain_value) or 'nothing to do'}, {time.perf_counter() - started:.1f} s")
+    outcomes = [f"{count} {name}" for name, count in (counts | {"failed": len(failures)}).items() if count]
+    print_line(f"{output}: {', '.join(outcomes) or 'nothing to do'}, {time.perf_counter() - started:.1f} s")
     if failures:
         raise typer.Exit(FAILED)
 

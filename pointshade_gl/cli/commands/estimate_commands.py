@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Annotated
+from functools import partial
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -14,108 +15,115 @@ from numpy.typing import NDArray
 from ...estimation.pose_search import FoundPose
 from ...files.access.known_names import first_of, is_numbered
 from ...files.pictures.picture_files import check_writable, save_image
-from ...files.writing.maps_and_points import check_found_path, save_found_poses
-from ...notes.notes import print_note
+from ...files.writing import maps_and_points as files
+from ...notes.notes import once, print_note
 from ...notes.words import counted, option
+from ...renderer.renderer import Renderer
+from ...renderer.requests import RenderRequest
 from ...scene.frame import Frame
-from ...scene.graph import Scene
+from ...scene.noise import describe
 from ...scene.viewpoint import View
+from .. import inputs, options
 from ..help import complete_input
-from ..inputs import albedo_of, as_scene, check_look, load, load_photographs
-from ..option_groups import NormalOptions, check_folders, frames_from
-from ..options import (
-    AlbedoOutput,
-    Axes,
-    Bits,
-    DepthOutput,
-    Device,
-    Explain,
-    FrameOptions,
-    NormalsOutput,
-    Overwrite,
-    PosesOutput,
-    Quiet,
-    ViewOptions,
-    spread,
-)
+from ..option_groups import NormalOptions, check_folders
 from ..output import open_renderer, print_line, report, spinner
 
 
-@spread
+@options.spread
 def normals(
-    output: NormalsOutput,
-    frame: FrameOptions,
-    options: NormalOptions,
-    axes: Axes = None,
-    bits: Bits = 8,
-    explain: Explain = False,
-    overwrite: Overwrite = False,
-    device: Device = 0,
-    quiet: Quiet = False,
+    output: options.NormalsOutput,
+    frame: options.FrameOptions,
+    surface: NormalOptions,
+    axes: options.Axes = None,
+    bits: options.Bits = 8,
+    explain: options.Explain = False,
+    *,
+    run: options.RunOptions,
 ) -> None:
     """Estimate normals: .npy and .exr get floats, a picture shows them in the usual colours.
 
     Of a point cloud, write a .ply of its points with normals, turned outwards, or the normals alone to an .npy.
     Write all frames of a sequence to numbered files such as %04d.png.
     """
-    from ...files.frame_sources import is_cloud
-    from ...files.writing.maps_and_points import check_normals_path
-    from ..written import check_cloud_output, write_cloud, write_normals
+    from ..written import check_cloud_output, write_cloud, write_files
 
-    if is_cloud(frame.input):
+    if frame.is_cloud:
         check_cloud_output(output, axes)
         if bits != 8:
             raise ValueError(f"{option('bits')} is of pictures, and {frame.input} is a point cloud: leave it out")
-        write_cloud(load(frame, scene=True), options.look(), output, axes, device)
+        write_cloud(inputs.load(frame, scene=True), surface.look(), output, axes, run.device)
         return
-    check_normals_path(first_of(output), axes, bits)
-    view = View(look=options.look())
-    write_normals(load(frame, sequence=is_numbered(output)), view, output, axes, bits, explain, device)
+    files.check_normals_path(first_of(output), axes, bits)
+    view = View(look=surface.look())
+
+    def draw(renderer: Renderer, request: RenderRequest) -> Any:
+        normals = renderer.estimate_normals(request)
+        if explain and renderer.choice:
+            print_line(describe(renderer.choice))
+        return normals
+
+    def what(normals: Any) -> str:
+        return f"{np.isfinite(normals).all(-1).sum()} normals by {view.look.normals}"
+
+    loaded = inputs.Loaded(inputs.load(frame, sequence=is_numbered(output)))
+    chosen: dict[str, Any] = {"axes": axes, "bits": bits}
+    write_files(loaded, view, output, run.device, draw, partial(files.save_normals, **chosen), what)
 
 
-@spread
+@options.spread
 def depth(
-    output: DepthOutput,
-    frame: FrameOptions,
-    options: NormalOptions,
-    place: ViewOptions,
-    overwrite: Overwrite = False,
-    device: Device = 0,
-    quiet: Quiet = False,
+    output: options.DepthOutput,
+    frame: options.FrameOptions,
+    surface: NormalOptions,
+    place: options.ViewOptions,
+    *,
+    run: options.RunOptions,
 ) -> None:
     """Write the depth of the picture that render draws: metres to .exr, .tif and .npy, millimetres to .png.
 
     Write all frames of a sequence to numbered files such as %04d.png. Missing depth is 0.
     """
-    from ...files.writing.maps_and_points import check_depth_path
-    from ..written import write_depth
+    from ..written import write_files
 
-    check_depth_path(first_of(output))
-    view = place.view(options.look())
-    source = as_scene(load(frame, sequence=is_numbered(output), scene=True), view.look, NormalOptions().look())
-    if isinstance(source, Scene):
-        check_look(view.look)
-    write_depth(source, view, output, device)
+    files.check_depth_path(first_of(output))
+    view = place.view(surface.look())
+    named = inputs.Inputs(frame, options.MoreOptions())
+    loaded = named.load(view.look, inputs.PLAIN, sequence=is_numbered(output))
+    if named.are_clouds:
+        inputs.check_look(view.look)
+    note = once(print_note)
+    if output.suffix.lower() == ".png":
+        note(f"{output} holds millimetres, nearly black in picture viewers: 1.5 m is 1500 of 65535")
+
+    def draw(renderer: Renderer, request: RenderRequest) -> Any:
+        depth = renderer.render_depth(request)
+        if not depth.any():
+            note("nothing is in view, the depth is empty")
+        return depth
+
+    def what(depth: Any) -> str:
+        return f"{depth.shape[1]}x{depth.shape[0]} pixels, {np.count_nonzero(depth > 0)} with depth"
+
+    write_files(loaded, view, output, run.device, draw, partial(files.save_depth, notes=note), what)
 
 
-@spread
+@options.spread
 def albedo(
-    output: AlbedoOutput,
-    frame: FrameOptions,
-    explain: Explain = False,
-    overwrite: Overwrite = False,
-    device: Device = 0,
-    quiet: Quiet = False,
+    output: options.AlbedoOutput,
+    frame: options.FrameOptions,
+    explain: options.Explain = False,
+    *,
+    run: options.RunOptions,
 ) -> None:
     """Write the albedo that several photographs of one view share, each taken under its own light.
 
     INPUT is a folder with a sequence: one camera at one place, things at rest, only the light moves.
     """
     check_writable(output)
-    photos = load_photographs(frame)
-    with open_renderer(device, output) as renderer:
+    photos = inputs.load_photographs(frame)
+    with open_renderer(run.device, output) as renderer:
         start = time.perf_counter()
-        image = albedo_of(renderer, photos, explain)
+        image = inputs.albedo_of(renderer, photos, explain)
         spent = time.perf_counter() - start
         save_image(output, image)
         report(output, f"{image.shape[1]}x{image.shape[0]} pixels of {len(photos)} photographs", renderer, spent)
@@ -124,26 +132,25 @@ def albedo(
 MOST_VIEWS = 4
 
 
-@spread
+@options.spread
 def align(
-    output: PosesOutput,
-    frame: FrameOptions,
+    output: options.PosesOutput,
+    frame: options.FrameOptions,
     more: Annotated[
         list[str] | None,
         typer.Argument(metavar="MORE", help="One to three more views of the same.", autocompletion=complete_input),
     ] = None,
-    overwrite: Overwrite = False,
-    device: Device = 0,
-    quiet: Quiet = False,
+    *,
+    run: options.RunOptions,
 ) -> None:
     """Find the poses of two to four views of one thing, of which nothing is known, and say how sure they are.
 
     INPUT and MORE are folders; of a sequence the first frame counts, or that of --frame. They should
     show the same from up to about 60 degrees apart. The first keeps its pose. The exit code is 1 if one is not found.
     """
-    check_found_path(output)
+    files.check_found_path(output)
     names, frames = _views(frame, more or [])
-    with open_renderer(device, output) as renderer:
+    with open_renderer(run.device, output) as renderer:
         start = time.perf_counter()
         with spinner("finding the poses"):
             found = renderer.search_poses(frames)
@@ -158,29 +165,27 @@ def align(
         }
         lost = [name for name, pose in poses.items() if pose is None]
         if len(lost) < len(others):
-            save_found_poses(output, poses)
+            files.save_found_poses(output, poses)
             report(output, counted(len(names) - len(lost), "pose"), renderer, spent)
     if lost:
         print_note(f"not found: {', '.join(lost)}" + ("" if len(lost) < len(others) else "; nothing is written"))
         raise typer.Exit(1)
 
 
-def _views(frame: FrameOptions, more: Sequence[str]) -> tuple[list[str], list[Frame]]:
+def _views(frame: options.FrameOptions, more: Sequence[str]) -> tuple[list[str], list[Frame]]:
     """Read one frame of each input; return their names as typed, with the number where one was typed twice."""
-    if frame.depth or frame.color:
-        raise ValueError(f"pass {option('depth')} or {option('color')} with one INPUT")
+    inputs.check_inputs_alone(frame)
     if frame.input is None or not 1 <= len(more) < MOST_VIEWS:
         got = len(more) + (frame.input is not None)
         raise ValueError(f"poses are found of 2 to {MOST_VIEWS} INPUTs that show the same, got {got}")
     check_folders(more)
-    inputs = [frame.input, *more]
-    numbers = [0] * len(inputs) if frame.frame is None else frames_from(frame.frame, len(inputs))
-    names = [
-        name if inputs.count(name) == 1 else f"{name} {number}" for name, number in zip(inputs, numbers, strict=True)
-    ]
+    paths = [frame.input, *more]
+    numbers, names = inputs.numbers_and_names(frame, paths)
     if len(set(names)) < len(names):
         raise ValueError(f"the same view was passed twice: pass others, or {option('frame')} with a number for each")
-    return names, [load(replace(frame, input=name, frame=str(k))) for name, k in zip(inputs, numbers, strict=True)]
+    return names, [
+        inputs.load(replace(frame, input=path, frame=str(k))) for path, k in zip(paths, numbers, strict=True)
+    ]
 
 
 def _in_words(first: NDArray[np.float64], found: FoundPose, name: str) -> str:

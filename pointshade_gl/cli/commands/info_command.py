@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from ...files.clouds.load_cloud import check_cloud_options, cloud_facts
+from ...files.clouds.load_cloud import check_cloud_options, check_frame_options, cloud_facts
 from ...files.depth.depth_kinds import METRIC
 from ...files.frames.frame_files import examine, facts
 from ...files.pictures.picture_files import check_writable, save_image
@@ -18,37 +18,32 @@ from ...notes.words import counted, option
 from ...renderer.series import contact_sheet
 from ...scene.cloud import axes_in_words
 from ...scene.noise import Choice, describe
+from .. import options
 from ..inputs import check_frame
-from ..options import BenchOptions, Device, FrameOptions, Overwrite, Quiet, SheetOutput, spread
 from ..output import open_renderer, print_line, report, spinner
 
 
-@spread
+@options.spread
 def info(
-    frame: FrameOptions,
-    output: SheetOutput = None,
+    frame: options.FrameOptions,
+    output: options.SheetOutput = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
-    overwrite: Overwrite = False,
-    device: Device = 0,
-    quiet: Quiet = False,
+    *,
+    run: options.RunOptions,
 ) -> None:
     """Print what is in a file or folder, and how it would be read; without INPUT, what draws: GL vendor, limits."""
-    if frame.input or frame.depth or frame.color:
-        from ...files.clouds.load_cloud import check_frame_options
-        from ...files.frame_sources import is_cloud
-
-        if is_cloud(frame.input):
+    if frame.named is frame:
+        if frame.is_cloud:
             show_cloud(frame, output, as_json)
-            return
-
-        check_frame(frame)
-        check_frame_options(frame.cloud_options, frame.input)
-        frame.check_exist()
-        show_input(frame, output, as_json, device)
+        else:
+            check_frame(frame)
+            check_frame_options(frame.cloud_options, frame.input)
+            frame.check_exist()
+            show_input(frame, output, as_json, run.device)
         return
     if output:
         raise ValueError(f"a contact sheet shows a frame: pass INPUT, as in `pointshade info vase -o {output}`")
-    with open_renderer(device) as renderer:
+    with open_renderer(run.device) as renderer:
         limits = {"pointshade_gl": __version__, **renderer.context.limits()}
         if as_json:
             print(json.dumps({name.replace(" ", "_"): value for name, value in limits.items()}, indent=1))
@@ -56,33 +51,32 @@ def info(
             print("\n".join(f"{name:16s}{limits[name]}" for name in limits))
 
 
-@spread
-def bench(options: BenchOptions, device: Device = 0, quiet: Quiet = False) -> None:
+@options.spread
+def bench(how: options.BenchOptions, device: options.Device = 0, quiet: options.Quiet = False) -> None:
     """Measure the speed, accuracy and robustness of every estimator: charts and results.json."""
     from ...bench.command import bench as bench_estimators
     from ...bench.command import bench_speed, research
 
-    quick, output = options.quick, options.output
-    if options.against is not None and not options.speed:
+    quick, output = how.quick, how.output
+    if how.against is not None and not how.speed:
         raise ValueError(f"{option('against')} compares speeds: add {option('speed', True)}")
-    if options.against is not None:
-        about = research("against", "speed_against").bench_against(options.against, quick, device)
-    elif options.speed:
+    if how.against is not None:
+        about = research("against", "speed_against").bench_against(how.against, quick, device)
+    elif how.speed:
         about = bench_speed(output, quick, device)
-    elif options.views:
-        about = research("views", "several_views").bench_views(output, quick, options.seed, device)
-    elif options.images:
-        script = research("images", "lit_pictures")
-        about = script.bench_images(output, quick, options.only or [], options.seed, device)
+    elif how.views:
+        about = research("views", "several_views").bench_views(output, quick, how.seed, device)
+    elif how.images:
+        about = research("images", "lit_pictures").bench_images(output, quick, how.only or [], how.seed, device)
     else:
-        about = bench_estimators(output, quick, options.only or [], options.seed, device)
+        about = bench_estimators(output, quick, how.only or [], how.seed, device)
     print(about)
 
 
 _KINECT_STEP = 0.0025, 0.0034  # between these lies 1/z's rounding of a first Kinect, in 1/m
 
 
-def show_input(frame: FrameOptions, output: Path | None, as_json: bool, device: int) -> None:
+def show_input(frame: options.FrameOptions, output: Path | None, as_json: bool, device: int) -> None:
     """Prints what was found, and writes a contact sheet if there is an output. Raises as reading the input does."""
     if output:
         check_writable(output)
@@ -90,7 +84,7 @@ def show_input(frame: FrameOptions, output: Path | None, as_json: bool, device: 
     with open_renderer(device, output) as renderer, spinner("measuring the noise"):
         renderer.estimate_normals(examined.frame)
         found = {**facts(examined), "noise": _noise(renderer.choice), "assumed": examined.notes}
-        print_line(json.dumps(found, indent=1) if as_json else "\n".join(_lines(found)))
+        _print_facts(found, _sentences(found), as_json)
         if output:
             start = time.perf_counter()
             save_image(output, contact_sheet(renderer, examined.frame))
@@ -101,13 +95,11 @@ def show_input(frame: FrameOptions, output: Path | None, as_json: bool, device: 
 def _noise(choice: Choice | None) -> dict[str, Any]:
     """What was measured on the depth; lengths in metres."""
     assert choice is not None, "normals were estimated"
-    noise = choice.noise
-    if noise is None:
-        return {"estimator": choice.method, "found": describe(choice)}
+    found = {"estimator": choice.method, "found": describe(choice)}
+    if (noise := choice.noise) is None:
+        return found
     rounded = noise.domain == "1/z" and _KINECT_STEP[0] < noise.step < _KINECT_STEP[1]
-    return {
-        "estimator": choice.method,
-        "found": describe(choice),
+    return found | {
         "sigma": noise.sigma,
         "share": noise.share,
         "rounding": noise.step or None,
@@ -116,43 +108,38 @@ def _noise(choice: Choice | None) -> dict[str, Any]:
     }
 
 
-def _lines(found: dict[str, Any]) -> list[str]:
-    """The facts for the eye: a subject, then one line for each thing to know about it."""
-    lines: list[str] = []
-    for subject, known in _sentences(found):
-        lines += [f"{subject if k == 0 else '':10s}{line}" for k, line in enumerate(known)]
-    return lines
+Facts = dict[str, list[str]]  # subjects, with one line for each thing to know about them
 
 
-def _sentences(found: dict[str, Any]) -> list[tuple[str, list[str]]]:
+def _print_facts(found: dict[str, Any], words: Facts, as_json: bool) -> None:
+    """Print them for a program, or for the eye: the subject on the left of its first line."""
+    lines = [f"{'' if k else subject:10s}{line}" for subject, known in words.items() for k, line in enumerate(known)]
+    print_line(json.dumps(found, indent=1) if as_json else "\n".join(lines))
+
+
+def _sentences(found: dict[str, Any]) -> Facts:
     depth, color, camera, poses, noise = (found[key] for key in ("depth", "color", "camera", "poses", "noise"))
     frames, (near, far) = found["frames"], depth["range"]
     size = f", {color['size'][0]}x{color['size'][1]}" if color["size"] else ""
     estimator, _, found_noise = noise["found"].partition(": ")
     numbers = ", ".join(f"{key} {camera[key]:g}" for key in ("fx", "fy", "cx", "cy"))
-    return [
-        ("frames", [f"{frames['count']}" + (f"; number {frames['shown']} is shown" if frames["count"] > 1 else "")]),
-        (
-            "depth",
-            [
-                f"{depth['file'] or 'an array'}, {depth['stored']}",
-                f"{_unit(depth['kind'], depth['units_per_metre'])} ({depth['why']})",
-                f"{near:.4g} to {far:.4g} m, median {depth['median']:.4g} m, {depth['missing']:.1%} missing",
-            ],
-        ),
-        ("color", [f"{color['file'] or ('in the same file' if size else 'none')}{size}"]),
-        (
-            "camera",
-            [
-                f"{numbers}; it sees {camera['fov'][0]:g} degrees across, {camera['fov'][1]:g} from top to bottom",
-                f"from {camera['from']}",
-            ],
-        ),
-        ("poses", [f"{poses['count']} from {poses['from']}" if poses["count"] else "none"]),
-        ("noise", found_noise.split(", ") + ([f"like a {noise['sensor']}"] if noise.get("sensor") else [])),
-        ("normals", [f"by {estimator}"]),
-        ("notes", found["assumed"] or ["none"]),
-    ]
+    return {
+        "frames": [f"{frames['count']}" + (f"; number {frames['shown']} is shown" if frames["count"] > 1 else "")],
+        "depth": [
+            f"{depth['file'] or 'an array'}, {depth['stored']}",
+            f"{_unit(depth['kind'], depth['units_per_metre'])} ({depth['why']})",
+            f"{near:.4g} to {far:.4g} m, median {depth['median']:.4g} m, {depth['missing']:.1%} missing",
+        ],
+        "color": [f"{color['file'] or ('in the same file' if size else 'none')}{size}"],
+        "camera": [
+            f"{numbers}; it sees {camera['fov'][0]:g} degrees across, {camera['fov'][1]:g} from top to bottom",
+            f"from {camera['from']}",
+        ],
+        "poses": [f"{poses['count']} from {poses['from']}" if poses["count"] else "none"],
+        "noise": found_noise.split(", ") + ([f"like a {noise['sensor']}"] if noise.get("sensor") else []),
+        "normals": [f"by {estimator}"],
+        "notes": found["assumed"] or ["none"],
+    }
 
 
 def _unit(kind: str, scale: float | None) -> str:
@@ -167,44 +154,30 @@ def _unit(kind: str, scale: float | None) -> str:
     return f"kind {kind}"
 
 
-def show_cloud(frame: FrameOptions, output: Path | None, as_json: bool) -> None:
+def show_cloud(frame: options.FrameOptions, output: Path | None, as_json: bool) -> None:
     """Prints what was found. Raises as reading the cloud does."""
     if output:
         raise ValueError(f"a contact sheet shows a frame, and {frame.input} is a point cloud: leave out -o {output}")
     assert frame.input is not None
     check_cloud_options([name for name, value in frame.load_options.items() if value is not None], frame.input)
     found = cloud_facts(frame.input, max_pixels=frame.max_pixels, **frame.cloud_options)
-    print_line(json.dumps(found, indent=1) if as_json else "\n".join(_cloud_lines(found)))
+    _print_facts(found, _cloud_sentences(found), as_json)
 
 
-def _cloud_lines(found: dict[str, Any]) -> list[str]:
-    lines: list[str] = []
-    for subject, known in _cloud_sentences(found):
-        lines += [f"{subject if k == 0 else '':10s}{line}" for k, line in enumerate(known)]
-    return lines
-
-
-def _cloud_sentences(found: dict[str, Any]) -> list[tuple[str, list[str]]]:
-    """A subject, then one line for each thing to know about it."""
-    share, places = found["normals"], found["seen_from"]
+def _cloud_sentences(found: dict[str, Any]) -> Facts:
+    share, places, up = found["normals"], found["seen_from"], found["up"]
     low, high = (", ".join(f"{one:.10g}" for one in corner) for corner in found["box"])
-    return [
-        ("points", [f"{counted(found['points'], 'point')}, {found['format']}"]),
-        (
-            "extent",
-            [
-                " x ".join(f"{side:g}" for side in found["extent"]) + f", spacing about {found['spacing']:g}",
-                f"from {low} to {high}, without stray points",
-            ]
-            if found["points"]
-            else ["none"],
-        ),
-        ("origin", [", ".join(f"{one:.10g}" for one in found["origin"]) + f"; positions are {found['stored_as']}"]),
-        ("up", [f"{found['up']['axis']} ({found['up']['why']})"]),
-        *([("axes", [axes_in_words(found["up"]["axis"], found["front"])])] if found["front"] else []),
-        ("color", [f"{'yes' if found['colors'] else 'none'}; {option('color_by')} {', '.join(found['color_by'])}"]),
-        ("normals", ["none" if not share else "yes" if share == 1 else f"of {share:.0%} of the points"]),
-        ("sizes", ["yes" if found["sizes"] else "none"]),
-        ("seen from", [", ".join(f"{one:g}" for one in place) for place in places] or ["unknown"]),
-        ("notes", found["assumed"] or ["none"]),
-    ]
+    sides = " x ".join(f"{side:g}" for side in found["extent"])
+    extent = [f"{sides}, spacing about {found['spacing']:g}", f"from {low} to {high}, without stray points"]
+    return {
+        "points": [f"{counted(found['points'], 'point')}, {found['format']}"],
+        "extent": extent if found["points"] else ["none"],
+        "origin": [", ".join(f"{one:.10g}" for one in found["origin"]) + f"; positions are {found['stored_as']}"],
+        "up": [f"{up['axis']} ({up['why']})"],
+        **({"axes": [axes_in_words(up["axis"], found["front"])]} if found["front"] else {}),
+        "color": [f"{'yes' if found['colors'] else 'none'}; {option('color_by')} {', '.join(found['color_by'])}"],
+        "normals": ["none" if not share else "yes" if share == 1 else f"of {share:.0%} of the points"],
+        "sizes": ["yes" if found["sizes"] else "none"],
+        "seen from": [", ".join(f"{one:g}" for one in place) for place in places] or ["unknown"],
+        "notes": found["assumed"] or ["none"],
+    }

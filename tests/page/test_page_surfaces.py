@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.page.merged_frames import OVERLAP, Member, merged
+from pointshade_gl.page.page_surfaces import OVERLAP, Member, merged
 
 BAND = 0.01
 CAMERA = ps.Camera(60, 60, 31.5, 23.5, 64, 48)

@@ -15,6 +15,7 @@ from pointshade_gl.batch.jobs import Job
 from pointshade_gl.batch.map import Drawing, _drawn
 from pointshade_gl.checks.arguments import check_count, check_type
 from pointshade_gl.cli import inputs as cli_inputs
+from pointshade_gl.cli.commands import render_command  # noqa: F401 - so that it takes none of what is patched
 from pointshade_gl.files.frames import sequences as frame_sequence
 from pointshade_gl.notes.errors import Bug, error_text, is_expected
 

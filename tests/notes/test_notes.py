@@ -13,6 +13,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.cli import inputs as cli_inputs
+from pointshade_gl.cli.commands import render_command  # noqa: F401 - so that it takes none of what is patched
 from pointshade_gl.notes.notes import few_notes, print_note, print_warning, silence
 
 from ..support import frames

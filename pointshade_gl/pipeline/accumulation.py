@@ -73,19 +73,15 @@ class SharedSamples(FullscreenPasses):
         whole = left, top, width, height = target.splats.window
         target.splats.window = left + width // 2, top, width // BAND, height
         self._fill(target, thing, visible, light_set, samples, is_trial=True)
-        is_worth = self._open_share(target) <= MOST
+        left, top, width, height = (edge // TILE for edge in target.splats.window)
+        tiles = target.samples.active.read()[top : top + height, left : left + width]
+        is_worth = bool(tiles.size) and float(tiles.mean()) <= MOST
         target.splats.window = whole
         if is_worth:
             self._fill(target, thing, visible, light_set, samples)
         else:
             target.samples.clear(target.samples.has_ground)
         return is_worth
-
-    def _open_share(self, target: Target) -> float:
-        """Return the share of tiles in the window that are open."""
-        left, top, width, height = (edge // TILE for edge in target.splats.window)
-        tiles = target.samples.active.read()[top : top + height, left : left + width]
-        return float(tiles.mean()) if tiles.size else 1.0
 
     def _fill(
         self, target: Target, thing: ShownPoints | ShownGrid, visible: VisibleScene, light_set: LightSet, samples: int,
@@ -104,12 +100,7 @@ class SharedSamples(FullscreenPasses):
         )  # fmt: skip
         target.samples.open_surfaces.depth_mask = True
         clear(target.samples.open_surfaces, surfaces.window)
-        self._find_open(target, samples)
-
-    def _find_open(self, target: Target, samples: int) -> None:
-        """Give the pixels that are not open the sum of all samples."""
-        sums, surfaces = target.samples, target.surfaces
-        shade, shine = sums.shades.textures
+        sums, (shade, shine) = target.samples, lit.textures
         maps = {"albedo_map": surfaces.albedo, "shade_map": shade, "shine_map": shine}
         with depth_tested(self._context, sums.open_surfaces, surfaces.window):
             self.fullscreen("output/shared_pixels.frag").draw(sums.open_surfaces, maps, count=float(samples))
@@ -129,20 +120,12 @@ class Accumulator(FullscreenPasses):
     """Averages samples into finished pictures. A target keeps its sum, for more samples of the same picture."""
 
     def __init__(
-        self,
-        context: moderngl.Context,
-        steps: Steps,
-        light: LightPass,
-        light_setup: LightSetup,
-        frame_pass: FramePass,
-        shared: SharedSamples,
-    ):
+        self, context: moderngl.Context, steps: Steps, light: LightPass, light_setup: LightSetup,
+        frame_pass: FramePass, shared: SharedSamples,
+    ):  # fmt: skip
         super().__init__(context)
-        self._steps = steps
-        self._light = light
-        self._light_setup = light_setup
-        self._frame_pass = frame_pass
-        self._shared = shared
+        self._steps, self._light, self._light_setup = steps, light, light_setup
+        self._frame_pass, self._shared = frame_pass, shared
 
     @cached_property
     def _resolve(self) -> ResolveSamplesPass:
@@ -171,17 +154,9 @@ class Accumulator(FullscreenPasses):
     ) -> None:
         """Add up the samples. If the picture shows the same as the last one, only the missing ones are drawn."""
         sums, has_ground = target.samples, not isinstance(finish.ground, bool)
-        eye = visible.eye.camera, visible.eye.pose.tobytes()
-        content = (
-            visible.scene,
-            tuple(visible.lights),
-            *eye,
-            finish.ground,
-            finish.ground_height,
-            visible.gain,
-            visible.surroundings,
-            visible.scale,
-        )
+        eye, ground = (visible.eye.camera, visible.eye.pose.tobytes()), (finish.ground, finish.ground_height)
+        light = tuple(visible.lights), visible.gain, visible.surroundings
+        content = visible.scene, *eye, *ground, *light, visible.scale
         done = sums.count if sums.content == content and sums.count <= finish.samples else 0
         if not done:
             sums.clear(has_ground)
@@ -246,20 +221,12 @@ class ExposureMeter(FullscreenPasses):
     """Compares the lit picture with the photograph; of a frame alone only some of its points, without drawing it."""
 
     def __init__(
-        self,
-        context: moderngl.Context,
-        steps: Steps,
-        gpu_scene: GpuScene,
-        light: LightPass,
-        light_setup: LightSetup,
-        accumulator: Accumulator,
-    ):
+        self, context: moderngl.Context, steps: Steps, gpu_scene: GpuScene, light: LightPass,
+        light_setup: LightSetup, accumulator: Accumulator,
+    ):  # fmt: skip
         super().__init__(context)
-        self._steps = steps
-        self._gpu_scene = gpu_scene
-        self._light = light
-        self._light_setup = light_setup
-        self._accumulator = accumulator
+        self._steps, self._gpu_scene, self._light = steps, gpu_scene, light
+        self._light_setup, self._accumulator = light_setup, accumulator
         self._surfaces, self._visibility, self._lit = (self._keep(Fitted(context, Image)) for _ in range(3))
 
     def find(

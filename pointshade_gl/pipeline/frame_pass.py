@@ -31,18 +31,11 @@ class FramePass:
     """
 
     def __init__(
-        self,
-        steps: Steps,
-        objects: Objects,
-        light: LightPass,
-        view_visibility: ViewVisibilityPass,
+        self, steps: Steps, objects: Objects, light: LightPass, view_visibility: ViewVisibilityPass,
         colors: SurfaceColorsPass,
-    ):
-        self._steps = steps
-        self._colors = colors
-        self._view_visibility = view_visibility
-        self._objects = objects
-        self._light = light
+    ):  # fmt: skip
+        self._steps, self._objects, self._light = steps, objects, light
+        self._view_visibility, self._colors = view_visibility, colors
 
     def draw(
         self, target: Target, canvas: Canvas, visible: VisibleScene, drawables: Drawables, light_set: LightSet

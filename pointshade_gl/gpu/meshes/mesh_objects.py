@@ -207,11 +207,7 @@ def mesh_vertices(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _camera(eye: Eye) -> dict[str, Any]:
-    return {
-        "target": eye.camera.intrinsics,
-        "target_size": (eye.camera.width, eye.camera.height),
-        "near": eye.near,
-    }
+    return {"target": eye.camera.intrinsics, "target_size": (eye.camera.width, eye.camera.height), "near": eye.near}
 
 
 GROUP, ROWS = 32, 16  # as in grid.comp

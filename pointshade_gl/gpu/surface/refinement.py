@@ -190,13 +190,9 @@ class UpsamplePass(FullscreenPasses):
         self._snap = self._keep(FlyingPixelPass(context, surface))
 
     def run(
-        self,
-        frame: FrameTextures,
-        small: PointSurface,
-        camera: Camera,
-        estimator: Estimator | None,
+        self, frame: FrameTextures, small: PointSurface, camera: Camera, estimator: Estimator | None,
         large: PointSurface,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Enlarge a frame's surface, of estimated normals or the caller's own, from `small` to `large`.
 
         camera  took the frame, at the depth's size

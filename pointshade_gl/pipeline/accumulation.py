@@ -14,7 +14,7 @@ from ..checks.arguments import Count, check_type
 from ..gpu.core.images import Fitted, Image, depth_tested, empty, empty_part, read_texture
 from ..gpu.core.programs import FullscreenPasses
 from ..gpu.core.steps import Steps
-from ..gpu.core.view_images import TILE, Drawable, Target
+from ..gpu.core.view_images import TILE, Target
 from ..gpu.drawables import Drawables, Objects
 from ..gpu.meshes.mesh_objects import ShownGrid
 from ..gpu.points.point_objects import ShownPoints
@@ -60,8 +60,13 @@ class SharedSamples(FullscreenPasses):
         """Add up the samples of such pixels in an empty sum. Return whether there are many; the others are open."""
         thing = single_object(visible, drawables, light_set)
         is_large = samples * target.size[0] * target.size[1] >= WORTH
-        if thing is None or not is_large or not _can_share(thing, visible):
+        if thing is None or not is_large or thing.shading != "phong":
             return False
+        points, camera = thing.points, visible.eye.camera
+        away = float(np.linalg.norm(visible.eye.pose[:3, 3] - points.pose[:3, 3]))
+        larger = min(abs(camera.fx / points.source.fx), abs(camera.fy / points.source.fy))
+        if away > AT_FRAME * visible.scene.bounds[1] or larger <= 1 - 1e-3:
+            return False  # it is not seen as the frame's own camera saw it, or larger
         kind, eye = self._objects.kind_of(thing), visible.eye
         self._steps.run("splats", kind.draw_splats, target.splats, thing.points, eye)
         return self._steps.always("shared", self._share, target, thing, visible, light_set, samples)
@@ -106,14 +111,6 @@ class SharedSamples(FullscreenPasses):
             self.fullscreen("output/shared_pixels.frag").draw(sums.open_surfaces, maps, count=float(samples))
         tiles = self.fullscreen("output/active_tiles.frag")
         tiles.draw(sums.active.target, {"open_map": sums.open}, side=TILE)
-
-
-def _can_share(thing: ShownPoints | ShownGrid, visible: VisibleScene) -> bool:
-    """Return whether each pixel is lit by itself, and is seen as the frame's own camera saw it, or larger."""
-    points, camera = thing.points, visible.eye.camera
-    away = float(np.linalg.norm(visible.eye.pose[:3, 3] - points.pose[:3, 3]))
-    larger = min(abs(camera.fx / points.source.fx), abs(camera.fy / points.source.fy))
-    return thing.shading == "phong" and away <= AT_FRAME * visible.scene.bounds[1] and larger > 1 - 1e-3
 
 
 class Accumulator(FullscreenPasses):
@@ -238,8 +235,9 @@ class ExposureMeter(FullscreenPasses):
         scene = visible.scene
         alone = drawables[scene.things[0]] if is_alone(scene.things) else None
         is_guessed = exposure == "sensor"
-        if is_guessed and (alone is None or not is_noisy(alone)):
-            return 0.0
+        noises = [choice.noise for choice in alone.choices if choice.noise] if alone else []
+        if is_guessed and all(noise.is_clean for noise in noises):
+            return 0.0  # it is a picture without a sensor's noise
         if alone is not None and alone.shading in NOT_LIT:
             return 0.0  # the photograph itself
         measure = partial(self._of_points, alone.views[0]) if alone is not None and alone.views else self._of_scene
@@ -305,8 +303,3 @@ def _small(camera: Camera) -> Camera:
     """Return the camera with as few pixels as tell how bright its picture is."""
     shrunk = min(LONGEST / max(camera.width, camera.height), 1.0)
     return camera.resized(*(max(round(side * shrunk), 1) for side in (camera.width, camera.height)))
-
-
-def is_noisy(thing: Drawable) -> bool:
-    """Return whether noise was found in the depth of a frame, or in one of several."""
-    return any(choice.noise is not None and not choice.noise.is_clean for choice in thing.choices)

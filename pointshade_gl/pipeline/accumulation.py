@@ -177,7 +177,7 @@ class Accumulator(FullscreenPasses):
                 light_set = self._light_setup.prepare(sample, drawables)
                 self._light_setup.light_points(sample, drawables, light_set)
             if k == 0 and not is_soft and self._shared.draw(target, visible, drawables, light_set, finish.samples):
-                canvas = self._resolve.rest_canvas(sums)
+                canvas = canvas._replace(image=sums.open_surfaces, is_masked=True)
                 target.splats.draw_only(sums.active.texture)
             self._frame_pass.draw(target, canvas, sample, drawables, light_set)
             if finish.up is not None and light_set.shadow_map is not None:

@@ -104,6 +104,7 @@ def kept(loader: str | None) -> Iterator[None]:
                 systems[name].hold(held)
 
 
+_signals = [int(number) for number in signal.valid_signals()]
 INSTALL_HINT = "on Debian or Ubuntu: apt-get install -y libegl1 libgl1-mesa-dri"
 _handler_of = getattr(signal.getsignal, "__wrapped__", signal.getsignal)  # without making an Enum: 60 signals are asked
 
@@ -163,12 +164,9 @@ class Context:
         """Return the limits that `pointshade info` lists."""
         info = self.info
         return {
-            "vendor": info["GL_VENDOR"],
-            "renderer": self.renderer,
-            "version": info["GL_VERSION"],
-            "largest texture": info["GL_MAX_TEXTURE_SIZE"],
-            "largest point": info["GL_POINT_SIZE_RANGE"][1],
-        }
+            "vendor": info["GL_VENDOR"], "renderer": self.renderer, "version": info["GL_VERSION"],
+            "largest texture": info["GL_MAX_TEXTURE_SIZE"], "largest point": info["GL_POINT_SIZE_RANGE"][1],
+        }  # fmt: skip
 
     def in_use(self) -> InUse:
         """Make the context current inside, in GL's default state; afterwards restore what the caller had.
@@ -309,18 +307,6 @@ def _is_there(library: str) -> bool:
     return True
 
 
-def _open_egl(device: int, libgl: str) -> Any:
-    """Return an EGL context for moderngl, which would import ctypes.util first: 8 ms of the first picture."""
-    egl: Any = import_module("glcontext.egl")
-    return egl.create_context(mode="standalone", glversion=330, libgl=libgl, libegl="libEGL.so.1", device_index=device)
-
-
-@cache
-def _signals() -> list[int]:
-    """Return the numbers of all signals of this system."""
-    return [int(number) for number in signal.valid_signals()]
-
-
 @contextmanager
 def signals_later() -> Iterator[None]:
     """Call the handlers of signals that come inside afterwards: moderngl's C code crashes where one raises in it.
@@ -330,7 +316,7 @@ def signals_later() -> Iterator[None]:
     """
     handlers: dict[int, Any] = {}
     if threading.current_thread() is threading.main_thread():  # no other thread handles signals
-        found = ((number, _handler_of(number)) for number in _signals())
+        found = ((number, _handler_of(number)) for number in _signals)
         handlers = {number: handler for number, handler in found if callable(handler)}
     came: list[tuple[int, Any]] = []
     is_inside = True
@@ -353,20 +339,20 @@ def signals_later() -> Iterator[None]:
             handlers[number](number, frame)
 
 
+@signals_later()
 def _create(device: int) -> moderngl.Context:
-    with signals_later():
-        return _create_now(device)
-
-
-def _create_now(device: int) -> moderngl.Context:
     store = getattr(moderngl, "_store", None)  # with the context that moderngl.get_context() gives: not ours
     default = getattr(store, "default_context", None)
     try:
         if sys.platform.startswith("linux"):
             # EGL itself hands out all of GL: without libGL (package libgl1) its own library will do.
             libgl = "libGL.so.1" if _is_there("libGL.so.1") else "libEGL.so.1"
+            how = {"mode": "standalone", "glversion": 330, "libgl": libgl, "libegl": "libEGL.so.1"}
+            # moderngl itself would import ctypes.util first: 8 ms of the first picture
+            egl: Any = import_module("glcontext.egl")
             with kept("egl"):
-                return moderngl.create_context(standalone=True, require=330, context=_open_egl(device, libgl))
+                opened = egl.create_context(**how, device_index=device)
+                return moderngl.create_context(standalone=True, require=330, context=opened)
         return moderngl.create_context(standalone=True, require=330)
     except Exception as error:
         if type(error) not in _OF_DRIVERS:  # what a caller raises in this thread is not about OpenGL

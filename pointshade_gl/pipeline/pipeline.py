@@ -99,7 +99,8 @@ class Pipeline(Owner):
         source    of which the scene was made; None is the scene itself
         progress  told of each frame of several that is prepared and compared, and of each sample
         """
-        count, given, uploads = self._count(progress, scene, camera, pose, finish.samples), scene, self._uploads
+        count, given = self._count(progress, scene, camera, pose, finish.samples), scene
+        uploads = self.steps.counts["upload"]
         scene = self._aligner.aligned(scene, count)
         self._composed = visible = composed_again(self._composed, scene, lights, camera, pose)
         around = surroundings_of(finish, source or given, scene, lights, visible.materials, self._upright)
@@ -127,14 +128,10 @@ class Pipeline(Owner):
         if not self._frame_pass.draw_lit_splats(target, visible, drawables, light_set):
             self._light_setup.light_points(visible, drawables, light_set)
             self._frame_pass.draw(target, Canvas(target.picture), visible, drawables, light_set)
-        if self._uploads > uploads and target.surfaces.version == before:
+        if self.steps.counts["upload"] > uploads and target.surfaces.version == before:
             target.surfaces.free()  # new frames are lit as they are drawn: a third of a stream's memory
         count.step()
         return target
-
-    @property
-    def _uploads(self) -> int:
-        return self.steps.counts["upload"]
 
     def _scale_of(
         self, finish: Finish, target: Target, visible: VisibleScene, drawables: Drawables

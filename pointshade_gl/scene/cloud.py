@@ -322,9 +322,8 @@ def turned(cloud: PointCloud, axes: CloudAxes) -> PointCloud:
     """Return a cloud in other axes, with all that lies or points somewhere; numbers change places and signs only."""
     up, front = CLOUD_AXES[axes]
     turn = _axes_of(up, front) @ _axes_of(cloud.up, cloud.front or USUAL_FRONT[cloud.up]).T
-    changed: dict[str, Any] = {
-        name: _turned(getattr(cloud, name), turn) for name in ("positions", "normals", "seen_from", "origin")
-    }
+    names = "positions", "normals", "seen_from", "origin"
+    changed: dict[str, Any] = {name: _turned(getattr(cloud, name), turn) for name in names}
     return replace(cloud, **changed, up=up, front=front if cloud.front else None)
 
 

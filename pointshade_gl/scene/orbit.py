@@ -55,9 +55,8 @@ class OrbitStage:
 
     def is_as(self, other: OrbitStage) -> bool:
         """Return whether two stages are the same."""
-        return (self.radius, self.axis) == (other.radius, other.axis) and all(
-            np.array_equal(*both) for both in ((self.pivot, other.pivot), (self.upright, other.upright))
-        )
+        arrays = (self.pivot, other.pivot), (self.upright, other.upright)
+        return (self.radius, self.axis) == (other.radius, other.axis) and all(np.array_equal(*two) for two in arrays)
 
     @classmethod
     def _of_scene(cls, scene: Scene) -> OrbitStage:
@@ -237,8 +236,7 @@ class State:
         return replace(self, light_reach=min(max(self.light_reach * WHEEL**steps, 0.1), 20.0))
 
     def with_light_direction(self, towards: Sequence[float] | NDArray[np.float64]) -> State:
-        """Return the state with the light in another direction: (3,) from the object's middle, view axes, of any
-        length."""
+        """Return the state with the light in another direction: (3,) from the middle, view axes, of any length."""
         x, y, z = check_point(towards, "direction")
         angle, around = math.atan2(math.hypot(x, y), -z), math.atan2(y, x)
         rims = angle / (math.pi / 2)

@@ -52,11 +52,6 @@ class PlacedCloud(Parts, Drawable):
     def is_blended(self) -> bool:
         return self.cloud.splat == "disc"
 
-    def typical_radius(self, eye: Eye) -> float:
-        """Return the median radius of the discs, world units."""
-        world, spacings, pixels = self.radius
-        return self.scale * (world + spacings * self.points.spacing) + pixels * self.away(eye) / _focal(eye)
-
     def away(self, eye: Eye) -> float:
         """Return how far the middle of the cloud lies ahead, at least the near plane."""
         return max(float(self._view(eye)[1][2]), eye.near)
@@ -164,8 +159,9 @@ class CloudObjects(FullscreenPasses):
         image.cores.clear(depth=1.0)
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             self._draw("depth", placed, eye, placed.inputs(eye, CORE) | {"push": 0.0, "first_pixel": (0.0, 0.0)})
-        radius = placed.typical_radius(eye)
-        ring = RING * radius * _focal(eye), RING * radius * _focal(eye) / placed.away(eye)
+        (world, spacings, pixels), focal, away = placed.radius, _focal(eye), placed.away(eye)
+        radius = placed.scale * (world + spacings * placed.points.spacing) + pixels * away / focal  # the discs' median
+        ring = RING * radius * focal, RING * radius * focal / away
         inputs = {"near": eye.near, "step_back": STEP_BACK * radius, "ring": ring}
         self.fullscreen("clouds/front.frag").draw(image.front.target, {"cores": image.depth}, **inputs)
 

@@ -328,7 +328,9 @@ class CallersState:
     @contextmanager
     def set_aside(self) -> Iterator[None]:
         """Set GL's defaults inside; restore everything afterwards, including the errors that GL has noted."""
-        context, errors = self._context, self._take_errors()
+        context, errors = self._context, list[int]()
+        while (error := self._gl.GetError()) and error not in errors:  # a lost context says so for ever
+            errors.append(error)
         known_to_moderngl = context.fbo, context.mglo.fbo, context.default_texture_unit
         taken = [part.take() for part in self._parts]
         context.default_texture_unit = UPLOAD_UNIT
@@ -339,13 +341,6 @@ class CallersState:
                 part.put_back(value)
             context.fbo, context.mglo.fbo, context.default_texture_unit = known_to_moderngl
             self._note_again(errors)
-
-    def _take_errors(self) -> list[int]:
-        """Return the errors that GL noted before, so that none is taken for ours."""
-        errors = []
-        while (error := self._gl.GetError()) and error not in errors:  # a lost context says so for ever
-            errors.append(error)
-        return errors
 
     def _note_again(self, errors: list[int]) -> None:
         """Let GL note the caller's errors again. Those that no call can repeat become a warning, each once."""

@@ -130,7 +130,7 @@ class Context:
         self.gl = _create(device) if context is None else context
         Context._first_process = os.getpid()
         self._thread, self._process = threading.get_ident(), os.getpid()
-        self._is_released, self._in_use = False, InUse(self)
+        self.is_released, self._in_use = False, InUse(self)
         self.identity: tuple[str, int] | None = None
         self._callers: CallersState | None = None
         try:
@@ -200,10 +200,6 @@ class Context:
             screen.use()  # so that nothing of ours is bound when it is freed
 
     @property
-    def is_released(self) -> bool:
-        return self._is_released
-
-    @property
     def is_gone(self) -> bool:
         """Return whether its owner has released the moderngl context itself."""
         return isinstance(self.gl.mglo, moderngl.InvalidObject)
@@ -219,21 +215,21 @@ class Context:
 
     def check(self) -> None:
         """Raise ContextError where the context cannot be used: GL would draw garbage there, or nothing."""
-        if self.is_here and not self._is_released and not self.is_gone:
+        if self.is_here and not self.is_released and not self.is_gone:
             return
         check_process(self._process, "Renderer")
         if not self.is_here:
             raise ContextError("this Renderer belongs to the thread that made it: make one Renderer in each thread")
-        if self._is_released:
+        if self.is_released:
             raise ContextError("this Renderer was released: make a new one")
         if self.is_gone:
             raise ContextError("the moderngl context of this Renderer was released: make a new one of both")
 
     def release(self) -> None:
         """Free the context if it is ours, with all that is in it. Afterwards it cannot be used."""
-        if self._is_released:
+        if self.is_released:
             return
-        self._is_released = True
+        self.is_released = True
         if self.owned:
             self.gl.release()
         return_freed_memory()
@@ -244,7 +240,7 @@ class Context:
         EGL lets any thread free a context that is current in none, as ours is between calls; elsewhere only its own
         thread may. At the end of the process nothing is freed: drivers may be gone by then.
         """
-        is_closed = self._is_released or self.is_gone or os.getpid() != self._process
+        is_closed = self.is_released or self.is_gone or os.getpid() != self._process
         if is_closed or not self.owned or sys.is_finalizing():
             return False
         if self.is_here or loader_of(self.gl) == "egl":

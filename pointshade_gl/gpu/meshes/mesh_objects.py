@@ -27,7 +27,7 @@ from ..core.programs import (
     source_and_target,
 )
 from ..core.steps import Parts
-from ..core.view_images import Canvas, Drawable, SplatImage, SurfaceImage, Target
+from ..core.view_images import Canvas, Drawable, ShownFrame, SplatImage, SurfaceImage, Target
 from ..points.point_objects import model_view
 from ..points.rasterizers import MOST_GROUPS, RimList, clear_nearest, no_rims, read_window
 from ..points.set_merge import shared_variant
@@ -319,7 +319,7 @@ BY_PLANES: Step = (0.0, 0.0)  # surfaces end where neighbours leave each other's
 
 
 @dataclass(eq=False, slots=True)
-class ShownGrid(Parts, Drawable):
+class ShownGrid(ShownFrame):
     """A frame as triangles, with its colours or its light."""
 
     points: Grid
@@ -329,14 +329,6 @@ class ShownGrid(Parts, Drawable):
     light: Image | None  # of the points, for gouraud shading
     material: tuple[float, float, float, float] | None  # for flat shading, which is lit as it is drawn
     visibility: Image | None = None  # what its points see of the light from all around, if something may hide it
-
-    @property
-    def shape(self) -> Grid:
-        return self.points
-
-    @property
-    def views(self) -> tuple[ShownGrid, ...]:
-        return (self,)
 
     @property
     def is_lit_as_drawn(self) -> bool:
@@ -349,10 +341,6 @@ class ShownGrid(Parts, Drawable):
     def is_shaded(self) -> bool:
         """Return whether it is lit when its visible surfaces are known."""
         return self.shading == "phong"
-
-    @property
-    def has_doubts(self) -> bool:
-        return self.shading == "phong" and self.points.surface.certainty is not None
 
 
 class GridObjects(FullscreenPasses):

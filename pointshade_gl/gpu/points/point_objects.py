@@ -16,7 +16,7 @@ from ..core.frame_textures import Colors, FrameTextures, PointSurface
 from ..core.images import Box, Fitted, Image, depth_tested
 from ..core.programs import FullscreenPasses
 from ..core.steps import Parts
-from ..core.view_images import Canvas, Drawable, SplatImage, SurfaceImage, Target
+from ..core.view_images import Canvas, Drawable, ShownFrame, SplatImage, SurfaceImage, Target
 from ..shading.light_set import ShadowTile
 from ..surface.surface_normals import Estimator
 from .rasterizers import ComputeSplatPass, LitSplatPass, PointSplatPass, Rasterizers, Splats
@@ -54,7 +54,7 @@ class Points(NamedTuple):
 
 
 @dataclass(eq=False, slots=True)
-class ShownPoints(Parts, Drawable):
+class ShownPoints(ShownFrame):
     """Points with their colours or their light."""
 
     points: Points
@@ -64,20 +64,8 @@ class ShownPoints(Parts, Drawable):
     shading: str  # pyright: ignore[reportIncompatibleMethodOverride]
     visibility: Image | None = None  # what they see of the light from all around, if something may hide it
 
-    @property
-    def shape(self) -> Points:
-        return self.points
-
-    @property
-    def views(self) -> tuple[ShownPoints, ...]:
-        return (self,)
-
     def add_surface(self, passes: Any, target: Target, eye: Eye, number: int, lights: dict[str, Any]) -> None:
         passes.points.add_surface(target, self, eye, number)
-
-    @property
-    def has_doubts(self) -> bool:
-        return self.shading == "phong" and self.points.surface.certainty is not None
 
 
 class PointSet(NamedTuple):

@@ -213,10 +213,8 @@ HIGHLIGHT_STRIDE = 4  # pixels between those in which noise is measured
 
 def describe_missing_views() -> str:
     """Say what highlights are removed from, for frames that are too few."""
-    return (
-        f"{option('remove_highlights')} needs {LEAST_VIEWS} or more views of one object, with colours: "
-        "highlights are what moves from view to view. The colours stay"
-    )
+    needed = f"{option('remove_highlights')} needs {LEAST_VIEWS} or more views of one object, with colours"
+    return f"{needed}: highlights are what moves from view to view. The colours stay"
 
 
 class _SeenNotes(NamedTuple):

@@ -14,7 +14,7 @@ from ..checks.arguments import Count, check_type
 from ..gpu.core.images import Fitted, Image, depth_tested, empty, empty_part, read_texture
 from ..gpu.core.programs import FullscreenPasses
 from ..gpu.core.steps import Steps
-from ..gpu.core.view_images import TILE, Drawable, Target
+from ..gpu.core.view_images import TILE, Target
 from ..gpu.drawables import Drawables, Objects
 from ..gpu.meshes.mesh_objects import ShownGrid
 from ..gpu.points.point_objects import ShownPoints
@@ -60,8 +60,13 @@ class SharedSamples(FullscreenPasses):
         """Add up the samples of such pixels in an empty sum. Return whether there are many; the others are open."""
         thing = single_object(visible, drawables, light_set)
         is_large = samples * target.size[0] * target.size[1] >= WORTH
-        if thing is None or not is_large or not _can_share(thing, visible):
+        if thing is None or not is_large or thing.shading != "phong":
             return False
+        points, camera = thing.points, visible.eye.camera
+        away = float(np.linalg.norm(visible.eye.pose[:3, 3] - points.pose[:3, 3]))
+        larger = min(abs(camera.fx / points.source.fx), abs(camera.fy / points.source.fy))
+        if away > AT_FRAME * visible.scene.bounds[1] or larger <= 1 - 1e-3:
+            return False  # it is not seen as the frame's own camera saw it, or larger
         kind, eye = self._objects.kind_of(thing), visible.eye
         self._steps.run("splats", kind.draw_splats, target.splats, thing.points, eye)
         return self._steps.always("shared", self._share, target, thing, visible, light_set, samples)
@@ -73,19 +78,15 @@ class SharedSamples(FullscreenPasses):
         whole = left, top, width, height = target.splats.window
         target.splats.window = left + width // 2, top, width // BAND, height
         self._fill(target, thing, visible, light_set, samples, is_trial=True)
-        is_worth = self._open_share(target) <= MOST
+        left, top, width, height = (edge // TILE for edge in target.splats.window)
+        tiles = target.samples.active.read()[top : top + height, left : left + width]
+        is_worth = bool(tiles.size) and float(tiles.mean()) <= MOST
         target.splats.window = whole
         if is_worth:
             self._fill(target, thing, visible, light_set, samples)
         else:
             target.samples.clear(target.samples.has_ground)
         return is_worth
-
-    def _open_share(self, target: Target) -> float:
-        """Return the share of tiles in the window that are open."""
-        left, top, width, height = (edge // TILE for edge in target.splats.window)
-        tiles = target.samples.active.read()[top : top + height, left : left + width]
-        return float(tiles.mean()) if tiles.size else 1.0
 
     def _fill(
         self, target: Target, thing: ShownPoints | ShownGrid, visible: VisibleScene, light_set: LightSet, samples: int,
@@ -104,12 +105,7 @@ class SharedSamples(FullscreenPasses):
         )  # fmt: skip
         target.samples.open_surfaces.depth_mask = True
         clear(target.samples.open_surfaces, surfaces.window)
-        self._find_open(target, samples)
-
-    def _find_open(self, target: Target, samples: int) -> None:
-        """Give the pixels that are not open the sum of all samples."""
-        sums, surfaces = target.samples, target.surfaces
-        shade, shine = sums.shades.textures
+        sums, (shade, shine) = target.samples, lit.textures
         maps = {"albedo_map": surfaces.albedo, "shade_map": shade, "shine_map": shine}
         with depth_tested(self._context, sums.open_surfaces, surfaces.window):
             self.fullscreen("output/shared_pixels.frag").draw(sums.open_surfaces, maps, count=float(samples))
@@ -117,32 +113,16 @@ class SharedSamples(FullscreenPasses):
         tiles.draw(sums.active.target, {"open_map": sums.open}, side=TILE)
 
 
-def _can_share(thing: ShownPoints | ShownGrid, visible: VisibleScene) -> bool:
-    """Return whether each pixel is lit by itself, and is seen as the frame's own camera saw it, or larger."""
-    points, camera = thing.points, visible.eye.camera
-    away = float(np.linalg.norm(visible.eye.pose[:3, 3] - points.pose[:3, 3]))
-    larger = min(abs(camera.fx / points.source.fx), abs(camera.fy / points.source.fy))
-    return thing.shading == "phong" and away <= AT_FRAME * visible.scene.bounds[1] and larger > 1 - 1e-3
-
-
 class Accumulator(FullscreenPasses):
     """Averages samples into finished pictures. A target keeps its sum, for more samples of the same picture."""
 
     def __init__(
-        self,
-        context: moderngl.Context,
-        steps: Steps,
-        light: LightPass,
-        light_setup: LightSetup,
-        frame_pass: FramePass,
-        shared: SharedSamples,
-    ):
+        self, context: moderngl.Context, steps: Steps, light: LightPass, light_setup: LightSetup,
+        frame_pass: FramePass, shared: SharedSamples,
+    ):  # fmt: skip
         super().__init__(context)
-        self._steps = steps
-        self._light = light
-        self._light_setup = light_setup
-        self._frame_pass = frame_pass
-        self._shared = shared
+        self._steps, self._light, self._light_setup = steps, light, light_setup
+        self._frame_pass, self._shared = frame_pass, shared
 
     @cached_property
     def _resolve(self) -> ResolveSamplesPass:
@@ -171,17 +151,9 @@ class Accumulator(FullscreenPasses):
     ) -> None:
         """Add up the samples. If the picture shows the same as the last one, only the missing ones are drawn."""
         sums, has_ground = target.samples, not isinstance(finish.ground, bool)
-        eye = visible.eye.camera, visible.eye.pose.tobytes()
-        content = (
-            visible.scene,
-            tuple(visible.lights),
-            *eye,
-            finish.ground,
-            finish.ground_height,
-            visible.gain,
-            visible.surroundings,
-            visible.scale,
-        )
+        eye, ground = (visible.eye.camera, visible.eye.pose.tobytes()), (finish.ground, finish.ground_height)
+        light = tuple(visible.lights), visible.gain, visible.surroundings
+        content = visible.scene, *eye, *ground, *light, visible.scale
         done = sums.count if sums.content == content and sums.count <= finish.samples else 0
         if not done:
             sums.clear(has_ground)
@@ -205,7 +177,7 @@ class Accumulator(FullscreenPasses):
                 light_set = self._light_setup.prepare(sample, drawables)
                 self._light_setup.light_points(sample, drawables, light_set)
             if k == 0 and not is_soft and self._shared.draw(target, visible, drawables, light_set, finish.samples):
-                canvas = self._resolve.rest_canvas(sums)
+                canvas = canvas._replace(image=sums.open_surfaces, is_masked=True)
                 target.splats.draw_only(sums.active.texture)
             self._frame_pass.draw(target, canvas, sample, drawables, light_set)
             if finish.up is not None and light_set.shadow_map is not None:
@@ -246,20 +218,12 @@ class ExposureMeter(FullscreenPasses):
     """Compares the lit picture with the photograph; of a frame alone only some of its points, without drawing it."""
 
     def __init__(
-        self,
-        context: moderngl.Context,
-        steps: Steps,
-        gpu_scene: GpuScene,
-        light: LightPass,
-        light_setup: LightSetup,
-        accumulator: Accumulator,
-    ):
+        self, context: moderngl.Context, steps: Steps, gpu_scene: GpuScene, light: LightPass,
+        light_setup: LightSetup, accumulator: Accumulator,
+    ):  # fmt: skip
         super().__init__(context)
-        self._steps = steps
-        self._gpu_scene = gpu_scene
-        self._light = light
-        self._light_setup = light_setup
-        self._accumulator = accumulator
+        self._steps, self._gpu_scene, self._light = steps, gpu_scene, light
+        self._light_setup, self._accumulator = light_setup, accumulator
         self._surfaces, self._visibility, self._lit = (self._keep(Fitted(context, Image)) for _ in range(3))
 
     def find(
@@ -271,8 +235,9 @@ class ExposureMeter(FullscreenPasses):
         scene = visible.scene
         alone = drawables[scene.things[0]] if is_alone(scene.things) else None
         is_guessed = exposure == "sensor"
-        if is_guessed and (alone is None or not is_noisy(alone)):
-            return 0.0
+        noises = [choice.noise for choice in alone.choices if choice.noise] if alone else []
+        if is_guessed and all(noise.is_clean for noise in noises):
+            return 0.0  # it is a picture without a sensor's noise
         if alone is not None and alone.shading in NOT_LIT:
             return 0.0  # the photograph itself
         measure = partial(self._of_points, alone.views[0]) if alone is not None and alone.views else self._of_scene
@@ -338,8 +303,3 @@ def _small(camera: Camera) -> Camera:
     """Return the camera with as few pixels as tell how bright its picture is."""
     shrunk = min(LONGEST / max(camera.width, camera.height), 1.0)
     return camera.resized(*(max(round(side * shrunk), 1) for side in (camera.width, camera.height)))
-
-
-def is_noisy(thing: Drawable) -> bool:
-    """Return whether noise was found in the depth of a frame, or in one of several."""
-    return any(choice.noise is not None and not choice.noise.is_clean for choice in thing.choices)

@@ -20,7 +20,7 @@ from ..notes.words import counted
 from ..scene.appearance import Look
 from ..scene.frame import Frame
 from ..scene.graph import Scene
-from ..scene.node import Matrix, Node, Placed
+from ..scene.node import Matrix, Node, Placed, contents_of
 from ..scene.objects import PointObject
 from .gpu_scene import GpuScene, surface_of
 
@@ -67,16 +67,6 @@ class Rig:
     def __init__(self, aligned: Aligned):
         self.fits, self.sets, self.refined, self.spreads = aligned.fits, 1, 0, np.zeros(0)
 
-    def frames_at(self, frames: Sequence[Frame]) -> Aligned:
-        """Return newer frames of the same cameras at their corrected poses."""
-        return Aligned.of(frames, self.fits)
-
-    @property
-    def is_due(self) -> bool:
-        """Return whether it should be refined; earlier where a camera that gave no depth at first is not placed yet."""
-        is_power = self.sets & (self.sets - 1) == 0
-        return self.sets in REFINED or (is_power and not all(fit.placed for fit in self.fits))
-
     def refine(self, fits: Sequence[Fit]) -> None:
         """Average the poses with those that newer frames gave."""
         self.refined += 1
@@ -112,8 +102,7 @@ class Aligner:
         self._rigs: dict[Hashable, Rig] = {}  # by what identifies the cameras, the last ones last
 
     def align(self, frames: Sequence[Frame], look: Look, count: Count) -> Aligned:
-        """Return frames with corrected poses; a note tells of each that could not be placed."""
-
+        """Return frames with corrected poses; there is a note on each that could not be placed."""
         fits = self._fits(frames, [frame.pose for frame in frames], look, count)
         for text in notes_on(frames, fits):
             print_note(text)
@@ -166,11 +155,10 @@ class Aligner:
                 del self._rigs[cameras]
 
     def _changes(self, node: Node, count: Count) -> dict[str, object]:
-        parts = node.content if isinstance(node.content, tuple) else (node.content,)
-        return {"content": tuple(self._aligned(part, count) for part in parts if part is not None)}
+        return {"content": tuple(self._aligned(part, count) for part in contents_of(node))}
 
     def _aligned(self, part: Content, count: Count) -> Content:
-        if not isinstance(part, PointObject) or not _asks(part):
+        if not _asks(part):
             return part
         if part not in self._objects:
             found = self._of_set(part, count)
@@ -197,11 +185,13 @@ class Aligner:
             self._rigs[cameras] = Rig(self.align(part.frames, part.look, count))
             while len(self._rigs) > MOST_RIGS:
                 del self._rigs[next(iter(self._rigs))]
-            return self._rigs[cameras].frames_at(part.frames)
+            return Aligned.of(part.frames, self._rigs[cameras].fits)
         rig.sets += 1
-        if rig.is_due:
+        # earlier where a camera that gave no depth at first is not placed yet
+        is_power, are_placed = rig.sets & (rig.sets - 1) == 0, all(fit.placed for fit in rig.fits)
+        if rig.sets in REFINED or (is_power and not are_placed):
             rig.refine(self._fits(part.frames, [fit.pose for fit in rig.fits], part.look, Count()))
-        return rig.frames_at(part.frames)
+        return Aligned.of(part.frames, rig.fits)
 
 
 def alignment_steps(frames: int) -> int:
@@ -226,7 +216,7 @@ def _between(one: Matrix, other: Matrix, share: float) -> Matrix:
     return mixed
 
 
-def _asks(part: object) -> bool:
+def _asks(part: Content) -> bool:
     return isinstance(part, PointObject) and part.look.align and not part.is_single
 
 
@@ -238,26 +228,20 @@ def notes_on(frames: Sequence[Frame], fits: Sequence[Fit]) -> list[str]:
     unsure = [k for k in kept if fits[k].overlap]
     notes = []
     if not all(fit.by_colors for fit in fits):
-        notes.append(
-            "the colours of the frames do not lie on their depth, which alone aligns them: are depth and colour "
-            "pictures registered?"
-        )
+        alone = "the colours of the frames do not lie on their depth, which alone aligns them"
+        notes.append(f"{alone}: are depth and colour pictures registered?")
     if lonely:
         notes.append(f"{_named(lonely, count, 'shares', 'share')} too little with the others: {_stays(lonely)}")
     if unsure:
         near = "its given pose" if len(unsure) == 1 else "their given poses"
-        notes.append(
-            f"{_named(unsure, count)} could not be aligned, for near {near} too little agrees with the others: "
-            f"{_stays(unsure)}"
-        )
+        why = f"near {near} too little agrees with the others"
+        notes.append(f"{_named(unsure, count)} could not be aligned, for {why}: {_stays(unsure)}")
     for few in sorted({len(fit.loose) for fit in fits if fit.placed} - {0}):
         loose = [k for k, fit in enumerate(fits) if fit.placed and len(fit.loose) == few]
         motions = _motions(frames[loose[0]], fits[loose[0]])
         whose = "" if len(loose) == 1 else f"of frame {loose[0]}: "
-        notes.append(
-            f"{_named(loose, count)}: neither depth nor colours fix {counted(few, 'motion')} of 6 ({whose}{motions}): "
-            f"there {_stays(loose)}"
-        )
+        free = f"neither depth nor colours fix {counted(few, 'motion')} of 6 ({whose}{motions})"
+        notes.append(f"{_named(loose, count)}: {free}: there {_stays(loose)}")
     return notes
 
 
@@ -356,9 +340,8 @@ class PoseTrack:
         *_, fit = align([*(one.reduced for one in near), reduced], poses, known=len(near))
         self._lost = 0 if fit.placed else self._lost + 1
         if self._lost == 1:
-            print_note(
-                "a frame of the sequence fits none before it: until one fits, poses are corrected as the last one"
-            )
+            text = "a frame of the sequence fits none before it: until one fits, poses are corrected as the last one"
+            print_note(text)
         if reduced.points_known and (fit.overlap < NEW_KEYFRAME if fit.placed else self._lost % LOST == 0):
             self._keyframes.append(_Keyframe(reduced, fit.pose))
         self._correction = fit.pose @ np.linalg.inv(frame.pose)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-import moderngl
 import numpy as np
 
 from ..gpu.core.steps import Steps
@@ -31,18 +30,11 @@ class FramePass:
     """
 
     def __init__(
-        self,
-        steps: Steps,
-        objects: Objects,
-        light: LightPass,
-        view_visibility: ViewVisibilityPass,
+        self, steps: Steps, objects: Objects, light: LightPass, view_visibility: ViewVisibilityPass,
         colors: SurfaceColorsPass,
-    ):
-        self._steps = steps
-        self._colors = colors
-        self._view_visibility = view_visibility
-        self._objects = objects
-        self._light = light
+    ):  # fmt: skip
+        self._steps, self._objects, self._light = steps, objects, light
+        self._view_visibility, self._colors = view_visibility, colors
 
     def draw(
         self, target: Target, canvas: Canvas, visible: VisibleScene, drawables: Drawables, light_set: LightSet
@@ -56,7 +48,11 @@ class FramePass:
                 colored = target.surfaces, visible.eye.camera, visible.scale
                 self._steps.always("colors", self._colors.draw, canvas, *colored)
                 return
-            self._light_pixels(target, canvas, visible, light_set, self._materials(visible, drawables))
+            numbered = visible.materials  # by the numbers of surfaces: of each object one where they hide each other
+            if visible.surroundings.occlusion:
+                rows = joined(drawables[p] for p in visible.shown)
+                numbered = [visible.shown[first].content.material for first, _ in rows]
+            self._light_pixels(target, canvas, visible, light_set, numbered)
 
     def keep_surfaces(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
         """Draw the surfaces of a picture that `draw` has drawn: they are there already in most cases."""
@@ -106,12 +102,6 @@ class FramePass:
             run("resolve", points.draw_surface, target.surfaces, *looking)
             self._light_pixels(target, canvas, visible, light_set, visible.materials)
 
-    def _materials(self, visible: VisibleScene, drawables: Drawables) -> Sequence[Material]:
-        """Return the materials by the numbers that surfaces have: of each object one where they hide each other."""
-        if not visible.surroundings.occlusion:
-            return visible.materials
-        return [visible.shown[first].content.material for first, _ in joined(drawables[p] for p in visible.shown)]
-
     def draw_surfaces(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
         """Draw the visible surfaces of all objects (normal, depth, albedo), with the numbers of their materials.
 
@@ -140,7 +130,9 @@ class FramePass:
         surfaces.clear()
         surfaces.has_eye_dome = any(number < 0 for number in numbers)
         surfaces.has_doubts = any(thing.has_doubts for thing in shown)
-        surfaces.knows_visibility = len(shown) <= 1 and all(map(_knows_visibility, shown))
+        surfaces.knows_visibility = len(shown) <= 1 and all(
+            thing.views and all(view.visibility is not None for view in thing.views) for thing in shown
+        )
         lights = self._light.inputs(lighting) | around_inputs(lighting) if lighting else {}
         for thing, number in zip(shown, numbers, strict=True):
             self._objects.add_surface(target, thing, eye, number, lights)
@@ -154,18 +146,15 @@ class FramePass:
         lighting, surfaces = light_set.seen_from(visible.eye.pose), target.surfaces
         inputs = surfaces.surface, surfaces.albedo, visible.eye.camera, lighting, materials
         marks: dict[str, Any] = {"has_doubts": surfaces.has_doubts, "has_eye_dome": surfaces.has_eye_dome}
-        if surfaces.has_visibility:
-            marks["visibility"] = self._visibility_of(surfaces, visible)
+        if surfaces.has_visibility and surfaces.knows_visibility:
+            marks["visibility"] = surfaces.visibility
+        elif surfaces.has_visibility:
+            radius = visible.surroundings.radius(looking_distance(visible.scene, visible.eye.pose))
+            around = surfaces, visible.eye.camera, radius, visible.sample
+            find = self._view_visibility.find
+            marks["visibility"] = self._steps.run("view visibility", find, *around, of=surfaces)
         with canvas.opened(surfaces.window) as image:
             self._steps.always("light", partial(self._light.draw, linear=canvas.linear, **marks), image, *inputs)
-
-    def _visibility_of(self, surfaces: SurfaceImage, visible: VisibleScene) -> moderngl.Texture:
-        """Return what the visible surfaces see of the light from all around."""
-        if surfaces.knows_visibility:
-            return surfaces.visibility
-        radius = visible.surroundings.radius(looking_distance(visible.scene, visible.eye.pose))
-        inputs = surfaces, visible.eye.camera, radius, visible.sample
-        return self._steps.run("view visibility", self._view_visibility.find, *inputs, of=surfaces)
 
 
 def single_object(visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> ShownPoints | ShownGrid | None:
@@ -175,16 +164,6 @@ def single_object(visible: VisibleScene, drawables: Drawables, light_set: LightS
     A mesh between the points also counts, unless it is lit as it is drawn. Eye-dome lighting needs neighbours.
     """
     one = drawables[visible.shown[0]] if len(visible.shown) == 1 else None
-    if (
-        visible.scale is not None
-        or light_set.shadow_map is not None
-        or not isinstance(one, ShownPoints | ShownGrid)
-        or one.is_lit_as_drawn
-    ):
+    if visible.scale is not None or light_set.shadow_map is not None or not isinstance(one, ShownPoints | ShownGrid):
         return None
-    return one if one.points.scale == 1 and one.shading != "edl" else None
-
-
-def _knows_visibility(thing: Drawable) -> bool:
-    """Return whether it is known what all points of an object see of the light from all around."""
-    return bool(thing.views) and all(view.visibility is not None for view in thing.views)
+    return one if one.points.scale == 1 and one.shading != "edl" and not one.is_lit_as_drawn else None

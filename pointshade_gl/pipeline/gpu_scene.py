@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..checks.arguments import Count
 from ..estimation.cloud_estimates import facing, outward
 from ..gpu.clouds.cloud_objects import PlacedCloud
-from ..gpu.clouds.cloud_store import CloudNormals, planes_of_slabs
+from ..gpu.clouds.cloud_store import CloudNormals, CloudStore, planes_of_slabs
 from ..gpu.core.frame_textures import FrameTextures, PointSurface
 from ..gpu.core.images import Image, Owner
 from ..gpu.core.steps import Steps
@@ -22,7 +22,7 @@ from ..gpu.drawables import Drawables, Objects
 from ..gpu.meshes.mesh_objects import Grid, PlacedMesh, ShownGrid, depth_step
 from ..gpu.points.point_objects import Points, PointSet, ShownPoints, ShownSet
 from ..gpu.points.set_merge import target_estimator
-from ..gpu.points.tiles import TiledPoints, TileStore, needs_tiles
+from ..gpu.points.tiles import TileStore, needs_tiles
 from ..gpu.surface.frame_store import DrawnPoints, FrameStore
 from ..notes.notes import print_note
 from ..notes.words import option
@@ -37,7 +37,6 @@ from ..scene.visible import VisibleScene, coarser, coarser_size, coarser_step, f
 if TYPE_CHECKING:
     from ..estimation.agreement import ReducedFrame
     from ..estimation.light_fit import FoundLight
-    from ..gpu.clouds.cloud_store import CloudStore
     from ..gpu.points.view_consensus import ConsensusPass, FrameReductionPass, HighlightRemovalPass
 
 _KINDS = Mesh, PointCloud, PointObject
@@ -54,21 +53,15 @@ class GpuScene(Owner):
 
     def __init__(self, context: moderngl.Context, steps: Steps, objects: Objects):
         super().__init__(context)
-        self._steps = steps
-        self._objects = objects
+        self._steps, self._objects = steps, objects
         self.frames = self._keep(FrameStore(context, steps))
+        self._clouds = self._keep(CloudStore(context))
         self.tiles = self._keep(TileStore(context, steps, self.frames, objects.points))
         self._coarse: dict[tuple[Frame, int], Frame] = {}
         self.drawn: Drawables = {}
         self.photo_lights: list[FoundLight] = []
         self._last: VisibleScene | None = None  # whose objects `drawn` are
         self._forgotten = 0  # `steps.forgotten` at that time
-
-    @cached_property
-    def _clouds(self) -> CloudStore:
-        from ..gpu.clouds.cloud_store import CloudStore  # only here
-
-        return self._keep(CloudStore(self._context))
 
     @cached_property
     def _consensus(self) -> ConsensusPass:
@@ -102,19 +95,20 @@ class GpuScene(Owner):
         self._objects.keep_only(p.content for p in meshes)
         drawables: Drawables = {p: PlacedMesh(p.content, p.world[None]) for p in meshes}
         drawables |= self._prepare_clouds(clouds, visible)
-        large = {p: self._as_tiles(p) for p in objects if self._needs_tiles(p, visible)}
+        large = {
+            p: self.tiles.points_of(p.content.frame, p.content.look, *p.rigid_axes)
+            for p in objects
+            if p.content.is_single and _coarser_step(p, visible) == 1
+            and needs_tiles(p.content.frame, p.content.look, self.tiles.largest_side)
+        }  # fmt: skip
         self.tiles.keep_only(list(large.values()))
         drawables |= large
         objects = [p for p in objects if p not in large]
         singles = [member for p in objects for member in p.members]
         shown = self._prepare_points(singles, visible, {p for p in objects if p.content.is_single}, count)
         for p in objects:
-            if p.content.is_single:
-                drawables[p] = shown[p]
-            else:
-                views = (shown[member] for member in p.members)
-                points = tuple(v for v in views if isinstance(v, ShownPoints))
-                drawables[p] = self._as_one(p, points, visible, count)
+            views = tuple(v for v in map(shown.__getitem__, p.members) if isinstance(v, ShownPoints))
+            drawables[p] = shown[p] if p.content.is_single else self._as_one(p, views, visible, count)
         self.drawn, self.photo_lights, self._last = drawables, [], visible
         self._forgotten = self._steps.forgotten
         return drawables
@@ -178,22 +172,14 @@ class GpuScene(Owner):
 
     def _prepare_clouds(self, clouds: list[Placed], visible: VisibleScene) -> Drawables:
         """Return as many points of each cloud as the view needs."""
-        if clouds or "_clouds" in vars(self):
-            self._steps.forget(of=self._clouds.keep_only(p.content for p in clouds))
+        if freed := self._clouds.keep_only(p.content for p in clouds):
+            self._steps.forget(of=freed)
         drawables: Drawables = {}
         for p in clouds:
             level = level_of(p, visible.eye)
             points = self._clouds.get(p.content, level)
             drawables[p] = PlacedCloud(points, p.content, *p.rigid_axes, 2.0 ** (0.5 * level))
         return drawables
-
-    def _needs_tiles(self, p: Placed, visible: VisibleScene) -> bool:
-        content = p.content
-        is_single = content.is_single and _coarser_step(p, visible) == 1
-        return is_single and needs_tiles(content.frame, content.look, self.tiles.largest_side)
-
-    def _as_tiles(self, p: Placed) -> TiledPoints:
-        return self.tiles.points_of(p.content.frame, p.content.look, *p.rigid_axes)
 
     def _prepare_points(
         self, singles: list[Placed], visible: VisibleScene, alone: set[Placed], count: Count
@@ -204,8 +190,10 @@ class GpuScene(Owner):
         if places:
             self.frames.streams.keep_only(places.values())
         steps = [_coarser_step(p, visible) if p in alone else 1 for p in singles]
-        frames = [self._coarser(p.content.frame, step) for p, step in zip(singles, steps, strict=True)]
-        self._coarse = {key: frame for key, frame in self._coarse.items() if frame in frames}
+        wanted = [(p.content.frame, step) for p, step in zip(singles, steps, strict=True)]
+        known = self._coarse
+        self._coarse = {key: known.get(key) or coarser(*key) for key in dict.fromkeys(wanted) if key[1] > 1}
+        frames: list[Frame] = [self._coarse[key] if key[1] > 1 else key[0] for key in wanted]
         for p, step, frame, textures in zip(singles, steps, frames, self.frames.upload(frames), strict=True):
             look = p.content.look
             is_finer = step == 1 and p in alone
@@ -229,13 +217,6 @@ class GpuScene(Owner):
                 shown[p] = _as_splats(p, drawn, textures, step, bridged, visibility)
             count.step(p not in alone)
         return shown
-
-    def _coarser(self, frame: Frame, step: int) -> Frame:
-        if step == 1:
-            return frame
-        if (frame, step) not in self._coarse:
-            self._coarse[frame, step] = coarser(frame, step)
-        return self._coarse[frame, step]
 
     def _as_grid(self, p: Placed, drawn: DrawnPoints, textures: FrameTextures, visibility: Image | None) -> ShownGrid:
         """Return points as the triangles between them."""
@@ -309,9 +290,7 @@ def read_cloud_normals(context: moderngl.Context, cloud: PointCloud, noise: floa
     Others point to `seen_from`; without one to where the surface is seen from outside, and those of a sheet up.
     """
     found = planes_of_slabs(context, cloud.positions, cloud.normals, noise)
-    given = np.zeros(len(cloud), np.bool_)
-    if cloud.normals is not None:
-        given = np.any(cloud.normals, axis=1)
+    given = np.zeros(len(cloud), np.bool_) if cloud.normals is None else np.any(cloud.normals, axis=1)
     if cloud.confidence is not None:
         found = found._replace(confidence=np.where(given, cloud.confidence, found.confidence))
     if given.all():
@@ -321,7 +300,6 @@ def read_cloud_normals(context: moderngl.Context, cloud: PointCloud, noise: floa
     else:
         normals, is_sheet = outward(cloud.positions, found.normals, cloud.up_direction)
         if is_sheet:
-            print_note(
-                f"the cloud is an open sheet, which has no outside: its normals point up ({option('up')} is {cloud.up})"
-            )
+            up = f"{option('up')} is {cloud.up}"
+            print_note(f"the cloud is an open sheet, which has no outside: its normals point up ({up})")
     return found._replace(normals=np.where(given[:, None], found.normals, normals))

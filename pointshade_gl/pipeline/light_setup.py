@@ -18,7 +18,7 @@ from ..gpu.meshes.mesh_objects import ShownGrid, joined
 from ..gpu.points.point_objects import ShownPoints
 from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass
-from ..gpu.shading.light_set import AroundLookUp, EnvironmentMaps, LightSet, ShadowMap
+from ..gpu.shading.light_set import EnvironmentMaps, LightSet, ShadowMap
 from ..scene.appearance import LIT_EARLY, Material
 from ..scene.camera import Eye, view_matrix
 from ..scene.environment import FAR_AS_SEEN, Environment, EnvironmentLight, Row
@@ -36,17 +36,12 @@ class LightSetup(Owner):
 
     def __init__(self, context: moderngl.Context, steps: Steps, objects: Objects, light: LightPass):
         super().__init__(context)
-        self._steps = steps
-        self._objects = objects
-        self._light = light
+        self._steps, self._objects, self._light = steps, objects, light
+        self._environments = self._keep(EnvironmentMaps(context, steps))
 
     @cached_property
     def _shadow_map(self) -> ShadowMap:
         return self._keep(ShadowMap(self._context))
-
-    @cached_property
-    def _environments(self) -> EnvironmentMaps:
-        return self._keep(EnvironmentMaps(self._context, self._steps))
 
     def prepare(self, visible: VisibleScene, drawables: Drawables) -> LightSet:
         """Return the lights, with the shadow map of those that cast shadows.
@@ -54,7 +49,8 @@ class LightSetup(Owner):
         Spots, area lights, corners of meshes and a ground need a map even without shadows: only shaders that look it up
         know them.
         """
-        lights, around = visible.lights, self._around(visible)
+        lights, exponents = visible.lights, exponents_of(visible.materials)
+        around = self._environments.find(visible.surroundings, exponents)
         early = any(not p.content.frames and p.content.shading in LIT_EARLY for p in visible.shown)
         lies_under = visible.surroundings.on_ground and visible.surroundings.occlusion
         if not (early or lies_under or any(light.shadow or light.is_spot or light.is_area for light in lights)):
@@ -65,10 +61,6 @@ class LightSetup(Owner):
             shapes = tuple(thing.shape for thing in drawn)
             self._steps.run("shadows", self._fill_shadow_map, self._shadow_map, views, shapes)
         return LightSet(lights, visible.scene.ambient, views, spans, self._shadow_map, visible.gain, around)
-
-    def _around(self, visible: VisibleScene) -> AroundLookUp | None:
-        """Return the environment of a picture, with highlights for its materials."""
-        return self._environments.find(visible.surroundings, exponents_of(visible.materials))
 
     def _fill_shadow_map(self, shadow_map: ShadowMap, views: list[ShadowView], shapes: tuple[Shape, ...]) -> None:
         if shadow_map.fit(views):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..checks.arguments import Count, Progress
 from ..gpu.context.context import Context
 from ..gpu.core.frame_textures import frame_of
-from ..gpu.core.images import Box
+from ..gpu.core.images import Box, Owner
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Canvas, Target
 from ..gpu.drawables import Drawables, Objects
@@ -55,7 +55,7 @@ class LitPoints(NamedTuple):
     light: NDArray[np.float32]
 
 
-class Pipeline:
+class Pipeline(Owner):
     """Draws scenes, and keeps what the next picture can use again.
 
     What is in view (scene/visible.py) is put on the GPU (gpu_scene.py), its lights are set up (light_setup.py),
@@ -64,21 +64,21 @@ class Pipeline:
     """
 
     def __init__(self, context: Context, steps: Steps, can_compute: bool, merge: float):
-        self._gl = context.gl
+        super().__init__(context.gl)
         self.steps = steps
         rasterizers = Rasterizers(context.gl, context.is_software, can_compute, merge)
-        self._objects = Objects(context.gl, steps, rasterizers)
-        self.gpu_scene = GpuScene(context.gl, steps, self._objects)
-        self._light = LightPass(context.gl)
-        self._light_setup = LightSetup(context.gl, steps, self._objects, self._light)
-        self._view_visibility = ViewVisibilityPass(context.gl)
-        self._colors = SurfaceColorsPass(context.gl)
-        self._frame_pass = FramePass(steps, self._objects, self._light, self._view_visibility, self._colors)
-        self._shared = SharedSamples(context.gl, steps, self._objects, self._light)
-        passes = self._light, self._light_setup, self._frame_pass, self._shared
-        self._accumulator = Accumulator(context.gl, steps, *passes)
-        setup = self.gpu_scene, self._light, self._light_setup, self._accumulator
-        self._meter = ExposureMeter(context.gl, steps, *setup)
+        objects = self._keep(Objects(context.gl, steps, rasterizers))
+        self.gpu_scene = self._keep(GpuScene(context.gl, steps, objects))
+        light = self._keep(LightPass(context.gl))
+        self._light_setup = self._keep(LightSetup(context.gl, steps, objects, light))
+        view_visibility = self._keep(ViewVisibilityPass(context.gl))
+        self._colors = self._keep(SurfaceColorsPass(context.gl))
+        self._frame_pass = FramePass(steps, objects, light, view_visibility, self._colors)
+        shared = self._keep(SharedSamples(context.gl, steps, objects, light))
+        passes = light, self._light_setup, self._frame_pass, shared
+        self._accumulator = self._keep(Accumulator(context.gl, steps, *passes))
+        setup = self.gpu_scene, light, self._light_setup, self._accumulator
+        self._meter = self._keep(ExposureMeter(context.gl, steps, *setup))
         self._aligner = Aligner(self.gpu_scene)
         self._target: Target | None = None
         self._drawn: Scene | None = None  # the last scene
@@ -99,7 +99,8 @@ class Pipeline:
         source    of which the scene was made; None is the scene itself
         progress  told of each frame of several that is prepared and compared, and of each sample
         """
-        count, given, uploads = self._count(progress, scene, camera, pose, finish.samples), scene, self._uploads
+        count, given = self._count(progress, scene, camera, pose, finish.samples), scene
+        uploads = self.steps.counts["upload"]
         scene = self._aligner.aligned(scene, count)
         self._composed = visible = composed_again(self._composed, scene, lights, camera, pose)
         around = surroundings_of(finish, source or given, scene, lights, visible.materials, self._upright)
@@ -127,14 +128,10 @@ class Pipeline:
         if not self._frame_pass.draw_lit_splats(target, visible, drawables, light_set):
             self._light_setup.light_points(visible, drawables, light_set)
             self._frame_pass.draw(target, Canvas(target.picture), visible, drawables, light_set)
-        if self._uploads > uploads and target.surfaces.version == before:
+        if self.steps.counts["upload"] > uploads and target.surfaces.version == before:
             target.surfaces.free()  # new frames are lit as they are drawn: a third of a stream's memory
         count.step()
         return target
-
-    @property
-    def _uploads(self) -> int:
-        return self.steps.counts["upload"]
 
     def _scale_of(
         self, finish: Finish, target: Target, visible: VisibleScene, drawables: Drawables
@@ -261,7 +258,7 @@ class Pipeline:
                 self._accumulator.forget(self._target)
                 self.steps.forget(of=[self._target, self._target.splats, self._target.surfaces])
             self._target = None  # stays so when the new one does not fit the GPU
-            self._target = Target(self._gl, size)
+            self._target = Target(self._context, size)
         return self._target
 
     def release(self) -> None:
@@ -270,18 +267,7 @@ class Pipeline:
         if self._target is not None:
             self._target.release()
         self._target = self._drawn = self._seen = self._composed = None
-        for part in (
-            self._meter,
-            self._accumulator,
-            self._shared,
-            self._colors,
-            self._view_visibility,
-            self._light_setup,
-            self._light,
-            self.gpu_scene,
-            self._objects,
-        ):
-            part.release()
+        super().release()
 
 
 def _points_of_set(thing: ShownSet) -> list[LitPoints]:

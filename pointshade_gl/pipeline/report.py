@@ -74,14 +74,12 @@ def explain(findings: Sequence[tuple[str, Finding]], names: Sequence[str] = ()) 
     lines = []
     for name, found in findings:
         prefix = f"{name or 'object'}: " if len(findings) > 1 else ""
-        lines += [prefix + line for line in _explain_one(found, names)]
+        if isinstance(found, CloudFinding):
+            own = _explain_cloud(found)
+        else:
+            own = explain_set(found, names) if isinstance(found, SetReport) else [describe(found)]
+        lines += [prefix + line for line in own]
     return lines
-
-
-def _explain_one(found: Finding, names: Sequence[str]) -> list[str]:
-    if isinstance(found, CloudFinding):
-        return _explain_cloud(found)
-    return explain_set(found, names) if isinstance(found, SetReport) else [describe(found)]
 
 
 def _explain_cloud(found: CloudFinding) -> list[str]:
@@ -127,11 +125,8 @@ def explain_alignment(given: Sequence[Frame], fits: Sequence[Fit], names: Sequen
     for k, (frame, fit) in enumerate(zip(given, fits, strict=True)):
         if fit.leads:
             continue
-        how = (
-            f"by {1e3 * fit.moved:.3g} mm and {turn_between(frame.pose, fit.pose):.2g} degrees"
-            if fit.placed
-            else "not at all"
-        )
+        by = f"by {1e3 * fit.moved:.3g} mm and {turn_between(frame.pose, fit.pose):.2g} degrees"
+        how = by if fit.placed else "not at all"
         spread = f"depths differ by {100 * fit.before:.2g} % before, {100 * fit.after:.2g} % after"
         spread = spread if np.isfinite(fit.before) and np.isfinite(fit.after) else "nothing to compare"
         lines.append(f"aligned: frame {names[k]} {how}; overlap {fit.overlap:.0%}, {spread}, {fit.agrees:.0%} agree")

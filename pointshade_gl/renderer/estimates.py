@@ -88,7 +88,8 @@ class Estimates:
 
             with taken_by(notes):
                 frame = load_frame(frame)
-        request = RenderRequest.of(_single(frame), normals=check_method(method), **options)
+        source = frame if isinstance(frame, RenderRequest) else check_type(frame, Frame, "frame")
+        request = RenderRequest.of(source, normals=check_method(method), **options)
         frame = check_type(request.source, Frame, "frame")
         look = request.look.for_frame(frame.depth)
         with taken_by(notes), self._in_use():
@@ -283,8 +284,3 @@ class Estimates:
         checked = check_frames(frames)
         with self._in_use():
             return self._pipeline.search(checked, Look(), progress)
-
-
-def _single(source: Any) -> Frame | RenderRequest:
-    """Return a frame, or a request. Raises TypeError for anything else."""
-    return source if isinstance(source, RenderRequest) else check_type(source, Frame, "frame")

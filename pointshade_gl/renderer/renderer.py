@@ -94,12 +94,9 @@ class Renderer(Estimates):
     """
 
     def __init__(
-        self,
-        context: moderngl.Context | None = None,
-        device: int = 0,
-        rasterizer: Rasterizer = "auto",
+        self, context: moderngl.Context | None = None, device: int = 0, rasterizer: Rasterizer = "auto",
         merge: float = MERGE,
-    ):
+    ):  # fmt: skip
         check_choice("rasterizer", rasterizer, RASTERIZERS)
         check_merge(merge)
         if not is_a(context, moderngl.Context, type(None)):

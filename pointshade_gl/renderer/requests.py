@@ -237,9 +237,8 @@ def check_source(source: Any) -> Frame | Sequence[Frame] | Scene | PointCloud:
         return source
     if is_a(source, Sequence) and not is_a(source, bytes):
         return check_frames(source)
-    raise TypeError(
-        f"frame must be a Frame, a sequence of frames, a Scene, a PointCloud or a path, got {shown(source)}"
-    )
+    expected = "frame must be a Frame, a sequence of frames, a Scene, a PointCloud or a path"
+    raise TypeError(f"{expected}, got {shown(source)}")
 
 
 _DEFAULTS: dict[str, Any] = {one.name: one.default for group in GROUPS for one in fields(group)}

@@ -36,13 +36,9 @@ Made = TypeVar("Made")  # of a job: a picture, depth, normals or points
 
 
 def jobs_of(
-    source: Frame | Scene | Sequence[Frame],
-    view: View,
-    turntable: str | None,
-    count: int | None,
-    skipped: Callable[[str], None],
-    renderer: Renderer | None = None,
-) -> tuple[Generator[Job, None, None], int]:
+    source: Frame | Scene | Sequence[Frame], view: View, turntable: str | None, count: int | None,
+    skipped: Callable[[str], None], renderer: Renderer | None = None,
+) -> tuple[Generator[Job, None, None], int]:  # fmt: skip
     """The jobs of a film of the source, and how many there are.
 
     turntable  moves the light or the camera in `count` pictures (default 75), see `views_of_turn`; None shows the
@@ -121,13 +117,9 @@ class Corrections:
 
 
 def write_series(
-    renderer: Renderer,
-    jobs: Generator[Job, None, None],
-    path: Path,
-    fps: float,
-    progress: Progress | None = None,
+    renderer: Renderer, jobs: Generator[Job, None, None], path: Path, fps: float, progress: Progress | None = None,
     all: int = 0,
-) -> tuple[int, tuple[int, int]]:
+) -> tuple[int, tuple[int, int]]:  # fmt: skip
     """Draws and writes the pictures of all jobs, in the exposure of the first. Returns how many, and (width, height) of
     the first.
 
@@ -154,24 +146,17 @@ def write_series(
 
 
 def write_numbered(
-    jobs: Generator[Job, None, None],
-    draw: Callable[[RenderRequest], Made],
-    save: Callable[[Path, Made], None],
-    path: Path,
-    count: Count,
-) -> tuple[int, Made]:
+    jobs: Generator[Job, None, None], draw: Callable[[RenderRequest], Made], save: Callable[[Path, Made], None],
+    path: Path, count: Count,
+) -> tuple[int, Made]:  # fmt: skip
     """Draws all jobs and saves each in a file: each job's number replaces %04d. Returns how many, and the first."""
     return _write_all(jobs, draw, lambda number, made: save(numbered(path, number), made), THREADS, path, count)
 
 
 def _write_all(
-    jobs: Generator[Job, None, None],
-    draw: Callable[[RenderRequest], Made],
-    write: Callable[[int, Made], None],
-    workers: int,
-    path: Path,
-    count: Count,
-) -> tuple[int, Made]:
+    jobs: Generator[Job, None, None], draw: Callable[[RenderRequest], Made], write: Callable[[int, Made], None],
+    workers: int, path: Path, count: Count,
+) -> tuple[int, Made]:  # fmt: skip
     """Draws in this thread, and gives what is drawn to other threads for encoding: to one for a film."""
     written, first = 0, None
     waiting: deque[Future[None]] = deque()

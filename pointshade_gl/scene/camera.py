@@ -334,13 +334,9 @@ def view_matrix(source_pose: NDArray[np.float64], target_pose: NDArray[np.float6
 
 
 def orbit_pose(
-    pose: AnyArray | None,
-    pivot: AnyArray,
-    yaw: float = 0.0,
-    pitch: float = 0.0,
-    dolly: float = 0.0,
+    pose: AnyArray | None, pivot: AnyArray, yaw: float = 0.0, pitch: float = 0.0, dolly: float = 0.0,
     upright: AnyArray | None = None,
-) -> NDArray[np.float64]:
+) -> NDArray[np.float64]:  # fmt: skip
     """Return the pose after the camera moved round a point of the world, which stays where it is in the picture.
 
     Parameters

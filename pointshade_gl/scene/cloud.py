@@ -107,21 +107,11 @@ class PointCloud(DrawnValue):
     if TYPE_CHECKING:  # what may be passed is more than what is kept
 
         def __init__(
-            self,
-            positions: Numbers,
-            normals: Numbers | None = None,
-            colors: Numbers | None = None,
-            sizes: Numbers | None = None,
-            confidence: Numbers | None = None,
-            origin: Numbers = ...,
-            up: Up = ...,
-            seen_from: Numbers | None = None,
-            material: Material = ...,
-            shading: CloudShading = ...,
-            splat: CloudSplat = ...,
-            point_size: float | str | None = None,
-            front: Up | None = None,
-        ) -> None: ...
+            self, positions: Numbers, normals: Numbers | None = None, colors: Numbers | None = None,
+            sizes: Numbers | None = None, confidence: Numbers | None = None, origin: Numbers = ..., up: Up = ...,
+            seen_from: Numbers | None = None, material: Material = ..., shading: CloudShading = ...,
+            splat: CloudSplat = ..., point_size: float | str | None = None, front: Up | None = None,
+        ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
         points = as_given(self.positions, "positions must be numbers of shape (n, 3)")
@@ -144,9 +134,8 @@ class PointCloud(DrawnValue):
         self._set("origin", _floats(self.origin, "origin", (3,), np.float64))
         if self.seen_from is not None:
             place = as_given(self.seen_from, "seen_from must be numbers of shape (3,)")
-            self._set(
-                "seen_from", _floats(self.seen_from, "seen_from", (count, 3) if place.ndim == 2 else (3,), np.float64)
-            )
+            shape = (count, 3) if place.ndim == 2 else (3,)
+            self._set("seen_from", _floats(self.seen_from, "seen_from", shape, np.float64))
         check_type(self.material, Material, "cloud material")
         for name, known in (("up", UPS), ("shading", CLOUD_SHADINGS), ("splat", CLOUD_SPLATS)):
             check_choice(option(name), getattr(self, name), known)
@@ -288,9 +277,8 @@ def _shaped(array: NDArray[Any], name: str, shape: tuple[int | None, ...]) -> ND
 
 
 def _words(shape: tuple[int | None, ...]) -> str:
-    return (
-        "(" + ", ".join("n" if want is None else str(want) for want in shape) + ("," if len(shape) == 1 else "") + ")"
-    )
+    words = ", ".join("n" if want is None else str(want) for want in shape)
+    return f"({words},)" if len(shape) == 1 else f"({words})"
 
 
 def cloud_of(found: Iterable[tuple[Frame, NDArray[np.float32], NDArray[np.float32]]]) -> PointCloud:
@@ -324,11 +312,8 @@ def _srgb() -> NDArray[np.uint8]:
 
 
 CloudAxes = Literal["opencv", "opengl", "blender"]
-CLOUD_AXES: dict[CloudAxes, tuple[Up, Up]] = {  # what is up, and what points towards the viewer
-    "opencv": ("-y", "-z"),
-    "opengl": ("y", "z"),
-    "blender": ("z", "-y"),
-}
+# what is up, and what points towards the viewer
+CLOUD_AXES: dict[CloudAxes, tuple[Up, Up]] = {"opencv": ("-y", "-z"), "opengl": ("y", "z"), "blender": ("z", "-y")}
 USUAL_FRONT: dict[Up, Up] = {"-y": "-z", "y": "z", "z": "-y", "-z": "-y", "x": "-y", "-x": "-y"}  # by what is up
 _VIEWER = re.compile(r"\b([xyz]) (towards|away from) the viewer\b")
 
@@ -337,21 +322,16 @@ def turned(cloud: PointCloud, axes: CloudAxes) -> PointCloud:
     """Return a cloud in other axes, with all that lies or points somewhere; numbers change places and signs only."""
     up, front = CLOUD_AXES[axes]
     turn = _axes_of(up, front) @ _axes_of(cloud.up, cloud.front or USUAL_FRONT[cloud.up]).T
-    changed: dict[str, Any] = {
-        name: _turned(getattr(cloud, name), turn) for name in ("positions", "normals", "seen_from", "origin")
-    }
+    names = "positions", "normals", "seen_from", "origin"
+    changed: dict[str, Any] = {name: _turned(getattr(cloud, name), turn) for name in names}
     return replace(cloud, **changed, up=up, front=front if cloud.front else None)
 
 
 def axes_in_words(up: Up, front: Up) -> str:
     """Return such as "x right, y up, z towards the viewer"."""
-    words = {}
-    for axis, ends in (
-        (up, ("up", "down")),
-        (front, ("towards the viewer", "away from the viewer")),
-        (_right_of(up, front), ("right", "left")),
-    ):
-        words[axis[-1]] = ends[axis.startswith("-")]
+    ends = ("up", "down"), ("towards the viewer", "away from the viewer"), ("right", "left")
+    axes = zip((up, front, _right_of(up, front)), ends, strict=True)
+    words = {axis[-1]: both[axis.startswith("-")] for axis, both in axes}
     return ", ".join(f"{axis} {words[axis]}" for axis in "xyz")
 
 

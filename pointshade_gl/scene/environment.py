@@ -169,8 +169,7 @@ class Environment(Value):
 
 
 def check_environment(environment: Any) -> Environment | None:
-    """Return an environment, or None. Raises TypeError or ValueError for anything else, and for files: this cannot read
-    any."""
+    """Return an environment, or None. Raises TypeError or ValueError for anything else, also for files."""
     if environment is None or isinstance(environment, Environment):
         return environment
     if not is_a(environment, str, PathLike):

@@ -78,10 +78,9 @@ def check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
     if array.dtype.kind != "f":
         raise TypeError(f"depth must be floating point metres, got {array.dtype}")
     if array.shape != (camera.height, camera.width):
-        raise ValueError(
-            f"camera is for {camera.width}x{camera.height} pixels, depth is {array.shape[1]}x{array.shape[0]}: "
-            f"use camera.resized({array.shape[1]}, {array.shape[0]}) if it shows the same view"
-        )
+        height, width = array.shape
+        sizes = f"camera is for {camera.width}x{camera.height} pixels, depth is {width}x{height}"
+        raise ValueError(f"{sizes}: use camera.resized({width}, {height}) if it shows the same view")
     with np.errstate(over="ignore", invalid="ignore"):
         result = array if _is_frozen(array) and array.dtype == np.float32 else array.astype(np.float32, order="C")
         # one test for everything that is missing: NaN compares false, and what overflows float32 is infinite by now
@@ -135,11 +134,8 @@ def is_sparse(depth: NDArray[np.float32]) -> bool:
 
     Holes of up to half of the pixels do not make a picture sparse, nor does an empty background behind objects.
     """
-    return any(_stand_alone(z[_places(len(z))] > 0) and _are_sparse(z > 0) for z in (depth, depth.T))
-
-
-def _places(count: int) -> NDArray[np.intp]:
-    return ((np.arange(1, LINES + 1) * GOLDEN) % 1 * count).astype(np.intp)
+    shares = (np.arange(1, LINES + 1) * GOLDEN) % 1
+    return any(_stand_alone(z[(shares * len(z)).astype(np.intp)] > 0) and _are_sparse(z > 0) for z in (depth, depth.T))
 
 
 def _stand_alone(known: NDArray[np.bool_]) -> bool:
@@ -223,14 +219,9 @@ class Frame(Value, Preview):
     source: Hashable = None
 
     def __init__(
-        self,
-        color: AnyArray | None,
-        depth: AnyArray,
-        camera: Camera,
-        pose: AnyArray | None = None,
-        *,
+        self, color: AnyArray | None, depth: AnyArray, camera: Camera, pose: AnyArray | None = None, *,
         source: Hashable = None,
-    ):
+    ):  # fmt: skip
         object.__setattr__(self, "source", source)
         object.__setattr__(self, "camera", check_type(camera, Camera, "camera"))
         object.__setattr__(self, "pose", check_pose(pose))

@@ -20,7 +20,7 @@ from .cloud import CLOUD_SHADINGS, SAMPLE, STRAY, USUAL_FRONT, CloudLook, PointC
 from .environment import Environment, EnvironmentName, check_environment
 from .frame import Preview
 from .light import Light, transformed
-from .node import Content, Matrix, Node, NodeOptions, Placed, Way, check_nodes
+from .node import Content, Matrix, Node, NodeOptions, Placed, Way, check_nodes, contents_of
 from .objects import Mesh, PointObject
 from .shadow_cameras import Extent
 from .values import Value, frozen, sphere_round
@@ -66,13 +66,9 @@ class Scene(Value, Preview):
     if TYPE_CHECKING:  # what may be passed is more than what is kept
 
         def __init__(
-            self,
-            nodes: Sequence[Node] = ...,
-            camera: Camera | None = None,
-            pose: Numbers | None = None,
-            ambient: Numbers = ...,
-            environment: Environment | Numbers | EnvironmentName | None = None,
-        ) -> None: ...
+            self, nodes: Sequence[Node] = ..., camera: Camera | None = None, pose: Numbers | None = None,
+            ambient: Numbers = ..., environment: Environment | Numbers | EnvironmentName | None = None,
+        ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "nodes", check_nodes(self.nodes, "scene nodes"))
@@ -122,8 +118,7 @@ class Scene(Value, Preview):
             above.add(id(node))
             stack.append((node, None, way))
             world = parent @ node.transform
-            contents = node.content if isinstance(node.content, tuple) else (node.content,)
-            found.extend(Placed(content, world, node, way) for content in contents if content is not None)
+            found.extend(Placed(content, world, node, way) for content in contents_of(node))
             stack.extend((child, world, (way, k)) for k, child in reversed(list(enumerate(node.children))))
         return tuple(found)
 
@@ -280,19 +275,14 @@ def shaded(scene: Scene, shading: str | None) -> Scene:
     if shading is None:
         return scene
 
-    def changes(node: Node) -> dict[str, Any]:
-        parts = node.content if isinstance(node.content, tuple) else (node.content,) * (node.content is not None)
-        return {"content": tuple(_part_shaded(part, shading) for part in parts)}
+    def part_shaded(part: Any) -> Any:
+        if isinstance(part, PointObject):
+            return replace(part, look=replace(part.look, shading=shading))
+        if isinstance(part, PointCloud):
+            return part.styled(shading=shading if shading in CLOUD_SHADINGS else "phong")
+        return replace(part, shading=shading) if isinstance(part, Mesh) else part
 
-    return scene.with_every_node(changes)
-
-
-def _part_shaded(part: Any, shading: str) -> Any:
-    if isinstance(part, PointObject):
-        return replace(part, look=replace(part.look, shading=shading))
-    if isinstance(part, PointCloud):
-        return part.styled(shading=shading if shading in CLOUD_SHADINGS else "phong")
-    return replace(part, shading=shading) if isinstance(part, Mesh) else part
+    return scene.with_every_node(lambda node: {"content": tuple(map(part_shaded, contents_of(node)))})
 
 
 @lru_cache(maxsize=4)
@@ -312,7 +302,10 @@ def scene_of(*clouds: PointCloud, names: Sequence[str] = ()) -> Scene:
     """
     camera, pose = Camera.from_fov(FOV, 640, 480), _facing(clouds[0])
     if some := [cloud for cloud in clouds if len(cloud)]:
-        pose[:3, 3] += _stand_off(some, camera, pose[:3, :3])
+        corners = np.concatenate([cloud.main_corners for cloud in some])
+        middle = (corners.min(0) + corners.max(0)) / 2
+        away = max(_away(cloud, camera, pose[:3, :3], middle) for cloud in some)
+        pose[:3, 3] += middle - pose[:3, 2] * max(MARGIN * away, 1e-6)  # where it sees all of them
     names = names or [""] * len(clouds)
     return Scene(tuple(Node(cloud, name=name) for cloud, name in zip(clouds, names, strict=True)), camera, pose)
 
@@ -339,14 +332,6 @@ def check_of_clouds(given: Iterable[str]) -> None:
     if others := [option(name) for name in given if not is_of_clouds(name)]:
         are, them = ("is", "it") if len(others) == 1 else ("are", "them")
         raise ValueError(f"{', '.join(others)} {are} for frames, and this is a point cloud: leave {them} out")
-
-
-def _stand_off(clouds: Sequence[PointCloud], camera: Camera, turn: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where, (3,), a camera turned so stands to see all of some clouds but stray points."""
-    corners = np.concatenate([cloud.main_corners for cloud in clouds])
-    middle = (corners.min(0) + corners.max(0)) / 2
-    away = max(_away(cloud, camera, turn, middle) for cloud in clouds)
-    return middle - turn[:, 2] * max(MARGIN * away, 1e-6)
 
 
 def _away(cloud: PointCloud, camera: Camera, turn: NDArray[np.float64], middle: NDArray[np.float64]) -> float:

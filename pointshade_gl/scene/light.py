@@ -33,9 +33,8 @@ def intensity_of(strengths: dict[str, float | None], has_position: bool, is_area
     """Return the intensity of a light of which one of several strengths was said, or none."""
     stated = {name: value for name, value in strengths.items() if value is not None}
     if len(stated) > 1:
-        raise ValueError(
-            f"light takes one of {', '.join(strengths)}, got {' and '.join(stated)}: pass None for the others"
-        )
+        got = " and ".join(stated)
+        raise ValueError(f"light takes one of {', '.join(strengths)}, got {got}: pass None for the others")
     ((name, value),) = stated.items() or [("intensity", 1.0)]
     number = check_number(value, f"light {name}", 0)
     if name in ("watts", "candela") and not has_position:

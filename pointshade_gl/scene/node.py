@@ -69,14 +69,9 @@ class Node(Value):
     if TYPE_CHECKING:  # what may be passed is more than what is kept
 
         def __init__(
-            self,
-            content: Content | Sequence[Content] | None = None,
-            name: str = ...,
-            transform: Numbers = ...,
-            children: Sequence[Node] = ...,
-            visible: bool = ...,
-            shadow: bool = ...,
-        ) -> None: ...
+            self, content: Content | Sequence[Content] | None = None, name: str = ..., transform: Numbers = ...,
+            children: Sequence[Node] = ..., visible: bool = ..., shadow: bool = ...,
+        ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
         where = self.title
@@ -84,11 +79,10 @@ class Node(Value):
             raise TypeError(f"{where}: its name must be a text")
         if isinstance(self.content, list):
             object.__setattr__(self, "content", tuple(self.content))
-        for item in self.content if isinstance(self.content, tuple) else (self.content,):
+        for item in contents_of(self):
             if not is_a(item, PointObject, PointCloud, Mesh, Light, type(None)):
-                got = shown(item)
                 known = "a PointObject, a PointCloud, a Mesh, a Light or several"
-                raise TypeError(f"{where}: its content must be {known}, got {got}")
+                raise TypeError(f"{where}: its content must be {known}, got {shown(item)}")
         if self.transform is not IDENTITY:
             object.__setattr__(self, "transform", _check_transform(self.transform, where))
         object.__setattr__(self, "children", check_nodes(self.children, f"{where}: its children"))
@@ -115,6 +109,12 @@ def _check_transform(transform: Numbers, where: str) -> Matrix:
     if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
         raise ValueError(f"{where}: its transform has a scale of zero")
     return frozen(matrix)
+
+
+def contents_of(node: Node) -> tuple[Content, ...]:
+    """Return what a node holds: nothing, one thing or several."""
+    parts = node.content if isinstance(node.content, tuple) else (node.content,)
+    return tuple(part for part in parts if part is not None)
 
 
 def check_nodes(nodes: Any, name: str) -> tuple[Node, ...]:
@@ -206,10 +206,8 @@ class Placed:
         linear = self.world[:3, :3]
         scale = float(np.cbrt(np.linalg.det(linear)))
         if scale <= 0 or not is_rotation(linear / scale, 0.01):
-            raise ValueError(
-                f"{self.node.title}: a point object takes rotation, translation and one scale for all axes, "
-                f"got {np.round(linear, 4).tolist()}"
-            )
+            expected = "a point object takes rotation, translation and one scale for all axes"
+            raise ValueError(f"{self.node.title}: {expected}, got {np.round(linear, 4).tolist()}")
         scale = 1.0 if abs(scale - 1) < ROUNDING else scale
         rigid = self.axes.copy()
         rigid[:3, :3] /= scale

@@ -222,9 +222,8 @@ def check_sensor(name: str) -> str:
     """The sensor's name. Raises ValueError, listing the known ones, for any other."""
     if name not in SENSORS:
         known, near = ", ".join(SENSORS), did_you_mean(name, SENSORS)
-        raise ValueError(
-            f"unknown sensor {shown(name)} for {option('noise')}{near}: known are {known}; or pass metres, or {GRAMMAR}"
-        )
+        unknown = f"unknown sensor {shown(name)} for {option('noise')}{near}"
+        raise ValueError(f"{unknown}: known are {known}; or pass metres, or {GRAMMAR}")
     return name
 
 
@@ -250,9 +249,7 @@ def parse_noise(
         return None
     if isinstance(noise, str):
         words = noise_words(noise)
-        if words is not None:
-            return words
-        return SENSORS[check_sensor(noise)](depth).astype(np.float32)
+        return SENSORS[check_sensor(noise)](depth).astype(np.float32) if words is None else words
     complaint = f"noise must be one number or have the depth's shape {depth.shape}"
     array = as_array(noise, complaint, np.float32)
     if array.shape not in ((), depth.shape):

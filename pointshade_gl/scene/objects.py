@@ -70,16 +70,9 @@ class Mesh(DrawnValue):
     if TYPE_CHECKING:  # what may be passed is more than what is kept
 
         def __init__(
-            self,
-            positions: Numbers,
-            faces: Numbers,
-            normals: Numbers | None = None,
-            uv: Numbers | None = None,
-            color: Numbers = ...,
-            texture: Numbers | None = None,
-            material: Material = ...,
-            shading: Shading = ...,
-        ) -> None: ...
+            self, positions: Numbers, faces: Numbers, normals: Numbers | None = None, uv: Numbers | None = None,
+            color: Numbers = ..., texture: Numbers | None = None, material: Material = ..., shading: Shading = ...,
+        ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
         points = _floats(self.positions, "mesh positions", (None, 3))
@@ -87,9 +80,8 @@ class Mesh(DrawnValue):
         if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
             raise ValueError(f"mesh faces must have shape (m, 3) and whole numbers, got {faces.shape} {faces.dtype}")
         if faces.size and (faces.min() < 0 or faces.max() >= len(points)):
-            raise ValueError(
-                f"mesh faces must name one of the {len(points)} positions, got {faces.min()} to {faces.max()}"
-            )
+            expected = f"mesh faces must name one of the {len(points)} positions"
+            raise ValueError(f"{expected}, got {faces.min()} to {faces.max()}")
         object.__setattr__(self, "positions", points)
         object.__setattr__(self, "faces", frozen(np.array(faces, dtype=np.uint32, order="C")))
         for name, width in (("normals", 3), ("uv", 2)):

@@ -55,9 +55,8 @@ class OrbitStage:
 
     def is_as(self, other: OrbitStage) -> bool:
         """Return whether two stages are the same."""
-        return (self.radius, self.axis) == (other.radius, other.axis) and all(
-            np.array_equal(*both) for both in ((self.pivot, other.pivot), (self.upright, other.upright))
-        )
+        arrays = (self.pivot, other.pivot), (self.upright, other.upright)
+        return (self.radius, self.axis) == (other.radius, other.axis) and all(np.array_equal(*two) for two in arrays)
 
     @classmethod
     def _of_scene(cls, scene: Scene) -> OrbitStage:
@@ -143,9 +142,8 @@ class State:
         check_type(self.look, Look, "state look")
         check_type(self.finish, Finish, "state finish")
         if not self.look.is_uniform:
-            raise ValueError(
-                "the viewer's look must have one value for all pixels: no arrays for normals, point_size, noise"
-            )
+            expected = "the viewer's look must have one value for all pixels"
+            raise ValueError(f"{expected}: no arrays for normals, point_size, noise")
 
     @property
     def point_size(self) -> float:
@@ -183,21 +181,17 @@ class State:
         roll  None: it stays
         """
         turned = replace(self, yaw=(yaw + 180) % 360 - 180, pitch=pitch, roll=self.roll if roll is None else roll)
-        return (
-            turned
-            if self.light_mode
-            else turned.with_light_direction(_turn(turned, axis).T @ _turn(self, axis) @ self.towards)
-        )
+        if self.light_mode:
+            return turned
+        return turned.with_light_direction(_turn(turned, axis).T @ _turn(self, axis) @ self.towards)
 
     def framed(self, stage: OrbitStage, camera: Camera) -> State:
         """Return the state with the object's middle in the middle of the picture, from as near as shows all of it."""
         half = min(camera.width / camera.fx, camera.height / abs(camera.fy)) / 2
         distance = stage.radius / math.sin(math.atan(half)) / stage.pivot[2]
-        middle = (
-            ((camera.width - 1) / 2 - camera.cx) / camera.fx,
-            ((camera.height - 1) / 2 - camera.cy) / abs(camera.fy),
-        )
-        x, y = (float(one) for one in middle - stage.pivot[:2] / stage.pivot[2])
+        across = ((camera.width - 1) / 2 - camera.cx) / camera.fx
+        down = ((camera.height - 1) / 2 - camera.cy) / abs(camera.fy)
+        x, y = (float(one) for one in (across, down) - stage.pivot[:2] / stage.pivot[2])
         return replace(self, pivot=(0.0, 0.0, 0.0), pan=(x, y), distance=float(distance))
 
     def seen_from(self, pose: NDArray[np.float64], stage: OrbitStage) -> State:
@@ -242,8 +236,7 @@ class State:
         return replace(self, light_reach=min(max(self.light_reach * WHEEL**steps, 0.1), 20.0))
 
     def with_light_direction(self, towards: Sequence[float] | NDArray[np.float64]) -> State:
-        """Return the state with the light in another direction: (3,) from the object's middle, view axes, of any
-        length."""
+        """Return the state with the light in another direction: (3,) from the middle, view axes, of any length."""
         x, y, z = check_point(towards, "direction")
         angle, around = math.atan2(math.hypot(x, y), -z), math.atan2(y, x)
         rims = angle / (math.pi / 2)
@@ -313,13 +306,10 @@ class State:
         pose = frame_pose @ self.pose(stage)
         x, y, z = pose[:3, :3] @ stage.upright @ place + pose[:3, 3]
         dx, dy, dz = pose[:3, :3] @ stage.upright @ -self.towards
-        return replace(
-            kind,
-            position=None if kind.position is None else (x, y, z),
-            direction=(dx, dy, dz) if kind.position is None or kind.direction is not None else None,
-            color=self.light_color,
-            intensity=self.light_intensity,
-        )
+        position = None if kind.position is None else (x, y, z)
+        direction = (dx, dy, dz) if kind.position is None or kind.direction is not None else None
+        own = {"color": self.light_color, "intensity": self.light_intensity}
+        return replace(kind, position=position, direction=direction, **own)
 
     def middle(self, stage: OrbitStage, camera: Camera) -> Pair:
         """Return the object's middle in pixels, kept inside the picture, so that the light stays within reach."""

@@ -107,8 +107,7 @@ def _placed(light: Light, offset: NDArray[np.float64]) -> Light:
 def _level(direction: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (2, 3) unit: which way the width and the height of a rectangle lie that faces a unit direction."""
     x, _, z = direction
-    across = np.array([z, 0.0, -x]) if math.hypot(x, z) > UPRIGHT else np.array([1.0, 0.0, 0.0])
-    across = unit(across)
+    across = unit(np.array([z, 0.0, -x]) if math.hypot(x, z) > UPRIGHT else np.array([1.0, 0.0, 0.0]))
     return np.stack([across, np.cross(direction, across)])
 
 

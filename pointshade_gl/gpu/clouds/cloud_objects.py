@@ -13,7 +13,7 @@ import numpy as np
 from ...scene.camera import Eye, view_matrix
 from ...scene.cloud import PointCloud
 from ..context.caller_state import DEPTH_TEST, PROGRAM_POINT_SIZE, enabled
-from ..core.images import Fitted, Images, confine, depth_tested, empty
+from ..core.images import R32F, RGBA32F, Fitted, Image, Images, confine, depth_tested, empty
 from ..core.programs import AdditiveBlend, FullscreenPasses, build_program, set_inputs
 from ..core.steps import Parts
 from ..core.view_images import Drawable, SurfaceImage, Target
@@ -52,11 +52,6 @@ class PlacedCloud(Parts, Drawable):
     def is_blended(self) -> bool:
         return self.cloud.splat == "disc"
 
-    def typical_radius(self, eye: Eye) -> float:
-        """Return the median radius of the discs, world units."""
-        world, spacings, pixels = self.radius
-        return self.scale * (world + spacings * self.points.spacing) + pixels * self.away(eye) / _focal(eye)
-
     def away(self, eye: Eye) -> float:
         """Return how far the middle of the cloud lies ahead, at least the near plane."""
         return max(float(self._view(eye)[1][2]), eye.near)
@@ -88,14 +83,9 @@ class PlacedCloud(Parts, Drawable):
         view, camera = np.eye(4), eye.camera
         view[:3, :3], view[:3, 3] = self._view(eye)
         return {
-            "view": view.T.astype("f4").tobytes(),
-            "scale": self.scale,
-            "radius": self.radius,
-            "share": share,
-            "target": camera.intrinsics,
-            "target_size": (camera.width, camera.height),
-            "near": eye.near,
-        }
+            "view": view.T.astype("f4").tobytes(), "scale": self.scale, "radius": self.radius, "share": share,
+            "target": camera.intrinsics, "target_size": (camera.width, camera.height), "near": eye.near,
+        }  # fmt: skip
 
 
 def _focal(eye: Eye) -> float:
@@ -112,26 +102,18 @@ class FrontImage(Images):
         return self._depth_texture()
 
     @cached_property
-    def sums(self) -> tuple[moderngl.Texture, moderngl.Texture]:
+    def sums(self) -> Image:
         """RGBA32F: normal and 1/z times the weight; linear colour times the weight, and the weight."""
-        return self._texture(4, "f4"), self._texture(4, "f4")
+        return self._keep(Image(self._context, self.size, RGBA32F, RGBA32F))
 
     @cached_property
-    def front(self) -> moderngl.Texture:
+    def front(self) -> Image:
         """R32F: z of the front surface, 0 where there is none."""
-        return self._texture(1, "f4")
+        return self._keep(Image(self._context, self.size, R32F))
 
     @cached_property
     def cores(self) -> moderngl.Framebuffer:
         return self._framebuffer(depth=self.depth)
-
-    @cached_property
-    def front_target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.front)
-
-    @cached_property
-    def target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(*self.sums)
 
 
 class CloudObjects(FullscreenPasses):
@@ -154,10 +136,11 @@ class CloudObjects(FullscreenPasses):
             return
         image = self._images.fit(surfaces.size)
         self._find_front(image, placed, eye)
-        empty(image.target)
+        empty(image.sums.target)
         with self._adding.on(), enabled(self._context, PROGRAM_POINT_SIZE):
-            self._draw("blend", placed, eye, placed.inputs(eye) | {"front": image.front, "band": BAND})
-        maps = {"geometry_map": image.sums[0], "albedo_map": image.sums[1], "front": image.front}
+            self._draw("blend", placed, eye, placed.inputs(eye) | {"front": image.front.texture, "band": BAND})
+        sums = image.sums.textures
+        maps = {"geometry_map": sums[0], "albedo_map": sums[1], "front": image.front.texture}
         with depth_tested(self._context, surfaces.shared_target, (0, 0, *surfaces.size)):
             resolve = self.fullscreen("clouds/resolve.frag", None, MARKED=int(surfaces.marks_doubts))
             resolve.draw(surfaces.shared_target, maps, target=eye.camera.intrinsics, **shown)
@@ -176,10 +159,11 @@ class CloudObjects(FullscreenPasses):
         image.cores.clear(depth=1.0)
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             self._draw("depth", placed, eye, placed.inputs(eye, CORE) | {"push": 0.0, "first_pixel": (0.0, 0.0)})
-        radius = placed.typical_radius(eye)
-        ring = RING * radius * _focal(eye), RING * radius * _focal(eye) / placed.away(eye)
+        (world, spacings, pixels), focal, away = placed.radius, _focal(eye), placed.away(eye)
+        radius = placed.scale * (world + spacings * placed.points.spacing) + pixels * away / focal  # the discs' median
+        ring = RING * radius * focal, RING * radius * focal / away
         inputs = {"near": eye.near, "step_back": STEP_BACK * radius, "ring": ring}
-        self.fullscreen("clouds/front.frag").draw(image.front_target, {"cores": image.depth}, **inputs)
+        self.fullscreen("clouds/front.frag").draw(image.front.target, {"cores": image.depth}, **inputs)
 
     def _draw(self, name: str, placed: PlacedCloud, eye: Eye, inputs: dict[str, Any]) -> None:
         """Draw the discs of a cloud, and its balls."""

@@ -204,25 +204,19 @@ class Neighbourhood(Owner):
     """
 
     def __init__(
-        self,
-        context: moderngl.Context,
-        grid: CellGrid,
-        points: NDArray[np.float32],
+        self, context: moderngl.Context, grid: CellGrid, points: NDArray[np.float32],
         queries: NDArray[np.float32] | None = None,
-    ):
+    ):  # fmt: skip
         super().__init__(context)
         with self._all_or_nothing():
             keys, cell_of = None, grid.cell_of
             if queries is not None:
                 keys, cell_of = np.unique(grid.keys_of(queries), return_inverse=True)
             self.count = len(points if queries is None else queries)
-            self.points = self.texture(points)
-            self.queries = self.points if queries is None else self.texture(queries)
-            self._cells = self.texture(cell_of.astype(np.int32)[:, None])
-            self._ranges = self.texture(grid.ranges(keys).reshape(-1, 2))
-
-    def texture(self, values: NDArray[Any]) -> moderngl.Texture:
-        return value_texture(self, values)
+            self.points = value_texture(self, points)
+            self.queries = self.points if queries is None else value_texture(self, queries)
+            self._cells = value_texture(self, cell_of.astype(np.int32)[:, None])
+            self._ranges = value_texture(self, grid.ranges(keys).reshape(-1, 2))
 
     def run(self, work: FullscreenPass, radius: float, most: int, **inputs: Any) -> list[NDArray[np.float32]]:
         """Return what a pass writes for each point that is asked for: two (n, 4)."""
@@ -338,7 +332,8 @@ class CloudFit:
     def _sharpen(self) -> None:
         """Take neighbours' planes at edges. All are chosen among those from before."""
         shape = self._shape()
-        gate = self._gate(shape.cost)
+        # what a neighbour's plane must cost less than: curves have neighbours that are a little better
+        gate = np.minimum(NOISY_GATE * shape.cost, GATE * shape.cost + NOISE * self._noise2())
         is_worth = (shape.cost > FLAT) & ((self.levels > 0) | (self._best_near(shape.thickness2) < gate))
         answers = []
         for level in range(self.levels.max(initial=0) + 1):
@@ -366,10 +361,6 @@ class CloudFit:
         by_level = [self._radius.noise_share(level) ** 2 for level in range(LEVELS + 1)]
         return np.array(by_level, np.float32)[self.levels]
 
-    def _gate(self, cost: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return what a neighbour's plane must cost less than. Curves have neighbours that are a little better."""
-        return np.minimum(NOISY_GATE * cost, GATE * cost + NOISE * self._noise2())
-
     def _best_near(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return for each point the least value in the cells around its own."""
         grid = self._grid
@@ -391,9 +382,9 @@ class CloudFit:
         inputs: dict[str, Any] = {} if shader == PLANES else {"noise": self._radius.noise_share(level) ** 2}
         try:
             if own_map is not None:
-                inputs["own_map"] = near.texture(own_map)
+                inputs["own_map"] = value_texture(near, own_map)
             if shader == EDGES:
-                inputs |= {"plane_map": near.texture(self._in_first_radii(order)), "unit": WIDER**-level}
+                inputs |= {"plane_map": value_texture(near, self._in_first_radii(order)), "unit": WIDER**-level}
             return near.run(self._passes.fullscreen(shader), radius, self._radius.most, **inputs)
         finally:
             near.release()
@@ -459,12 +450,9 @@ class CloudPlanes(Owner):
     """
 
     def __init__(
-        self,
-        context: moderngl.Context,
-        positions: NDArray[np.float32],
-        normals: NDArray[np.float32] | None = None,
-        noise: float | None = None,
-    ):
+        self, context: moderngl.Context, positions: NDArray[np.float32],
+        normals: NDArray[np.float32] | None = None, noise: float | None = None,
+    ):  # fmt: skip
         super().__init__(context)
         found = find_planes(context, positions, normals, noise)
         self.count, self.order = len(positions), found.order
@@ -492,11 +480,9 @@ class CloudPlanes(Owner):
 
 
 def find_planes(
-    context: moderngl.Context,
-    positions: NDArray[np.float32],
-    normals: NDArray[np.float32] | None = None,
-    noise: float | None = None,
-) -> PlaneArrays:
+    context: moderngl.Context, positions: NDArray[np.float32],
+    normals: NDArray[np.float32] | None = None, noise: float | None = None,
+) -> PlaneArrays:  # fmt: skip
     """Return what the textures of CloudPlanes hold, with nothing left on the GPU."""
     if not len(positions):
         none = np.zeros((0, 4), np.float32)
@@ -514,8 +500,11 @@ def find_planes(
     finally:
         passes.release()
     planes, details = finished(fit.planes, fit.leans, fit.radii, spacing)
-    if normals is not None:
-        keep_given(np.take(normals, grid.order, 0), planes, details)
+    if normals is not None:  # those that are given take the place of those that were found, and are trusted
+        given = np.take(normals, grid.order, 0)
+        size = np.sqrt(np.einsum("nk,nk->n", given, given))
+        np.divide(given, size[:, None], out=planes[:, :3], where=(size > 0)[:, None])
+        details[size > 0, 3] = 1
     return PlaneArrays(grid.order, points, planes, details, radius)
 
 
@@ -546,11 +535,3 @@ def finished(
     error = 2 * np.maximum(size - 1, 0) / np.sqrt(count)  # of the slope of a plane through a disc
     details[:, 3] = np.where(known, 1 / (1 + (error / DOUBTFUL) ** 2), 0)
     return planes, details
-
-
-def keep_given(normals: NDArray[np.float32], planes: NDArray[np.float32], details: NDArray[np.float32]) -> None:
-    """Put the normals that are given, (n, 3), in the place of those that were found, and trust them."""
-    size = np.sqrt(np.einsum("nk,nk->n", normals, normals))
-    given = size > 0
-    np.divide(normals, size[:, None], out=planes[:, :3], where=given[:, None])
-    details[given, 3] = 1

@@ -184,12 +184,9 @@ class CloudNormals(NamedTuple):
 
 
 def planes_of_slabs(
-    context: moderngl.Context,
-    positions: NDArray[np.floating[Any]],
-    normals: NDArray[np.float32] | None = None,
-    noise: float | None = None,
-    most: int = MOST,
-) -> CloudNormals:
+    context: moderngl.Context, positions: NDArray[np.floating[Any]], normals: NDArray[np.float32] | None = None,
+    noise: float | None = None, most: int = MOST,
+) -> CloudNormals:  # fmt: skip
     """Return the planes of a cloud, in its order. Only one slab at a time is on the GPU.
 
     positions  (n, 3) float32 or float64: each slab counts from its own middle

@@ -93,7 +93,7 @@ NEEDED_BY_US = (  # the same
     # SWAP_BYTES, LSB_FIRST, ROW_LENGTH, SKIP_ROWS and SKIP_PIXELS of pixels that are uploaded, and read
     *((name, "PixelStorei", name) for first in (0x0CF0, 0x0D00) for name in range(first, first + 5)),
 )
-LESS = 0x0201
+SCISSOR, LESS = 0x0C11, 0x0201
 NEEDED = [LESS] + [0] * (len(NEEDED_BY_US) - 1)
 VECTORS = (  # the name, of which numbers and how many, what sets it, and the value that we need, if we do not set it
     (0x0BA2, ctypes.c_int, 4, "Viewport", None),
@@ -117,14 +117,17 @@ def all_parts(gl: GL, context: moderngl.Context) -> list[StatePart]:
     is_430, has_clip_control = context.version_code >= 430, "GL_ARB_clip_control" in context.extensions
     parts = [
         switches(gl, [*SWITCHES.values(), *[PRIMITIVE_RESTART_FIXED_INDEX] * is_430]),
-        scissor_test(gl), numbers(gl, SET_BY_US, None), numbers(gl, NEEDED_BY_US, NEEDED),
+        StatePart(partial(gl.IsEnabled, SCISSOR), lambda on: (gl.Enable if on else gl.Disable)(SCISSOR)),
+        numbers(gl, SET_BY_US, None), numbers(gl, NEEDED_BY_US, NEEDED),
         *(vector(gl, *names) for names in VECTORS),
         color_masks(gl), polygon_mode(gl), program(gl), texture_units(gl),
     ]  # fmt: skip
     if is_430:
         parts += storage_buffers(gl), image_units(gl)
     if context.version_code >= 450 or has_clip_control:
-        parts.append(clip_control(gl))
+        # where y and depth begin: a caller with reversed depth sets it
+        ask = asking(gl, 0x935C, 0x935D)
+        parts.append(set_if_needed(ask, lambda value: gl.ClipControl(*value), [0x8CA1, 0x935E]))
     return parts
 
 
@@ -175,11 +178,6 @@ def switches(gl: GL, names: list[int]) -> StatePart:
             enable()
 
     return StatePart(take, put_back)
-
-
-def scissor_test(gl: GL) -> StatePart:
-    name = 0x0C11
-    return StatePart(partial(gl.IsEnabled, name), lambda on: gl.Enable(name) if on else gl.Disable(name))
 
 
 def numbers(gl: GL, table: tuple[tuple[Any, ...], ...], needed: list[int] | None) -> StatePart:
@@ -314,11 +312,6 @@ def image_units(gl: GL) -> StatePart:
     return StatePart(lambda: [[ask(name, unit) for name in names] for unit in range(UNITS)], put_back)
 
 
-def clip_control(gl: GL) -> StatePart:
-    """Where y and depth begin: a caller with reversed depth sets it."""
-    return set_if_needed(asking(gl, 0x935C, 0x935D), lambda value: gl.ClipControl(*value), [0x8CA1, 0x935E])
-
-
 # What makes GL note an error again, and does nothing else: a function and its arguments.
 AGAIN = {0x0500: ("Enable", 0), 0x0501: ("Viewport", 0, 0, -1, -1), 0x0502: ("BindVertexArray", 0xFFFFFFFF)}
 
@@ -335,7 +328,9 @@ class CallersState:
     @contextmanager
     def set_aside(self) -> Iterator[None]:
         """Set GL's defaults inside; restore everything afterwards, including the errors that GL has noted."""
-        context, errors = self._context, self._take_errors()
+        context, errors = self._context, list[int]()
+        while (error := self._gl.GetError()) and error not in errors:  # a lost context says so for ever
+            errors.append(error)
         known_to_moderngl = context.fbo, context.mglo.fbo, context.default_texture_unit
         taken = [part.take() for part in self._parts]
         context.default_texture_unit = UPLOAD_UNIT
@@ -346,13 +341,6 @@ class CallersState:
                 part.put_back(value)
             context.fbo, context.mglo.fbo, context.default_texture_unit = known_to_moderngl
             self._note_again(errors)
-
-    def _take_errors(self) -> list[int]:
-        """Return the errors that GL noted before, so that none is taken for ours."""
-        errors = []
-        while (error := self._gl.GetError()) and error not in errors:  # a lost context says so for ever
-            errors.append(error)
-        return errors
 
     def _note_again(self, errors: list[int]) -> None:
         """Let GL note the caller's errors again. Those that no call can repeat become a warning, each once."""

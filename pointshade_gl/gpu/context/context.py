@@ -104,6 +104,7 @@ def kept(loader: str | None) -> Iterator[None]:
                 systems[name].hold(held)
 
 
+_signals = [int(number) for number in signal.valid_signals()]
 INSTALL_HINT = "on Debian or Ubuntu: apt-get install -y libegl1 libgl1-mesa-dri"
 _handler_of = getattr(signal.getsignal, "__wrapped__", signal.getsignal)  # without making an Enum: 60 signals are asked
 
@@ -129,7 +130,7 @@ class Context:
         self.gl = _create(device) if context is None else context
         Context._first_process = os.getpid()
         self._thread, self._process = threading.get_ident(), os.getpid()
-        self._is_released, self._in_use = False, InUse(self)
+        self.is_released, self._in_use = False, InUse(self)
         self.identity: tuple[str, int] | None = None
         self._callers: CallersState | None = None
         try:
@@ -163,12 +164,9 @@ class Context:
         """Return the limits that `pointshade info` lists."""
         info = self.info
         return {
-            "vendor": info["GL_VENDOR"],
-            "renderer": self.renderer,
-            "version": info["GL_VERSION"],
-            "largest texture": info["GL_MAX_TEXTURE_SIZE"],
-            "largest point": info["GL_POINT_SIZE_RANGE"][1],
-        }
+            "vendor": info["GL_VENDOR"], "renderer": self.renderer, "version": info["GL_VERSION"],
+            "largest texture": info["GL_MAX_TEXTURE_SIZE"], "largest point": info["GL_POINT_SIZE_RANGE"][1],
+        }  # fmt: skip
 
     def in_use(self) -> InUse:
         """Make the context current inside, in GL's default state; afterwards restore what the caller had.
@@ -202,10 +200,6 @@ class Context:
             screen.use()  # so that nothing of ours is bound when it is freed
 
     @property
-    def is_released(self) -> bool:
-        return self._is_released
-
-    @property
     def is_gone(self) -> bool:
         """Return whether its owner has released the moderngl context itself."""
         return isinstance(self.gl.mglo, moderngl.InvalidObject)
@@ -221,21 +215,21 @@ class Context:
 
     def check(self) -> None:
         """Raise ContextError where the context cannot be used: GL would draw garbage there, or nothing."""
-        if self.is_here and not self._is_released and not self.is_gone:
+        if self.is_here and not self.is_released and not self.is_gone:
             return
         check_process(self._process, "Renderer")
         if not self.is_here:
             raise ContextError("this Renderer belongs to the thread that made it: make one Renderer in each thread")
-        if self._is_released:
+        if self.is_released:
             raise ContextError("this Renderer was released: make a new one")
         if self.is_gone:
             raise ContextError("the moderngl context of this Renderer was released: make a new one of both")
 
     def release(self) -> None:
         """Free the context if it is ours, with all that is in it. Afterwards it cannot be used."""
-        if self._is_released:
+        if self.is_released:
             return
-        self._is_released = True
+        self.is_released = True
         if self.owned:
             self.gl.release()
         return_freed_memory()
@@ -246,7 +240,7 @@ class Context:
         EGL lets any thread free a context that is current in none, as ours is between calls; elsewhere only its own
         thread may. At the end of the process nothing is freed: drivers may be gone by then.
         """
-        is_closed = self._is_released or self.is_gone or os.getpid() != self._process
+        is_closed = self.is_released or self.is_gone or os.getpid() != self._process
         if is_closed or not self.owned or sys.is_finalizing():
             return False
         if self.is_here or loader_of(self.gl) == "egl":
@@ -309,18 +303,6 @@ def _is_there(library: str) -> bool:
     return True
 
 
-def _open_egl(device: int, libgl: str) -> Any:
-    """Return an EGL context for moderngl, which would import ctypes.util first: 8 ms of the first picture."""
-    egl: Any = import_module("glcontext.egl")
-    return egl.create_context(mode="standalone", glversion=330, libgl=libgl, libegl="libEGL.so.1", device_index=device)
-
-
-@cache
-def _signals() -> list[int]:
-    """Return the numbers of all signals of this system."""
-    return [int(number) for number in signal.valid_signals()]
-
-
 @contextmanager
 def signals_later() -> Iterator[None]:
     """Call the handlers of signals that come inside afterwards: moderngl's C code crashes where one raises in it.
@@ -330,7 +312,7 @@ def signals_later() -> Iterator[None]:
     """
     handlers: dict[int, Any] = {}
     if threading.current_thread() is threading.main_thread():  # no other thread handles signals
-        found = ((number, _handler_of(number)) for number in _signals())
+        found = ((number, _handler_of(number)) for number in _signals)
         handlers = {number: handler for number, handler in found if callable(handler)}
     came: list[tuple[int, Any]] = []
     is_inside = True
@@ -353,20 +335,20 @@ def signals_later() -> Iterator[None]:
             handlers[number](number, frame)
 
 
+@signals_later()
 def _create(device: int) -> moderngl.Context:
-    with signals_later():
-        return _create_now(device)
-
-
-def _create_now(device: int) -> moderngl.Context:
     store = getattr(moderngl, "_store", None)  # with the context that moderngl.get_context() gives: not ours
     default = getattr(store, "default_context", None)
     try:
         if sys.platform.startswith("linux"):
             # EGL itself hands out all of GL: without libGL (package libgl1) its own library will do.
             libgl = "libGL.so.1" if _is_there("libGL.so.1") else "libEGL.so.1"
+            how = {"mode": "standalone", "glversion": 330, "libgl": libgl, "libegl": "libEGL.so.1"}
+            # moderngl itself would import ctypes.util first: 8 ms of the first picture
+            egl: Any = import_module("glcontext.egl")
             with kept("egl"):
-                return moderngl.create_context(standalone=True, require=330, context=_open_egl(device, libgl))
+                opened = egl.create_context(**how, device_index=device)
+                return moderngl.create_context(standalone=True, require=330, context=opened)
         return moderngl.create_context(standalone=True, require=330)
     except Exception as error:
         if type(error) not in _OF_DRIVERS:  # what a caller raises in this thread is not about OpenGL

@@ -197,9 +197,8 @@ def check_size(context: moderngl.Context, width: int, height: int) -> None:
     """Raises ValueError for a picture larger than the driver's textures."""
     limit = context.info["GL_MAX_TEXTURE_SIZE"]
     if max(width, height) > limit:
-        raise ValueError(
-            f"a picture of {width}x{height} pixels is larger than this GPU's textures ({limit}): scale it down"
-        )
+        size = f"a picture of {width}x{height} pixels"
+        raise ValueError(f"{size} is larger than this GPU's textures ({limit}): scale it down")
 
 
 def read_texture(context: moderngl.Context, texture: moderngl.Texture) -> np.ndarray:

@@ -91,13 +91,9 @@ def _begin(context: moderngl.Context, name: str, spliced: Spliced, lines: list[s
 
 
 def build_program(
-    context: moderngl.Context,
-    vertex: str,
-    fragment: str,
-    folder: Path | None = None,
-    version: int = 330,
+    context: moderngl.Context, vertex: str, fragment: str, folder: Path | None = None, version: int = 330,
     **constants: int,
-) -> moderngl.Program:
+) -> moderngl.Program:  # fmt: skip
     """A program from two shader files; `constants` are defined in both. For software drivers see software_driver.py.
 
     version  of GLSL for the fragment shader; what needs more than 330 is a constant's part

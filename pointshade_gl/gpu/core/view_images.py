@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,6 +15,7 @@ from ...scene.noise import Choice
 from ..context.caller_state import DEPTH_TEST, enabled
 from .images import R32F, RGBA16F, RGBA32F, Box, Image, Images, check_memory, confine, empty, read_texture
 from .programs import AdditiveBlend
+from .steps import Parts
 
 TILE = 4  # pixels a side, as in splats.comp
 
@@ -111,6 +112,26 @@ class Drawable:
     def add_surface(self, passes: Any, target: Target, eye: Eye, number: int, lights: dict[str, Any]) -> None:
         """Draw its visible surfaces among others. number: of its material; lights: for what is lit as it is drawn."""
         raise NotImplementedError
+
+
+class ShownFrame(Parts, Drawable):
+    """A frame's points with their colours or their light, drawn as splats or as triangles."""
+
+    __slots__ = ()
+    if TYPE_CHECKING:
+        points: Any  # where they are: all that its shadow depends on
+
+    @property
+    def shape(self) -> Any:
+        return self.points
+
+    @property
+    def views(self) -> tuple[Any, ...]:
+        return (self,)
+
+    @property
+    def has_doubts(self) -> bool:
+        return self.shading == "phong" and self.points.surface.certainty is not None
 
 
 class SurfaceImage(Images):
@@ -293,11 +314,7 @@ class Canvas(NamedTuple):
             yield self.image
             return
         confine(self.image, window)
-        with self.adding.on(), self._tested():
+        if self.is_masked:
+            self.image.depth_mask = False
+        with self.adding.on(), enabled(self.image.ctx, *[DEPTH_TEST] * self.is_masked):
             yield self.image
-
-    def _tested(self) -> AbstractContextManager[None]:
-        if not self.is_masked:
-            return nullcontext()
-        self.image.depth_mask = False
-        return enabled(self.image.ctx, DEPTH_TEST)

@@ -27,7 +27,7 @@ from ..core.programs import (
     source_and_target,
 )
 from ..core.steps import Parts
-from ..core.view_images import Canvas, Drawable, SplatImage, SurfaceImage, Target
+from ..core.view_images import Canvas, Drawable, ShownFrame, SplatImage, SurfaceImage, Target
 from ..points.point_objects import model_view
 from ..points.rasterizers import MOST_GROUPS, RimList, clear_nearest, no_rims, read_window
 from ..points.set_merge import shared_variant
@@ -108,8 +108,7 @@ class MeshObjects(Owner):
         lights: inputs of shaders/common/shadowed_lights.glsl, for meshes that are lit at their corners.
         """
         mesh, buffers = placed.mesh, self._buffers(placed.mesh)
-        inputs = _camera(eye) | {"base_color": mesh.color, "material_number": float(number)}
-        inputs |= {"picture": buffers.picture}
+        inputs = {"base_color": mesh.color, "material_number": float(number), "picture": buffers.picture}
         if mesh.shading in ("flat", "gouraud"):
             array = buffers.arrays["lit"]
             inputs |= DARK.inputs | lights | {"material": mesh.material.strengths}
@@ -122,7 +121,7 @@ class MeshObjects(Owner):
 
     def add_shadow(self, tile: ShadowTile, placed: PlacedMesh, eye: Eye) -> None:
         """Draw the mesh's depth into a shadow map. eye: the light's camera."""
-        self._draw(tile.target, self._buffers(placed.mesh).arrays["shadow"], _camera(eye), placed, eye)
+        self._draw(tile.target, self._buffers(placed.mesh).arrays["shadow"], {}, placed, eye)
 
     def keep_only(self, meshes: Iterable[Mesh]) -> list[Mesh]:
         """Free the meshes that are not among these, and return them."""
@@ -144,6 +143,8 @@ class MeshObjects(Owner):
             self._ways.orphan(ways.nbytes)
             check_memory(self._context)
         self._ways.write(ways)
+        camera = eye.camera
+        inputs |= {"target": camera.intrinsics, "target_size": (camera.width, camera.height), "near": eye.near}
         set_inputs(array.program, inputs)
         target.use()
         with enabled(self._context, DEPTH_TEST):
@@ -206,14 +207,6 @@ def mesh_vertices(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([positions, normals, uv, middle], -1).astype("f4"), faces
 
 
-def _camera(eye: Eye) -> dict[str, Any]:
-    return {
-        "target": eye.camera.intrinsics,
-        "target_size": (eye.camera.width, eye.camera.height),
-        "near": eye.near,
-    }
-
-
 GROUP, ROWS = 32, 16  # as in grid.comp
 TOGETHER = 1 << 14  # squares that one call draws
 NOTHING_YET = np.array([0, 1, 1, 0, 0, 0, 0, 0], np.int32)  # where the mesh comes to
@@ -239,12 +232,6 @@ class Grid(NamedTuple):
 
     def maps(self) -> dict[str, Any]:
         return {"surface_map": self.surface.texture, "triangle_map": self.surface.triangles.texture}
-
-    @property
-    def squares_in_blocks(self) -> Box:
-        """Return the same in `planes`, which begin before the frame, at an even column and row."""
-        left, top, width, height = self.surface.window
-        return left // 2 * 2, top // 2 * 2, width + 1 + left % 2, height + 1 + top % 2
 
     @property
     def squares(self) -> Box:
@@ -276,8 +263,9 @@ class ComputedDepths(Owner):
         self._window.bind_to_storage_buffer(1)
         way = grid.way(eye) | {"target_size": image.size}
         listed = {"near": eye.near / grid.scale, "most_groups": MOST_GROUPS}
-        left, top, columns, rows = grid.squares_in_blocks
-        planes = {"plane_map": grid.surface.planes.texture, "squares": (left, top, columns, rows)}
+        left, top, width, height = grid.surface.window
+        columns, rows = width + 1 + left % 2, height + 1 + top % 2  # blocks begin at an even column and row
+        planes = {"plane_map": grid.surface.planes.texture, "squares": (left // 2 * 2, top // 2 * 2, columns, rows)}
         set_inputs(squares, way | listed | planes)
         squares.run(-(-columns // (2 * GROUP)), -(-rows // ROWS))
         self._run_list(odd, odd_list, way | listed | grid.maps())
@@ -331,7 +319,7 @@ BY_PLANES: Step = (0.0, 0.0)  # surfaces end where neighbours leave each other's
 
 
 @dataclass(eq=False, slots=True)
-class ShownGrid(Parts, Drawable):
+class ShownGrid(ShownFrame):
     """A frame as triangles, with its colours or its light."""
 
     points: Grid
@@ -341,14 +329,6 @@ class ShownGrid(Parts, Drawable):
     light: Image | None  # of the points, for gouraud shading
     material: tuple[float, float, float, float] | None  # for flat shading, which is lit as it is drawn
     visibility: Image | None = None  # what its points see of the light from all around, if something may hide it
-
-    @property
-    def shape(self) -> Grid:
-        return self.points
-
-    @property
-    def views(self) -> tuple[ShownGrid, ...]:
-        return (self,)
 
     @property
     def is_lit_as_drawn(self) -> bool:
@@ -361,10 +341,6 @@ class ShownGrid(Parts, Drawable):
     def is_shaded(self) -> bool:
         """Return whether it is lit when its visible surfaces are known."""
         return self.shading == "phong"
-
-    @property
-    def has_doubts(self) -> bool:
-        return self.shading == "phong" and self.points.surface.certainty is not None
 
 
 class GridObjects(FullscreenPasses):

@@ -16,16 +16,14 @@ from ..core.frame_textures import Colors, FrameTextures, PointSurface
 from ..core.images import Box, Fitted, Image, depth_tested
 from ..core.programs import FullscreenPasses
 from ..core.steps import Parts
-from ..core.view_images import Canvas, Drawable, SplatImage, SurfaceImage, Target
+from ..core.view_images import Canvas, Drawable, ShownFrame, SplatImage, SurfaceImage, Target
 from ..shading.light_set import ShadowTile
 from ..surface.surface_normals import Estimator
-from .rasterizers import ComputeSplatPass, PointSplatPass, Rasterizers, Splats
-from .set_merge import ResolveInputs, ResolvePass
+from .rasterizers import ComputeSplatPass, LitSplatPass, PointSplatPass, Rasterizers, Splats
+from .set_merge import ResolveInputs, ResolvePass, SetMergePass, SetPart, TargetNormals, key_inputs
 
 if TYPE_CHECKING:
     from ...estimation.multi_view import SetReport
-    from .rasterizers import LitSplatPass
-    from .set_merge import SetMergePass, TargetNormals
     from .view_consensus import Consensus
 
 SINGLE = np.ones(1, np.float32)
@@ -56,7 +54,7 @@ class Points(NamedTuple):
 
 
 @dataclass(eq=False, slots=True)
-class ShownPoints(Parts, Drawable):
+class ShownPoints(ShownFrame):
     """Points with their colours or their light."""
 
     points: Points
@@ -66,20 +64,8 @@ class ShownPoints(Parts, Drawable):
     shading: str  # pyright: ignore[reportIncompatibleMethodOverride]
     visibility: Image | None = None  # what they see of the light from all around, if something may hide it
 
-    @property
-    def shape(self) -> Points:
-        return self.points
-
-    @property
-    def views(self) -> tuple[ShownPoints, ...]:
-        return (self,)
-
     def add_surface(self, passes: Any, target: Target, eye: Eye, number: int, lights: dict[str, Any]) -> None:
         passes.points.add_surface(target, self, eye, number)
-
-    @property
-    def has_doubts(self) -> bool:
-        return self.shading == "phong" and self.points.surface.certainty is not None
 
 
 class PointSet(NamedTuple):
@@ -150,24 +136,15 @@ class PointObjects(FullscreenPasses):
         self._rasterizers = self._keep(rasterizers)
         self._resolve = self._keep(ResolvePass(context))
         self._scratch = self._keep(Fitted(context, SplatImage))  # of the size of a shadow view
+        self._target_normals = self._keep(TargetNormals(context))
 
     @cached_property
     def _lit(self) -> LitSplatPass:
-        from .rasterizers import LitSplatPass  # only here
-
         return self._keep(LitSplatPass(self._context))
 
     @cached_property
     def _merge(self) -> SetMergePass:
-        from .set_merge import SetMergePass  # only here
-
         return self._keep(SetMergePass(self._context))
-
-    @cached_property
-    def _target_normals(self) -> TargetNormals:
-        from .set_merge import TargetNormals  # only here
-
-        return self._keep(TargetNormals(self._context))
 
     def draw_splats(self, image: SplatImage, points: Points, eye: Eye) -> None:
         """How far the nearest splat is at each pixel of a view."""
@@ -213,7 +190,6 @@ class PointObjects(FullscreenPasses):
     def add_set(self, target: Target, shown: ShownSet, eye: Eye, number: int) -> None:
         """Draw several frames of one object among others: all splats into one image, then their weighted surfaces."""
         from ...estimation.multi_view import primary_shares  # only here
-        from .set_merge import SetPart  # only here
 
         points, splats, consensus = shown.points, target.splats, shown.consensus
         windows = self._draw_set(splats, points, eye, primary_shares(shown.importances))
@@ -250,7 +226,9 @@ class PointObjects(FullscreenPasses):
         """hidden: points that are drawn together with the others"""
         scratch = self._scratch.fit((tile.side, tile.side))
         if isinstance(points, PointSet):
-            fragment, (look_up, inputs) = "points/set_shadow.frag", self._set_depths(points, scratch, eye)
+            self._draw_set(scratch, points, eye, np.ones(len(points.parts)))
+            fragment, look_up = "points/set_shadow.frag", self._rasterizer(points.parts[0]).look_up
+            inputs = key_inputs(scratch, look_up) | {"near": eye.near / points.scale, "behind": points.differ}
         else:
             fragment, (look_up, inputs) = "shading/shadow.frag", self._depths(points, scratch, eye, hidden)
         with depth_tested(self._context, tile.target, tile.part(scratch.window)):
@@ -268,23 +246,14 @@ class PointObjects(FullscreenPasses):
         image.nearest.bind_to_storage_buffer(0)
         return True, {"side": image.size[0], "near": splats.near}
 
-    def _set_depths(self, points: PointSet, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
-        """Rasterise the splats of several frames, likewise for set_shadow.frag."""
-        from .set_merge import key_inputs  # only here
-
-        self._draw_set(image, points, eye, np.ones(len(points.parts)))
-        look_up = self._rasterizer(points.parts[0]).look_up
-        return look_up, key_inputs(image, look_up) | {"near": eye.near / points.scale, "behind": points.differ}
-
     def _looking(self, splats: SplatImage, shown: ShownPoints, eye: Eye) -> ResolveInputs:
         points = shown.points
         colors = shown.colors.texture if shown.light is None else shown.light.texture
         view, near = model_view(points.pose, points.scale, eye), eye.near / points.scale
         where = points.source, splats, eye.camera, view, self._rasterizer(points).look_up, near
         visibility = shown.visibility and shown.visibility.texture
-        return ResolveInputs(
-            points.surface.texture, colors, *where, shown.shading, points.surface.certainty, visibility
-        )
+        certainty = points.surface.certainty
+        return ResolveInputs(points.surface.texture, colors, *where, shown.shading, certainty, visibility)
 
     def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
         return self._rasterizers.choose(points.sizes, points.splat)

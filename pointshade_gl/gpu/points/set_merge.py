@@ -70,13 +70,9 @@ class ResolvePass(FullscreenPasses):
             self._draw("points/resolve_lit.frag", image, looking, inputs, **constants)
 
     def draw_surfaces(
-        self,
-        image: moderngl.Framebuffer,
-        looking: ResolveInputs,
-        number: int,
-        depth: tuple[float, float] | None = None,
-        samples: int | None = None,
-    ) -> None:
+        self, image: moderngl.Framebuffer, looking: ResolveInputs, number: int,
+        depth: tuple[float, float] | None = None, samples: int | None = None,
+    ) -> None:  # fmt: skip
         """Draw surfaces: unit normal and depth; albedo and the number of its material. A normal of 0 marks what is lit
         already.
 
@@ -96,13 +92,9 @@ class ResolvePass(FullscreenPasses):
             self._draw("points/resolve_surfaces.frag", image, looking, inputs)
 
     def _draw(
-        self,
-        fragment: str,
-        image: moderngl.Framebuffer,
-        looking: ResolveInputs,
-        inputs: dict[str, Any],
+        self, fragment: str, image: moderngl.Framebuffer, looking: ResolveInputs, inputs: dict[str, Any],
         **constants: int,
-    ) -> None:
+    ) -> None:  # fmt: skip
         constants |= {"SHADING": shader_model(looking.shading)}
         textures = looking.maps()
         if looking.shading == "phong" and looking.certainty is not None:

@@ -62,9 +62,8 @@ def needs_tiles(frame: Frame, look: Look, largest_side: int) -> bool:
     elif whole := [name for name in SWITCHES if getattr(look, name)]:
         obstacle, remedy = option(whole[0]), "leave it out"
     if obstacle and is_too_large:
-        raise ValueError(
-            f"depth of {width}x{height} is too large for {obstacle} on this GPU ({largest_side}): {remedy}"
-        )
+        limit = f"for {obstacle} on this GPU ({largest_side})"
+        raise ValueError(f"depth of {width}x{height} is too large {limit}: {remedy}")
     return not obstacle and (is_too_large or frame.depth.size > LARGEST_WHOLE)
 
 

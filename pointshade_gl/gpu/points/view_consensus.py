@@ -20,7 +20,7 @@ from ...scene.camera import Camera, view_matrix
 from ...scene.frame import Frame
 from ..core.frame_textures import Colors, FrameTextures, PointSurface, frame_of
 from ..core.images import R32F, RG8, RGBA16, RGBA32F, Fitted, Image, Images, empty, read_texture
-from ..core.programs import AdditiveBlend, FullscreenPass, FullscreenPasses
+from ..core.programs import AdditiveBlend, FullscreenPasses
 from ..core.steps import Steps
 
 
@@ -111,7 +111,9 @@ class ConsensusPass(FullscreenPasses):
             for j in known
         }
         found, spreads = contradictions(comparisons, len(members)), best_spreads(comparisons, len(members))
-        before = self._band_before(members)
+        known = (self._bands.get(member, (None, None)) for member in members)
+        kept = (band for (version, band), member in zip(known, members, strict=True) if version == member.version)
+        before = next(kept, None)  # the depth tolerance of the last votes, if one of these took part in them
         self._printed.tell(members, frames, found, goes_on=before is not None)
         comparisons = {pair: one for pair, one in comparisons.items() if not found.frames.intersection(pair)}
         band = band_of(comparisons, before)
@@ -124,14 +126,6 @@ class ConsensusPass(FullscreenPasses):
             self._bands[member] = member.version, band
             count.step()
         return Consensus(band, gains_of(comparisons, len(members)), found.frames, spreads)
-
-    def _band_before(self, members: Sequence[FrameTextures]) -> float | None:
-        """Return the depth tolerance of the last votes, if one of these frames took part in them."""
-        for member in members:
-            version, band = self._bands.get(member, (None, None))
-            if version == member.version:
-                return band
-        return None
 
     def _compare_two(self, one: Seen, other: Seen) -> Comparison:
         (textures, surface, colors), (_, other_surface, other_colors) = one, other
@@ -221,10 +215,8 @@ HIGHLIGHT_STRIDE = 4  # pixels between those in which noise is measured
 
 def describe_missing_views() -> str:
     """Say what highlights are removed from, for frames that are too few."""
-    return (
-        f"{option('remove_highlights')} needs {LEAST_VIEWS} or more views of one object, with colours: "
-        "highlights are what moves from view to view. The colours stay"
-    )
+    needed = f"{option('remove_highlights')} needs {LEAST_VIEWS} or more views of one object, with colours"
+    return f"{needed}: highlights are what moves from view to view. The colours stay"
 
 
 class _SeenNotes(NamedTuple):
@@ -243,9 +235,8 @@ class HighlightRemovalPass(FullscreenPasses):
         super().__init__(context)
         self._steps, self._adding = steps, AdditiveBlend(context)
         self._sums = self._keep(Fitted(context, Image, RGBA32F, RGBA32F))
-        self._excess, self._rows, self._samples, self._found = (
-            self._keep(Fitted(context, Image, RGBA32F)) for _ in range(4)
-        )
+        images = (self._keep(Fitted(context, Image, RGBA32F)) for _ in range(4))
+        self._excess, self._rows, self._samples, self._found = images
 
     def find(
         self, members: Sequence[FrameTextures], colors: Sequence[Colors], consensus: Consensus
@@ -278,7 +269,9 @@ class HighlightRemovalPass(FullscreenPasses):
         sum_map, rows_map = {"sum_map": sums.textures[0]}, {"rows_map": rows.texture}
         stages[0].draw(excess.target, color_map | sum_map | {"vote_map": sums.textures[1]}, **gain)
         stages[1].draw(rows.target, {"excess_map": excess.texture})
-        noise = self._noise(stages[2], rows)
+        samples = self._samples.fit((-(-size[0] // HIGHLIGHT_STRIDE), -(-size[1] // HIGHLIGHT_STRIDE)))
+        stages[2].draw(samples.target, rows_map, stride=HIGHLIGHT_STRIDE)
+        noise = excess_noise(samples.read().reshape(-1, 4))
         stages[3].draw(found.target, sum_map | rows_map, noise=noise, **gain)
         removal = self.fullscreen("points/highlight_removal.frag")
         removal.draw(matte.target, color_map | {"found_map": found.texture})
@@ -295,9 +288,3 @@ class HighlightRemovalPass(FullscreenPasses):
                 theirs = {"other_map": other.surface.texture, "other_color_map": other.colors.texture}
                 way = way_between(frame_of(one.textures), frame_of(other.textures))
                 darker.draw(sums.target, maps | theirs, **way, **values, other_gain=other.gain)
-
-    def _noise(self, stage: FullscreenPass, rows: Image) -> float:
-        width, height = (-(-side // HIGHLIGHT_STRIDE) for side in rows.size)
-        samples = self._samples.fit((width, height))
-        stage.draw(samples.target, {"rows_map": rows.texture}, stride=HIGHLIGHT_STRIDE)
-        return excess_noise(samples.read().reshape(-1, 4))

@@ -12,17 +12,6 @@ from ...scene.camera import Camera
 from ..core.programs import FullscreenPasses, data_texture
 from .light_set import Lighting, around_inputs, environment_of
 
-KINDS = (
-    "POINTS",
-    "SHADOWS",
-    "MATERIALS",
-    "LINEAR",
-    "ALONE",
-    "CERTAINTY",
-    "EDL",
-    "VISIBILITY",
-    "SPLIT",
-)  # constants of light.frag
 SURELY_HELD = 1024  # rows of a texture, by every driver
 
 
@@ -34,21 +23,11 @@ class LightPass(FullscreenPasses):
         self._tables: dict[str, moderngl.Texture] = {}
 
     def draw(
-        self,
-        image: moderngl.Framebuffer,
-        surface: moderngl.Texture,
-        albedo: moderngl.Texture,
-        camera: Camera,
-        lighting: Lighting,
-        materials: np.ndarray,
-        points: tuple[np.ndarray, float] | None = None,
-        linear: bool = False,
-        has_doubts: bool = False,
-        certainty: moderngl.Texture | None = None,
-        has_eye_dome: bool = False,
-        visibility: moderngl.Texture | None = None,
-        split: bool = False,
-    ) -> None:
+        self, image: moderngl.Framebuffer, surface: moderngl.Texture, albedo: moderngl.Texture, camera: Camera,
+        lighting: Lighting, materials: np.ndarray, points: tuple[np.ndarray, float] | None = None,
+        linear: bool = False, has_doubts: bool = False, certainty: moderngl.Texture | None = None,
+        has_eye_dome: bool = False, visibility: moderngl.Texture | None = None, split: bool = False,
+    ) -> None:  # fmt: skip
         """Light surfaces (unit normal, depth) with their albedo, both as the camera sees them, into the image's
         scissor.
 
@@ -75,20 +54,13 @@ class LightPass(FullscreenPasses):
             inputs["certainty_map"] = certainty
         if visibility is not None:
             inputs["visibility_map"] = visibility
-        doubtful = has_doubts or certainty is not None
-        alone = "only_light" in inputs
-        kind = (
-            points is not None,
-            lighting.shadows.kind if lighting.shadows else 0,
-            len(materials) > 1,
-            linear,
-            alone,
-            doubtful,
-            has_eye_dome,
-            visibility is not None,
-            split,
-        )
-        constants = dict(zip(KINDS, map(int, kind), strict=True)) | environment_of(inputs)
+        kind = {
+            "POINTS": points is not None, "SHADOWS": lighting.shadows.kind if lighting.shadows else 0,
+            "MATERIALS": len(materials) > 1, "LINEAR": linear, "ALONE": "only_light" in inputs,
+            "CERTAINTY": has_doubts or certainty is not None, "EDL": has_eye_dome,
+            "VISIBILITY": visibility is not None, "SPLIT": split,
+        }  # fmt: skip
+        constants = {name: int(value) for name, value in kind.items()} | environment_of(inputs)
         light = self.fullscreen("shading/light.frag", None, **constants)
         colors = "albedo_map" if points is None else "color_map"
         maps = {"surface_map": surface} if split and len(materials) == 1 else {"surface_map": surface, colors: albedo}

@@ -81,11 +81,8 @@ class ViewVisibilityPass(FullscreenPasses):
         """
         stride = visibility_stride(self._context, surfaces.size)
         size = -(-surfaces.size[0] // stride), -(-surfaces.size[1] // stride)
-        planes, means, whole = (
-            self._planes.fit(size),
-            [one.fit(size) for one in self._means],
-            self._whole.fit(surfaces.size),
-        )
+        planes, means = self._planes.fit(size), [one.fit(size) for one in self._means]
+        whole = self._whole.fit(surfaces.size)
         common = {"surface_map": surfaces.surface, "intrinsics": camera.intrinsics, "stride": stride}
         along = self.fullscreen("surface/hidden_in_plane.frag", OBJECTS=1)
         own = {"numbers_map": surfaces.albedo, "visibility_map": surfaces.visibility}

@@ -14,7 +14,7 @@ from ...scene.values import SHOWS, ColorScale
 from ..context.caller_state import BLEND, enabled
 from ..core.images import Fitted, Image, allocate, empty
 from ..core.programs import AdditiveBlend, FullscreenPasses
-from ..core.view_images import Canvas, SampleSums, SurfaceImage, Target
+from ..core.view_images import Canvas, SurfaceImage, Target
 
 
 class Marker(NamedTuple):
@@ -61,10 +61,6 @@ class ResolveSamplesPass(FullscreenPasses):
     def canvas(self, sums: Image) -> Canvas:
         """What samples are drawn on, to be added up: the surfaces, or the ground, of SampleSums."""
         return Canvas(sums.target, self._adding)
-
-    def rest_canvas(self, sums: SampleSums) -> Canvas:
-        """The same of surfaces, where pixels are open."""
-        return Canvas(sums.open_surfaces, self._adding, is_masked=True)
 
     def resolve(self, target: Target, finish: Finish) -> None:
         """Average the samples into the picture."""

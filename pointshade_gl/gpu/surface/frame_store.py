@@ -33,12 +33,8 @@ class Streams(Owner):
 
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
-        self._steps = steps
         self._histories: dict[int, StreamHistory] = {}
-
-    @cached_property
-    def _temporal(self) -> TemporalPass:
-        return self._keep(TemporalPass(self._context, self._steps))
+        self._temporal = self._keep(TemporalPass(context, steps))
 
     def stream_of(self, frame: Frame, place: int) -> Stream:
         """Return the stream at a place, with its next frame."""
@@ -80,7 +76,7 @@ class FrameStore(Owner):
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
         self._steps = steps
-        self._surface = self._keep(SurfacePass(context))
+        self._surface, self._visibility = self._keep(SurfacePass(context)), self._keep(VisibilityPass(context))
         self.colors = self._keep(SourceColors(context, steps))
         self.streams = self._keep(Streams(context, steps))
         self._kept: list[FrameTextures] = []
@@ -100,10 +96,6 @@ class FrameStore(Owner):
         return self._keep(CompletionPass(self._context))
 
     @cached_property
-    def _visibility(self) -> VisibilityPass:
-        return self._keep(VisibilityPass(self._context))
-
-    @cached_property
     def _bridge(self) -> HiddenPlanesPass:
         from .refinement import HiddenPlanesPass  # only here
 
@@ -118,21 +110,19 @@ class FrameStore(Owner):
         free = [textures for rest in known.values() for textures in rest]
         wanted: list[FrameTextures] = []
         for frame, textures in zip(frames, found, strict=True):
-            wanted.append(textures or self._take_or_make(free, frame))
+            textures = textures or next((one for one in free if one.fits(frame)), None)
+            if textures is None:
+                textures = FrameTextures(self._context, frame)
+                self._kept.append(textures)
+            elif textures in free:
+                free.remove(textures)
+            wanted.append(textures)
             self._steps.run("upload", wanted[-1].upload, frame, of=wanted[-1])
         for textures in free:
             self._kept.remove(textures)
             self._steps.forget(of=textures.images)
             textures.release()
         return wanted
-
-    def _take_or_make(self, free: list[FrameTextures], frame: Frame) -> FrameTextures:
-        for textures in free:
-            if textures.fits(frame):
-                free.remove(textures)
-                return textures
-        self._kept.append(FrameTextures(self._context, frame))
-        return self._kept[-1]
 
     def find_normals(self, textures: FrameTextures, frame: Frame, look: Look, place: int = 0) -> None:
         """Write the surface of a frame's points, with estimated normals or the caller's own.
@@ -163,14 +153,11 @@ class FrameStore(Owner):
         self.find_normals(textures, frame, look, place)
         points = textures.surface, textures.lit
         if camera != frame.camera:
-            points = self._enlarge(textures, frame, look, camera)
+            large = self._fit(textures, "large", (camera.width, camera.height))
+            inputs = textures, textures.surface, frame.camera, _estimator(frame, look)
+            self._steps.run("upsample", self._upsample.run, *inputs, large.surface, of=textures)
+            points = large.surface, large.lit
         return DrawnPoints(*points, camera, self.colors.find(textures, frame, look, points[0], camera))
-
-    def _enlarge(self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera) -> tuple[PointSurface, Image]:
-        large = self._fit(textures, "large", (camera.width, camera.height))
-        inputs = textures, textures.surface, frame.camera, _estimator(frame, look)
-        self._steps.run("upsample", self._upsample.run, *inputs, large.surface, of=textures)
-        return large.surface, large.lit
 
     def complete(self, textures: FrameTextures, frame: Frame, points: DrawnPoints, photo: bool = False) -> DrawnPoints:
         """Return the points of `find_points`, and surfaces where depth is missing; the same points if none is.

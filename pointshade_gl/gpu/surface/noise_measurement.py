@@ -64,8 +64,7 @@ class NoisePass(FullscreenPasses):
         return images.calm.texture
 
     def find_certainty(self, surface: PointSurface, noise: Noise, camera: Camera) -> moderngl.Texture | None:
-        """How certain the normals are that were estimated on the depth of the last `calm_depth`; None if it is
-        clean."""
+        """How certain the normals are that were estimated on the depth of the last `calm_depth`; None if clean."""
         if noise.grid is None:
             return None
         target, images = surface.certainty_target, self._images.fit(surface.size)

@@ -50,9 +50,8 @@ class CompletionPass(FullscreenPasses):
             hidden.texture.write(hidden_below(frame.depth, shifts))
         same, has_shadows = int(colors.size == surface.size), int(any(shifts))
         points = {"surface_map": surface.texture, "color_map": colors}
-        self.fullscreen("surface/completion_cells.frag", SAME_SIZE=same).draw(
-            images.cells.target, points, source=source
-        )
+        find_cells = self.fullscreen("surface/completion_cells.frag", SAME_SIZE=same)
+        find_cells.draw(images.cells.target, points, source=source)
         cells = dict(zip(CELLS, images.cells.textures, strict=True))
         alone, walked = _is_alone(frame), {name: cells[name] for name in ("near_planes", "colors_map")}
         blocks = self.fullscreen("surface/completion_blocks.frag", SAME_SIZE=same)
@@ -67,9 +66,8 @@ class CompletionPass(FullscreenPasses):
         settled.draw(images.settled.target, {"plane_map": planes, "evidence_map": evidence})
         empty(images.pixels.target)
         maps = cells | seen | points | {"plane_map": images.settled.texture}
-        self.fullscreen("surface/completion_pixels.frag", SAME_SIZE=same, HIDDEN=has_shadows).draw(
-            images.pixels.target, maps, source=source
-        )
+        fill = self.fullscreen("surface/completion_pixels.frag", SAME_SIZE=same, HIDDEN=has_shadows)
+        fill.draw(images.pixels.target, maps, source=source)
         both = {"surface_map": surface.texture, "completed_map": images.pixels.texture}
         both |= {"color_map": colors} if beyond else {}
         photo = {"beyond": beyond} if beyond else {}
@@ -190,13 +188,9 @@ class UpsamplePass(FullscreenPasses):
         self._snap = self._keep(FlyingPixelPass(context, surface))
 
     def run(
-        self,
-        frame: FrameTextures,
-        small: PointSurface,
-        camera: Camera,
-        estimator: Estimator | None,
+        self, frame: FrameTextures, small: PointSurface, camera: Camera, estimator: Estimator | None,
         large: PointSurface,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Enlarge a frame's surface, of estimated normals or the caller's own, from `small` to `large`.
 
         camera  took the frame, at the depth's size

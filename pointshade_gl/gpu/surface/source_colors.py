@@ -28,18 +28,13 @@ class SourceColors(Owner):
 
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
-        self._steps = steps
+        self._steps, self._albedo = steps, self._keep(UnlightingPass(context))
 
     @cached_property
     def _lights(self) -> StreamLights:
         from ...estimation.photo_shading import StreamLights  # only here
 
         return StreamLights()
-
-    @cached_property
-    def _albedo(self) -> UnlightingPass:
-
-        return self._keep(UnlightingPass(self._context))
 
     def find(self, textures: FrameTextures, frame: Frame, look: Look, surface: PointSurface, camera: Camera) -> Colors:
         """Return the colours with which a frame is drawn.

@@ -34,6 +34,7 @@ class SurfacePass(FullscreenPasses):
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         self._scratch = self._keep(Fitted(context, Image))  # normal and residual, or the caller's normals
+        self._noise, self._sparse = self._keep(NoisePass(context)), self._keep(SparsePass(context))
         self._decisions = Decisions()
 
     def run(self, frame: DepthTextures, camera: Camera, estimator: Estimator, stream: Stream | None = None) -> Choice:
@@ -129,15 +130,6 @@ class SurfacePass(FullscreenPasses):
             for stage in range(4):
                 adaptive = self.fullscreen("surface/normals_adaptive.frag", STAGE=stage, BUMPY=int(bumps > 0))
                 adaptive.draw(surface.staged_target, {}, **inputs)
-
-    @cached_property
-    def _noise(self) -> NoisePass:
-        return self._keep(NoisePass(self._context))
-
-    @cached_property
-    def _sparse(self) -> SparsePass:
-
-        return self._keep(SparsePass(self._context))
 
     @cached_property
     def _flat(self) -> FlatCellsPass:

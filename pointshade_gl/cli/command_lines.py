@@ -95,7 +95,8 @@ def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
     from ..viewer.state import camera_of
 
     picture, camera = saved.picture, saved.picture.camera
-    source, missing = _source_words(saved, typed if saved.dropped is None else _as_typed(saved.dropped))
+    typed = _as_typed(saved.document.dropped) if saved.document.dropped else typed
+    source, missing = _source_words(saved, typed)
     if source is None:
         return "", missing
     shown = picture.shown
@@ -105,7 +106,7 @@ def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
         size = ["--picture-size", f"{camera.width}x{camera.height}"]
     if own.fitted(camera.width, camera.height) != camera:
         return "", "no command line names this camera"
-    clouds = _clouds(picture, saved.dropped.inputs if saved.dropped else typed.inputs)
+    clouds = _clouds(picture, typed.inputs)
     look, left_out = _look_words(picture, clouds)
     pose = _pose_words(picture, scene_of(*clouds) if clouds else shown)
     around, unsaid = _environment_words(picture)
@@ -124,9 +125,9 @@ def _as_typed(dropped: Dropped) -> Typed:
 
 def _source_words(saved: SavedPicture, typed: Typed) -> tuple[list[str] | None, str]:
     """INPUT and what tells its frames apart; or None, and why there are none."""
-    shown, numbers, options = saved.picture.shown, saved.numbers, list(typed.options)
+    shown, numbers, options = saved.picture.shown, saved.document.playback.numbers, list(typed.options)
     if isinstance(shown, Scene):
-        hidden = _hidden(shown) - _hidden(saved.first)
+        hidden = _hidden(shown) - _hidden(saved.document.first)
         return [*typed.inputs, *options], f"that these are hidden: {', '.join(sorted(hidden))}" if hidden else ""
     if _are_views(shown) and len(numbers) > 1:  # of several sources
         chosen = [k for k, on in enumerate(shown.on) if on]

@@ -54,18 +54,14 @@ class Dropped(NamedTuple):
 class SavedPicture(NamedTuple):
     """A picture that the key P saved, with all that a command line needs to make the same.
 
-    name     of its file
-    first    what the window showed at first: nodes of a scene may be hidden since
-    numbers  of each source that plays: that of the frame in it, -1 in a live stream
-    dropped  what was opened by a drop onto the window; None: what the program opened
+    name      of its file
+    document  that was open
     """
 
     picture: ShownPicture
     samples: int
     name: str
-    first: Shown
-    numbers: tuple[int, ...]
-    dropped: Dropped | None
+    document: Document
 
 
 CommandLine = Callable[[SavedPicture], tuple[str, str]]  # the words of a command, and what it leaves out, in words
@@ -80,7 +76,7 @@ class Document:
     place    from where it is seen at first, of which only the pose or how it is moved counts; None: as the state says
 
     title    what was dropped, in words
-    first    what was shown first: the user may have hidden something since
+    first    what was shown first: the user may have hidden nodes of a scene since
     start    the moment that R brings back
     history  the steps since then
     exposure  of its first lit picture, as soon as that is drawn

@@ -519,9 +519,7 @@ class Viewer(Session):
         self.background.start(Work(SAVING, do, done, failed))
 
     def _report_saved(self, picture: ShownPicture, samples: int, path: Path) -> None:
-        document = self.document
-        numbers = document.playback.numbers
-        saved = SavedPicture(picture, samples, path.name, document.first, numbers, document.dropped)
+        saved = SavedPicture(picture, samples, path.name, self.document)
         line, left_out = self._command_line(saved) if self._command_line else ("", "")
         if sys.stdout is not None:
             sys.stdout.write(f"{path.absolute()}\n" + (f"{line}\n" if line else ""))

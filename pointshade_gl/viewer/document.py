@@ -83,14 +83,9 @@ class Document:
     """
 
     def __init__(
-        self,
-        playback: Playback,
-        state: State,
-        lights: Sequence[Light] = (),
-        merge: bool = False,
-        dropped: Dropped | None = None,
-        place: View | None = None,
-    ):
+        self, playback: Playback, state: State, lights: Sequence[Light] = (), merge: bool = False,
+        dropped: Dropped | None = None, place: View | None = None,
+    ):  # fmt: skip
         self.playback, self.dropped = playback, dropped
         self.title = " and ".join(dropped.paths) if dropped else ""
         self.exposure: float | Metering = "sensor"

@@ -246,12 +246,9 @@ class Playback:
     """
 
     def __init__(
-        self,
-        sources: Sequence[Frame | Scene | Iterable[Frame]],
-        rates: Sequence[float | None],
-        count: int | Sequence[int] | None,
-        skipped: Callable[[str], None],
-    ):
+        self, sources: Sequence[Frame | Scene | Iterable[Frame]], rates: Sequence[float | None],
+        count: int | Sequence[int] | None, skipped: Callable[[str], None],
+    ):  # fmt: skip
         self._first, self._rate, self._count, self._skipped = sources[0], rates[0], count, skipped
         self._wake: Callable[[], None] = lambda: None
         self._arriving = Rate()

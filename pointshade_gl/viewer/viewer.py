@@ -100,22 +100,13 @@ class Viewer(Session):
     """
 
     def __init__(
-        self,
-        source: Frame | Scene | PointCloud | Iterable[Frame],
-        *,
-        title: str = "pointshade",
-        window_size: tuple[int, int] | None = None,
-        state: State | None = None,
-        lights: Sequence[Light] = (),
-        others: Sequence[Frame | Iterable[Frame]] = (),
-        fps: float | Sequence[float | None] | None = None,
-        place: View | None = None,
-        views: int | Literal["all"] | Sequence[int] | None = None,
-        record: str | Path | None = None,
-        panel: bool = False,
-        command_line: CommandLine | None = None,
+        self, source: Frame | Scene | PointCloud | Iterable[Frame], *, title: str = "pointshade",
+        window_size: tuple[int, int] | None = None, state: State | None = None, lights: Sequence[Light] = (),
+        others: Sequence[Frame | Iterable[Frame]] = (), fps: float | Sequence[float | None] | None = None,
+        place: View | None = None, views: int | Literal["all"] | Sequence[int] | None = None,
+        record: str | Path | None = None, panel: bool = False, command_line: CommandLine | None = None,
         notes: Note | None = None,
-    ):
+    ):  # fmt: skip
         source = scene_of(source) if isinstance(source, PointCloud) else source
         others = check_sources(source, others, views)
         if not is_a(title, str):
@@ -465,24 +456,20 @@ class Viewer(Session):
             self.say(str(error))
 
     def _take_chosen(self) -> None:
-        dialog = self._dialog
-        if dialog is not None and dialog.is_done and not self.background.work:
-            self._dialog = None
-            if paths := dialog.chosen:
+        if self._dialog is not None and self._dialog.is_done and not self.background.work:
+            paths, self._dialog = self._dialog.chosen, None
+            if paths:
                 self.open(paths)
 
     def open(self, paths: Sequence[str]) -> None:
         """Show what files or folders hold, as `pointshade view` would. If that fails, say why and show the same."""
         document, state = self.document, self.state
-        work = Work(
-            f"opening {' and '.join(paths)}",
-            do=lambda _: document.instead(paths, state),
+        self.background.start(Work(
+            f"opening {' and '.join(paths)}", do=lambda _: document.instead(paths, state),
             done=lambda opened: self.show(opened, opened.first, opened.start),
             failed=partial(self._show_failed, "not opened"),  # also after a bug: the window stays open
-            lends=False,
-            unused=lambda opened: opened.playback.close(),
-        )
-        self.background.start(work)
+            lends=False, unused=lambda opened: opened.playback.close(),
+        ))  # fmt: skip
 
     def save_picture(self) -> Path | None:
         """Write the picture, without marker, text and panel, to a new file in the working directory. Print its name

@@ -16,6 +16,7 @@ from ..files.access.known_names import COLOR_SUFFIXES, DEPTH_SUFFIXES, ONLY_DEPT
 from ..files.frame_sources import check_posed, is_cloud, is_scene, load_any, open_source
 from ..files.frames.frame_files import load_frame
 from ..files.pictures.picture_files import is_deep_grey
+from ..notes.errors import Cancelled, error_text
 from ..notes.words import option, shown
 from ..scene.camera import Camera
 from ..scene.frame import Frame
@@ -143,6 +144,7 @@ class Session:
 
     document  what is open
     frame     of it is shown
+    last_good  document, frame and moment that could be drawn last; None: none yet
     state, stage, held, lights, light_number, light_names  are those of a Snapshot
     messages  what is shown in words
     """
@@ -153,6 +155,7 @@ class Session:
         self._control = Control(self.moment)
         self._news = ""  # to be shown once what is shown is seen
         self._wanted: int | None = None  # the frame that was chosen on the timeline
+        self.last_good: tuple[Document, Shown, Snapshot] | None = None
 
     def show(self, document: Document, frame: Shown, moment: Snapshot) -> None:
         """Show a frame of a document, as it was at a moment."""
@@ -217,6 +220,32 @@ class Session:
                 assert isinstance(effect, PlayEffect)  # all others need the window
                 self._follow(*self.document.playback.obey(effect, self.frame))
                 history.follow(self.moment)  # what is shown now has other switches
+
+    def go_back_after(self, error: BaseException) -> None:
+        """Show what was shown before: the user has ended what takes long, or what was opened cannot be drawn."""
+        is_ended, good = isinstance(error, Cancelled), self.last_good
+        if good is None and is_ended:
+            self.perform(Command.CLOSE)
+            return
+        if good is None or (good[0] is self.document and not is_ended):
+            raise error
+        unused, now, was = self.document, self.moment, good[2]
+        self.show(*good)
+        if unused is self.document:
+            state = replace(now.state, look=was.state.look, lit=was.state.lit, finish=was.state.finish)
+            self.moment = now._replace(state=state, switches=was.switches)
+            self.document.history.withdraw(self.moment)
+            self.say("ended: nothing has changed")
+        else:
+            unused.playback.close()
+            self.show_failed("not opened", error)
+
+    def show_failed(self, what: str, error: BaseException) -> None:
+        """Show why something failed until it is read; whoever has ended it knows."""
+        if isinstance(error, Cancelled):
+            self.say(what)
+        else:
+            self.messages.keep(f"{what}: {error_text(error)}")
 
     def say(self, text: str) -> None:
         """Show a line of text for a few seconds."""

@@ -406,11 +406,9 @@ def show_environment(ui: Widgets, state: State, opened: bool) -> State:
     imgui.begin_disabled(changes["environment"] is None)
     field = "environment_intensity"
     changes[field] = ui.option(finish, field, "brightness", high=BRIGHTEST, logarithmic=True)
-    field = "environment_rotation"
+    field, key = "environment_rotation", "Shift and left or right; or drag with the right button"
     if isinstance(finish.environment_rotation, float):
-        changes[field] = ui.option(
-            finish, field, "turned", high=360.0, key="Shift and left or right; or drag with the right button"
-        )
+        changes[field] = ui.option(finish, field, "turned", high=360.0, key=key)
     imgui.end_disabled()
     changes["ambient_occlusion"] = ui.option(finish, "ambient_occlusion", "occlusion", OCCLUSION, key="A")
     imgui.end_disabled()

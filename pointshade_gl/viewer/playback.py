@@ -74,9 +74,8 @@ class Player:
 
     def patience(self, now: float) -> float | None:
         """Seconds until `advance` may give a frame; None: not before `wake` is called or a key is pressed."""
-        if (self.is_paused and not self._owed) or self._queue.empty():
-            return None
-        return max(self._due - now, 0.0)
+        is_held = self.is_paused and not self._owed
+        return None if is_held or self._queue.empty() else max(self._due - now, 0.0)
 
     @property
     def total(self) -> int | None:

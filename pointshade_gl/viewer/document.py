@@ -25,10 +25,9 @@ from ..scene.light import Light
 from ..scene.orbit import OWN_LIGHT, OrbitStage, State
 from ..scene.settings import Metering
 from ..scene.viewpoint import View
-from .controller import Answer, Control
+from .controller import Answer, Control, added, removed, taking, titles
 from .events import Command, Effect, PlayEffect, Remember, RemoveLight, Scrub, Seek, ShowFrame, ShowMessage, TakeLight
 from .keys import when_seen
-from .mouse import added, removed, taking, titles
 from .overlay import Messages
 from .picture import ShownPicture
 from .playback import Playback, TimelineBar

@@ -10,8 +10,8 @@ from typing import Any
 
 from PIL import ImageFont
 
+from .controller import CLICK_REACH, DOUBLE_CLICK
 from .events import Effect, Event
-from .mouse import CLICK_REACH, DOUBLE_CLICK
 from .overlay import POINTS
 from .panel_sections import PanelFacts, PanelSections, Widgets
 from .picture import ShownPicture

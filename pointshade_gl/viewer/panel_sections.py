@@ -22,8 +22,8 @@ from ..scene.noise import SENSORS, Choice
 from ..scene.option_fields import option_of
 from ..scene.orbit import State
 from ..scene.settings import OCCLUSION
+from .controller import KINDS, as_kind, kind_of, placed, titles
 from .events import Command, Effect, RemoveLight, ShowFrame, TakeLight
-from .mouse import KINDS, as_kind, kind_of, placed, titles
 from .picture import ShownPicture
 from .state import UNITS, Shown, Snapshot, Views, clouds_of, pose_of, restyled, scene_in, size_of, views_in, with_unit
 

@@ -14,10 +14,9 @@ from ..gpu.core.steps import Steps
 from ..gpu.shading.present import Marker, PresentPass
 from ..renderer.renderer import Renderer
 from ..scene.orbit import marker_place
-from .controller import BAR
+from .controller import BAR, MOUSE
 from .events import Effect
 from .keys import KEYS
-from .mouse import MOUSE
 from .overlay import draw_message, draw_readout, draw_strip, draw_table, legend, values_of
 from .panel import Panel
 from .panel_sections import PanelFacts

@@ -10,8 +10,8 @@ from PIL import ImageFont
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import State
+from pointshade_gl.viewer.controller import KINDS, as_kind, kind_of, titles
 from pointshade_gl.viewer.events import Event, TakeLight
-from pointshade_gl.viewer.mouse import KINDS, as_kind, kind_of, titles
 from pointshade_gl.viewer.overlay import POINTS
 from pointshade_gl.viewer.panel_sections import Widgets
 

@@ -10,33 +10,9 @@ from functools import lru_cache
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
+from ..files.access import known_names as known
 from ..files.access.content import MAX_PIXELS, note_read
 from ..files.access.folders import LEVELS, Folder, ListedFile, Listing, from_root, words_of
-from ..files.access.known_names import (
-    CAMERA_SUFFIXES,
-    CAMERAS,
-    COLOR,
-    COLOR_LISTS,
-    DEPTH,
-    DEPTH_LISTS,
-    DEPTH_SUFFIXES,
-    FRAME_CAMERAS,
-    FRAME_POSES,
-    FRAMES,
-    NEITHER,
-    NOT_PICTURES,
-    PAIR_LISTS,
-    PICTURE_SUFFIXES,
-    POSE_SUFFIXES,
-    POSES,
-    SCENE_SUFFIXES,
-    SCENES,
-    SHOWN_DEPTH,
-    SPARSE,
-    TRANSFORMS,
-    builtin_folder,
-    builtin_scene,
-)
 from ..files.clouds.load_cloud import CLOUD_SUFFIXES, is_cloud
 from ..files.finding.folder_frames import check_folder, find_frames, is_container
 from ..files.frame_sources import is_scene
@@ -45,8 +21,9 @@ from ..files.frames.sequences import open_frames
 from ..files.gltf.buffers import read_container
 
 _ALONE = (".r3d", ".heic", ".heif")  # files of which each is a source, where no depth lies beside them
-_OF_SEQUENCES = DEPTH | COLOR | SHOWN_DEPTH | NEITHER | SPARSE | FRAME_CAMERAS | FRAME_POSES  # words for their folders
-_LISTS = {*COLOR_LISTS, *DEPTH_LISTS}
+_OF_SEQUENCES = known.DEPTH | known.COLOR | known.SHOWN_DEPTH | known.NEITHER  # words for their folders
+_OF_SEQUENCES |= known.SPARSE | known.FRAME_CAMERAS | known.FRAME_POSES
+_LISTS = {*known.COLOR_LISTS, *known.DEPTH_LISTS}
 _UNPACKED = {"metadata", "metadata.json"}  # Record3D's
 
 
@@ -75,7 +52,7 @@ def find_sources(inputs: Sequence[str], output: Path, listing: Listing) -> list[
         raise ValueError("an INPUT is an empty text, expected a folder or a file: is a variable of the shell not set?")
     found: list[Source] = []
     for path, name in _named(map(_absolute, inputs)).items():
-        if path in (*FRAMES, *SCENES) or Path(path).is_file():
+        if path in (*known.FRAMES, *known.SCENES) or Path(path).is_file():
             found.append(Source(path, name))
         else:
             folder = check_folder(path)
@@ -93,12 +70,13 @@ def not_whole(inputs: Sequence[str], listing: Listing) -> list[tuple[str, str]]:
 @lru_cache(1024)  # folders have files of the same names
 def is_about_frames(name: str) -> bool:
     """Whether a file is called like one of cameras or poses, or like a list of pictures."""
-    return name in _LISTS or any(pattern.fullmatch(name) for pattern in (*CAMERAS, *POSES, TRANSFORMS, PAIR_LISTS))
+    patterns = (*known.CAMERAS, *known.POSES, known.TRANSFORMS, known.PAIR_LISTS)
+    return name in _LISTS or any(pattern.fullmatch(name) for pattern in patterns)
 
 
 def _absolute(text: str) -> str:
     """The path from the root; a built-in name stays."""
-    return text if text in (*FRAMES, *SCENES) else str(from_root(Path(text)))
+    return text if text in (*known.FRAMES, *known.SCENES) else str(from_root(Path(text)))
 
 
 def _named(paths: Iterable[str]) -> dict[str, PurePosixPath]:
@@ -122,7 +100,7 @@ def _below(folder: Path, name: PurePosixPath, real: str, passed: set[str], listi
     if real in passed:
         return []
     files, inside = listing.files(folder, 0), listing.folders(folder)
-    scenes = [item.path for item in files if item.suffix in SCENE_SUFFIXES]
+    scenes = [item.path for item in files if item.suffix in known.SCENE_SUFFIXES]
     if scenes:
         return [Source(str(path), name / path.stem) for path in scenes]
     parts = [path for path in inside if words_of(path.name.lower()) & _OF_SEQUENCES and _is_part(path, listing)]
@@ -172,13 +150,13 @@ def _of(parts: list[Path], folder: Path, listing: Listing) -> Iterator[ListedFil
 def _is_part(folder: Path, listing: Listing) -> bool:
     """Whether a folder holds a part of frames: not both depth and other pictures, whatever its own name."""
     items = listing.files(folder, LEVELS - 1)
-    roles = {item.role for item in items if item.suffix in (*PICTURE_SUFFIXES, *DEPTH_SUFFIXES)}
+    roles = {item.role for item in items if item.suffix in (*known.PICTURE_SUFFIXES, *known.DEPTH_SUFFIXES)}
     return bool(items) and not ("depth" in roles and roles & {"color", ""})
 
 
 def _has_depth(items: Iterable[ListedFile]) -> bool:
     return any(
-        item.role == "depth" and item.suffix in DEPTH_SUFFIXES and not NOT_PICTURES.fullmatch(item.name)
+        item.role == "depth" and item.suffix in known.DEPTH_SUFFIXES and not known.NOT_PICTURES.fullmatch(item.name)
         for item in items
     )
 
@@ -186,7 +164,8 @@ def _has_depth(items: Iterable[ListedFile]) -> bool:
 def _is_listed(folder: Path, files: list[ListedFile], listing: Listing) -> bool:
     """Whether a list in the folder names the pictures."""
     names = [item.name for item in files]
-    is_list = any(name in _LISTS or TRANSFORMS.fullmatch(name) or PAIR_LISTS.fullmatch(name) for name in names)
+    lists = known.TRANSFORMS, known.PAIR_LISTS
+    is_list = any(name in _LISTS or any(pattern.fullmatch(name) for pattern in lists) for name in names)
     return is_list and _has_frames(folder, listing)
 
 
@@ -222,13 +201,13 @@ def parts_of(source: Source, reading: dict[str, Any], output: Path, listing: Lis
     named = [reading.get(name) for name in ("intrinsics", "depth_model")]
     given = [Path(one) for one in named if isinstance(one, str) and Path(one).is_file()]
     if is_scene(source.path):
-        path = builtin_scene(source.path)
+        path = known.builtin_scene(source.path)
         note_read([path, *given])
         if output.is_relative_to(path.parent.resolve()):  # its pictures may be in the way
             with suppress(ValueError, OSError):  # reported when it is read
                 read_container(path, MAX_PIXELS)
         return [SourcePart(None, str(path), _state([path, *given, *_beside_scene(path.parent, output, listing)]))]
-    path = builtin_folder(source.path)
+    path = known.builtin_folder(source.path)
     if is_cloud(path):
         note_read([path])
         return [SourcePart(None, str(path), _state([Path(path)]))]
@@ -261,14 +240,14 @@ def _frames_of(path: Path, reading: dict[str, Any], listing: Listing) -> list[tu
 def _beside_frames(path: Path, output: Path, listing: Listing) -> list[Path]:
     """Files of cameras and poses, and lists."""
     folder, levels = (path, LEVELS) if path.is_dir() else (path.parent, 0)
-    items = listing.files(folder, levels, {*CAMERA_SUFFIXES, *POSE_SUFFIXES})
+    items = listing.files(folder, levels, {*known.CAMERA_SUFFIXES, *known.POSE_SUFFIXES})
     return [item.path for item in items if is_about_frames(item.name) and not _is_in(output, item.path)]
 
 
 @lru_cache(1)
 def _beside_scene(folder: Path, output: Path, listing: Listing) -> list[Path]:
     """All files that a scene of a folder may name."""
-    items = [item for item in listing.files(folder, LEVELS) if item.suffix not in SCENE_SUFFIXES]
+    items = [item for item in listing.files(folder, LEVELS) if item.suffix not in known.SCENE_SUFFIXES]
     return [item.path for item in items if not _is_in(output, item.path)]
 
 

@@ -131,25 +131,20 @@ def _is_whole(job: Job) -> bool:
 def _load(job: Job) -> Frame | Scene | PointCloud:
     if _is_whole(job):
         return load_any(job.source, **dict(job.reading))
-    opened = _opened(job.source, job.reading)
+    sequence, places = _opened(job.source, job.reading)
     if job.number is None:
-        return replace(first_readable(opened.sequence)[1].frame, source=None)
-    if job.number not in opened.places:
+        return replace(first_readable(sequence)[1].frame, source=None)
+    if job.number not in places:
         raise LeftOut(f"{job.source}: frame {job.number} is left out: its pose was lost when it was recorded")
-    return replace(opened.sequence[opened.places[job.number]], source=None)
-
-
-class _Opened(NamedTuple):
-    sequence: FrameSequence
-    places: dict[int, int]  # of the frames in the sequence, by their numbers
+    return replace(sequence[places[job.number]], source=None)
 
 
 @lru_cache(OPENED)
-def _opened(source: str, reading: tuple[tuple[str, Any], ...]) -> _Opened:
-    """A sequence that is kept open: all of its frames are read as the first readable one is."""
+def _opened(source: str, reading: tuple[tuple[str, Any], ...]) -> tuple[FrameSequence, dict[int, int]]:
+    """A sequence that is kept open, and the places of its frames by their numbers. All are read as the first is."""
     sequence = _open(source, reading)
     first_readable(sequence)
-    return _Opened(sequence, {one.number: index for index, one in enumerate(sequence.parts)})
+    return sequence, {one.number: index for index, one in enumerate(sequence.parts)}
 
 
 def _open(source: str, reading: tuple[tuple[str, Any], ...]) -> FrameSequence:

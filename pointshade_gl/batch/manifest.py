@@ -28,12 +28,8 @@ from ..scene.environment import NAMES, Environment
 from .batch_inputs import Source, parts_of, whole_of
 from .jobs import FILMS, Done, Job
 
-_ENDS = {  # of whole files; of others their size must do
-    ".png": b"IEND\xaeB`\x82",
-    ".jpg": b"\xff\xd9",
-    ".gif": b";",
-    ".html": b"</html>",
-}
+# how whole files end; of others their size must do
+_ENDS = {".png": b"IEND\xaeB`\x82", ".jpg": b"\xff\xd9", ".gif": b";", ".html": b"</html>"}
 _OTHERWISE = {"version": "by another version", "options": "with other options"}
 Entry = dict[str, Any]
 
@@ -69,12 +65,8 @@ class Manifest:
 
         Raises OSError if the line cannot be written, such as on a full disk.
         """
-        measured = {
-            "size": done.size,
-            "sha256": done.sha256,
-            "seconds": round(done.seconds, 3),
-            "renderer": done.renderer,
-        }
+        seconds = round(done.seconds, 3)
+        measured = {"size": done.size, "sha256": done.sha256, "seconds": seconds, "renderer": done.renderer}
         now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
         entry = {"output": self._name(done.path), **made_from, "time": now, **measured}
         self.entries[entry["output"]] = entry
@@ -93,10 +85,8 @@ class Manifest:
 
 def no_room(path: Path, error: OSError) -> str:
     """What to do about a file that cannot be written."""
-    return (
-        f"cannot write {path}: {os.strerror(error.errno or errno.ENOSPC)}: make room, then the same command with "
-        f"{option('resume', True)} goes on"
-    )
+    why, resume = os.strerror(error.errno or errno.ENOSPC), option("resume", True)
+    return f"cannot write {path}: {why}: make room, then the same command with {resume} goes on"
 
 
 def differs(entry: Entry, made_from: Entry) -> str:
@@ -137,13 +127,11 @@ def plain_value(value: Any) -> Any:
     return [plain_value(one) for one in value] if isinstance(value, list | tuple) else value
 
 
-@cache
-def _defaults(kind: type[Any]) -> Entry:
-    return _plain_fields(kind())
-
-
 def _plain_fields(value: Any) -> Entry:
     return {field.name: plain_value(getattr(value, field.name)) for field in fields(value)}
+
+
+_defaults = cache(lambda kind: _plain_fields(kind()))  # of a dataclass
 
 
 def _lines_of(path: Path) -> Iterable[Entry]:

@@ -48,45 +48,21 @@ AHEAD = 4  # pictures for each worker that may wait for their turn
 
 @overload
 def map(
-    frames: Iterable[Source] | FilePath,
-    look: Look | None = None,
-    view: View | None = None,
-    *,
-    workers: int | None = None,
-    ray: str | None = None,
-    num_gpus: float = 0.0,
-    device: int = 0,
-    return_exceptions: Literal[False] = False,
-    notes: Note | None = None,
-    progress: Progress | None = None,
-) -> Iterator[NDArray[np.uint8]]: ...
+    frames: Iterable[Source] | FilePath, look: Look | None = None, view: View | None = None, *,
+    workers: int | None = None, ray: str | None = None, num_gpus: float = 0.0, device: int = 0,
+    return_exceptions: Literal[False] = False, notes: Note | None = None, progress: Progress | None = None,
+) -> Iterator[NDArray[np.uint8]]: ...  # fmt: skip
 @overload
 def map(
-    frames: Iterable[Source] | FilePath,
-    look: Look | None = None,
-    view: View | None = None,
-    *,
-    workers: int | None = None,
-    ray: str | None = None,
-    num_gpus: float = 0.0,
-    device: int = 0,
-    return_exceptions: bool,
-    notes: Note | None = None,
-    progress: Progress | None = None,
-) -> Iterator[NDArray[np.uint8] | Exception]: ...
+    frames: Iterable[Source] | FilePath, look: Look | None = None, view: View | None = None, *,
+    workers: int | None = None, ray: str | None = None, num_gpus: float = 0.0, device: int = 0,
+    return_exceptions: bool, notes: Note | None = None, progress: Progress | None = None,
+) -> Iterator[NDArray[np.uint8] | Exception]: ...  # fmt: skip
 def map(
-    frames: Iterable[Source] | FilePath,
-    look: Look | None = None,
-    view: View | None = None,
-    *,
-    workers: int | None = None,
-    ray: str | None = None,
-    num_gpus: float = 0.0,
-    device: int = 0,
-    return_exceptions: bool = False,
-    notes: Note | None = None,
-    progress: Progress | None = None,
-) -> Iterator[Any]:
+    frames: Iterable[Source] | FilePath, look: Look | None = None, view: View | None = None, *,
+    workers: int | None = None, ray: str | None = None, num_gpus: float = 0.0, device: int = 0,
+    return_exceptions: bool = False, notes: Note | None = None, progress: Progress | None = None,
+) -> Iterator[Any]:  # fmt: skip
     """Draw many frames with several processes, and give the pictures in order.
 
     Processes are started, so a script calls it below `if __name__ == "__main__":`.

@@ -57,9 +57,9 @@ def connected(address: str, workers: int | None = None) -> Iterator[Any]:
             _check_answers(address)
             ray.init(address, **quiet)
     except (ConnectionError, ValueError, RuntimeError) as error:
-        _restore(before)
         raise OSError(f"no Ray at {address}: {str(error).strip().splitlines()[0]}") from None
-    _restore(before)  # Ray ends a process by handlers of its own
+    finally:
+        _restore(before)  # Ray ends a process by handlers of its own
     try:
         yield ray
     finally:
@@ -170,14 +170,9 @@ def device_here(otherwise: int = 0) -> int:
 
 
 def on_ray(
-    function: Function,
-    items: Iterable[Any],
-    address: str,
-    workers: int | None = None,
-    num_gpus: float = 0.0,
-    device: int = 0,
-    ahead: int | None = None,
-) -> Generator[tuple[int, Any], None, None]:
+    function: Function, items: Iterable[Any], address: str, workers: int | None = None, num_gpus: float = 0.0,
+    device: int = 0, ahead: int | None = None,
+) -> Generator[tuple[int, Any], None, None]:  # fmt: skip
     """What `on_processes` does, on a Ray cluster. A worker may also be lost with its machine.
 
     When the iteration is left, the workers end after what they are at, or after GRACE seconds.

@@ -105,12 +105,9 @@ _AnyWorker = TypeVar("_AnyWorker", bound=Worker)
 
 
 def results_of(
-    tasks: Tasks,
-    pool: list[_AnyWorker],
-    start: Callable[[], _AnyWorker],
-    wait_for: Callable[[list[_AnyWorker]], list[_AnyWorker]],
-    most: int = 1,
-) -> Iterator[tuple[int, Any]]:
+    tasks: Tasks, pool: list[_AnyWorker], start: Callable[[], _AnyWorker],
+    wait_for: Callable[[list[_AnyWorker]], list[_AnyWorker]], most: int = 1,
+) -> Iterator[tuple[int, Any]]:  # fmt: skip
     """Shares tasks among the workers of a pool, and gives (number, result) as they come. Who dies is replaced.
 
     Only who has begun gets tasks: for others there may never be room.
@@ -151,11 +148,7 @@ def _least_busy(pool: list[_AnyWorker], most: int) -> _AnyWorker | None:
 
 
 def on_processes(
-    function: Function,
-    items: Iterable[Any],
-    workers: int | None = None,
-    device: int = 0,
-    ahead: int | None = None,
+    function: Function, items: Iterable[Any], workers: int | None = None, device: int = 0, ahead: int | None = None
 ) -> Generator[tuple[int, Any], None, None]:
     """Calls function(item, device) for all items in processes: (number of the item, result), as they are done.
 

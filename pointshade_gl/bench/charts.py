@@ -42,9 +42,8 @@ def place_labels(points: ArrayLike, sizes: Sequence[tuple[float, float]], room: 
         away = reach + np.arange(RINGS)[:, None, None] * size[1] / 3
         middles = (mark + around * (away + size / 2)).reshape(-1, 2)
         boxes = np.hstack([middles - size / 2, middles + size / 2])
-        cost = OVER_LABEL * common(boxes, taken).sum(-1) + OVER_POINT * common(boxes, np.delete(obstacles, k, 0)).sum(
-            -1
-        )
+        cost = OVER_LABEL * common(boxes, taken).sum(-1)
+        cost += OVER_POINT * common(boxes, np.delete(obstacles, k, 0)).sum(-1)
         cost += OUTSIDE * (size.prod() - common(boxes, np.array([room])).sum(-1))
         taken = np.vstack([taken, boxes[np.argmin(np.round(cost, 6))]])
     return (taken[:, :2] + taken[:, 2:]) / 2
@@ -118,10 +117,8 @@ def error_chart(results: dict[str, Any]) -> bytes:
     front = {"color": PALE, "lw": 3.5, "label": "best for its time (Pareto front)"}
     legend(figure, methods, "Error against time: lower left is better", front)
     for axes, condition in settled(figure, panels, conditions):
-        words = [
-            f"auto {error:.2g}°" if m == "auto" else short(m)
-            for m, (_, error) in zip(methods, data[condition], strict=True)
-        ]
+        found = zip(methods, data[condition], strict=True)
+        words = [f"auto {error:.2g}°" if m == "auto" else short(m) for m, (_, error) in found]
         label_points(axes, np.maximum(data[condition], LEAST), words, methods)
     return png(figure)
 
@@ -210,10 +207,8 @@ def title(axes: Axes, text: str) -> None:
 
 def mark(axes: Axes, method: str, x: float, y: float) -> None:
     """A dot; a ring for auto, so that the method that it chose stays visible."""
-    if method == "auto":
-        axes.plot(x, y, "o", color=color(method), ms=8, mew=2, fillstyle="none", zorder=4)
-    else:
-        axes.plot(x, y, "o", color=color(method), ms=3.5, zorder=3)
+    ring: Any = {"ms": 8, "mew": 2, "fillstyle": "none", "zorder": 4}
+    axes.plot(x, y, "o", color=color(method), **(ring if method == "auto" else {"ms": 3.5, "zorder": 3}))
 
 
 def settled(figure: Figure, panels: Sequence[Axes], names: Iterable[Name]) -> Iterator[tuple[Axes, Name]]:
@@ -259,18 +254,9 @@ def legend(figure: Figure, methods: Sequence[str], text: str, last: dict[str, An
 
 def headline(figure: Figure, text: str, entries: Sequence[Line2D], columns: int = 4) -> None:
     """The headline, and below it what the lines mean."""
-    figure.legend(
-        handles=entries,
-        loc="outside upper left",
-        title=text,
-        title_fontproperties={"size": 12, "weight": "bold"},
-        alignment="left",
-        ncols=columns,
-        fontsize=8,
-        frameon=False,
-        columnspacing=1.6,
-        handlelength=1.4,
-    )
+    style: Any = {"fontsize": 8, "frameon": False, "columnspacing": 1.6, "handlelength": 1.4, "alignment": "left"}
+    style["title_fontproperties"] = {"size": 12, "weight": "bold"}
+    figure.legend(handles=entries, loc="outside upper left", title=text, ncols=columns, **style)
 
 
 def png(figure: Figure) -> bytes:

@@ -235,11 +235,8 @@ class Measurement:
             for method in self.methods:
                 by_scene = {scene: row[method] for scene, row in rows.items()}
                 edges = [row["edge"] for row in by_scene.values() if row["edge"] is not None]
-                found[method][name] = {
-                    "all": fmean(row["all"] for row in by_scene.values()),
-                    "edge": fmean(edges) if edges else None,
-                    "scenes": by_scene,
-                }
+                means = {"all": fmean(row["all"] for row in by_scene.values()), "edge": fmean(edges) if edges else None}
+                found[method][name] = means | {"scenes": by_scene}
         return found
 
     def stability(self, stresses: Sequence[str]) -> dict[str, Any]:
@@ -294,24 +291,14 @@ class Measurement:
         times = self.times(conditions)
         gpu = all(time["gpu_ms"] is not None for row in times.values() for time in row.values())
         return {
-            "pointshade_gl": __version__,
-            "gl": self.renderer.context.limits(),
-            "python": platform.python_version(),
-            "numpy": np.__version__,
-            "moderngl": moderngl.__version__,  # type: ignore[attr-defined]
-            "system": f"{platform.system()} {platform.machine()}",
-            "seed": self.seed,
-            "size": list(self.plan.size),
-            "scenes": list(self.plan.scenes),
-            "stress_scenes": list(self.plan.stress_scenes),
-            "timed_scene": self.plan.timed_scene,
-            "clock": "gpu_ms" if gpu else "wall_ms",
-            "methods": list(self.methods),
-            "conditions": list(conditions),
-            "errors": self.conditions(conditions),
-            "times": times,
-            "stability": self.stability(stresses),
-        }
+            "pointshade_gl": __version__, "gl": self.renderer.context.limits(), "python": platform.python_version(),
+            "numpy": np.__version__, "moderngl": moderngl.__version__,  # type: ignore[attr-defined]
+            "system": f"{platform.system()} {platform.machine()}", "seed": self.seed, "size": list(self.plan.size),
+            "scenes": list(self.plan.scenes), "stress_scenes": list(self.plan.stress_scenes),
+            "timed_scene": self.plan.timed_scene, "clock": "gpu_ms" if gpu else "wall_ms",
+            "methods": list(self.methods), "conditions": list(conditions), "errors": self.conditions(conditions),
+            "times": times, "stability": self.stability(stresses),
+        }  # fmt: skip
 
 
 def time_normals(renderer: Renderer, frame: Frame, method: Method, laps: int) -> tuple[list[float], list[float]]:

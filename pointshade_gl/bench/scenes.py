@@ -248,10 +248,8 @@ def daisy(head: Array, up: Array, size: float, turn: float, paint: Paint) -> Tra
 def vase_scene(**paints: Paint) -> list[TracedSurface]:
     """All parts: the vase, the table, then the flowers. paints: by the names of what they are for; others are grey."""
     paint = defaultdict(lambda: grey, paints)
-    parts = [
-        solid(vase, np.array([[0, 0.17, 0]]), 0.2, 0.8, paint["vase"]),
-        solid(table, np.zeros((1, 3)), 0.2, 0.9, paint["table"]),
-    ]
+    pot = solid(vase, np.array([[0, 0.17, 0]]), 0.2, 0.8, paint["vase"])
+    parts = [pot, solid(table, np.zeros((1, 3)), 0.2, 0.9, paint["table"])]
     flowers = (
         (tulip, (-0.08, 0.41, -0.02), (-0.17, 0.465, -0.03), (-9, 5.5, -1), 0.13, 0.3, "coral"),
         (tulip, (-0.03, 0.42, -0.03), (-0.06, 0.478, -0.06), (-3, 6.5, -3), 0.135, 0.9, "plum"),
@@ -339,9 +337,8 @@ def rods(camera: Camera) -> list[TracedSurface]:
     for k in range(15):
         width, direction = 1 + k % 3, (0, 90, 20, 45, 70)[k // 3]
         x, y = (k % 5 - 2) * 0.33 + 0.02, (k // 5 - 1) * 0.42
-        parts.append(
-            moved_surface(sheet(width * pixel / 2, -0.17, 0.17), pose_at((x, y, MIDDLE), pitch=35, roll=direction))
-        )
+        place = pose_at((x, y, MIDDLE), pitch=35, roll=direction)
+        parts.append(moved_surface(sheet(width * pixel / 2, -0.17, 0.17), place))
     for x, roll in ((-0.5, 0), (-0.17, 80), (0.16, 35), (0.49, 60)):
         parts.append(moved_surface(rod(1.5 * pixel, 0.14), pose_at((x, 0.21, MIDDLE), pitch=20, roll=roll)))
     return parts

@@ -94,7 +94,7 @@ def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
     """
     from ..viewer.state import Views, camera_of, clouds_of
 
-    picture, camera, dropped = saved.picture, saved.picture.camera, saved.dropped
+    picture, camera, dropped = saved.picture, saved.picture.camera, saved.document.dropped
     shown, state = picture.shown, picture.now.state
     if dropped is not None:
         files = [word for name, path in dropped.files.items() for word in (f"--{name}", str(path))]
@@ -132,9 +132,9 @@ def _source_words(
     saved: SavedPicture, typed: Typed, scene: Scene | None, views: Views | None
 ) -> tuple[list[str] | None, str]:
     """INPUT and which of its frames is shown; or None, and why there are none."""
-    numbers, inputs, chosen = saved.numbers, typed.inputs, list[str]()
+    numbers, inputs, chosen = saved.document.playback.numbers, typed.inputs, list[str]()
     if scene is not None:
-        hidden = ", ".join(sorted(_hidden(scene) - _hidden(saved.first)))
+        hidden = ", ".join(sorted(_hidden(scene) - _hidden(saved.document.first)))
         return [*inputs, *typed.options], f"that these are hidden: {hidden}" if hidden else ""
     if views is not None and len(numbers) > 1:  # of several sources
         on = [k for k, is_on in enumerate(views.on) if is_on]

@@ -98,21 +98,12 @@ _MOST = 1000  # entries of a folder that are compared
 _LISTED = 6  # entries of a folder that a message lists
 _ALIKE = 0.65  # of 1: names that are spelt so much alike are near
 _ELSEWHERE = {  # what options are called in other programs
-    "camera": "--intrinsics",
-    "focal": "--intrinsics",
-    "fx": "--intrinsics",
-    "gpu": "--device",
-    "height": "--picture-size",
-    "image": "--color",
-    "inverse": "--depth-kind inverse",
-    "method": "--normals",
-    "photo": "--color",
-    "rgb": "--color",
-    "shadow": '--light "X,Y,Z shadow"',
-    "size": "--picture-size",
-    "units": "--depth-scale",
-    "width": "--picture-size",
-}
+    "camera": "--intrinsics", "focal": "--intrinsics", "fx": "--intrinsics",
+    "width": "--picture-size", "height": "--picture-size", "size": "--picture-size",
+    "image": "--color", "photo": "--color", "rgb": "--color",
+    "gpu": "--device", "method": "--normals", "units": "--depth-scale",
+    "inverse": "--depth-kind inverse", "shadow": '--light "X,Y,Z shadow"',
+}  # fmt: skip
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:

@@ -16,6 +16,7 @@ from ..files.access.known_names import COLOR_SUFFIXES, DEPTH_SUFFIXES, ONLY_DEPT
 from ..files.frame_sources import check_posed, is_cloud, is_scene, load_any, open_source
 from ..files.frames.frame_files import load_frame
 from ..files.pictures.picture_files import is_deep_grey
+from ..notes.errors import Cancelled, error_text
 from ..notes.words import option, shown
 from ..scene.camera import Camera
 from ..scene.frame import Frame
@@ -24,10 +25,9 @@ from ..scene.light import Light
 from ..scene.orbit import OWN_LIGHT, OrbitStage, State
 from ..scene.settings import Metering
 from ..scene.viewpoint import View
-from .controller import Answer, Control
+from .controller import Answer, Control, added, removed, taking, titles
 from .events import Command, Effect, PlayEffect, Remember, RemoveLight, Scrub, Seek, ShowFrame, ShowMessage, TakeLight
 from .keys import when_seen
-from .mouse import added, removed, taking, titles
 from .overlay import Messages
 from .picture import ShownPicture
 from .playback import Playback, TimelineBar
@@ -54,18 +54,14 @@ class Dropped(NamedTuple):
 class SavedPicture(NamedTuple):
     """A picture that the key P saved, with all that a command line needs to make the same.
 
-    name     of its file
-    first    what the window showed at first: nodes of a scene may be hidden since
-    numbers  of each source that plays: that of the frame in it, -1 in a live stream
-    dropped  what was opened by a drop onto the window; None: what the program opened
+    name      of its file
+    document  that was open
     """
 
     picture: ShownPicture
     samples: int
     name: str
-    first: Shown
-    numbers: tuple[int, ...]
-    dropped: Dropped | None
+    document: Document
 
 
 CommandLine = Callable[[SavedPicture], tuple[str, str]]  # the words of a command, and what it leaves out, in words
@@ -80,21 +76,16 @@ class Document:
     place    from where it is seen at first, of which only the pose or how it is moved counts; None: as the state says
 
     title    what was dropped, in words
-    first    what was shown first: the user may have hidden something since
+    first    what was shown first: the user may have hidden nodes of a scene since
     start    the moment that R brings back
     history  the steps since then
     exposure  of its first lit picture, as soon as that is drawn
     """
 
     def __init__(
-        self,
-        playback: Playback,
-        state: State,
-        lights: Sequence[Light] = (),
-        merge: bool = False,
-        dropped: Dropped | None = None,
-        place: View | None = None,
-    ):
+        self, playback: Playback, state: State, lights: Sequence[Light] = (), merge: bool = False,
+        dropped: Dropped | None = None, place: View | None = None,
+    ):  # fmt: skip
         self.playback, self.dropped = playback, dropped
         self.title = " and ".join(dropped.paths) if dropped else ""
         self.exposure: float | Metering = "sensor"
@@ -152,6 +143,7 @@ class Session:
 
     document  what is open
     frame     of it is shown
+    last_good  document, frame and moment that could be drawn last; None: none yet
     state, stage, held, lights, light_number, light_names  are those of a Snapshot
     messages  what is shown in words
     """
@@ -162,6 +154,7 @@ class Session:
         self._control = Control(self.moment)
         self._news = ""  # to be shown once what is shown is seen
         self._wanted: int | None = None  # the frame that was chosen on the timeline
+        self.last_good: tuple[Document, Shown, Snapshot] | None = None
 
     def show(self, document: Document, frame: Shown, moment: Snapshot) -> None:
         """Show a frame of a document, as it was at a moment."""
@@ -226,6 +219,32 @@ class Session:
                 assert isinstance(effect, PlayEffect)  # all others need the window
                 self._follow(*self.document.playback.obey(effect, self.frame))
                 history.follow(self.moment)  # what is shown now has other switches
+
+    def go_back_after(self, error: BaseException) -> None:
+        """Show what was shown before: the user has ended what takes long, or what was opened cannot be drawn."""
+        is_ended, good = isinstance(error, Cancelled), self.last_good
+        if good is None and is_ended:
+            self.perform(Command.CLOSE)
+            return
+        if good is None or (good[0] is self.document and not is_ended):
+            raise error
+        unused, now, was = self.document, self.moment, good[2]
+        self.show(*good)
+        if unused is self.document:
+            state = replace(now.state, look=was.state.look, lit=was.state.lit, finish=was.state.finish)
+            self.moment = now._replace(state=state, switches=was.switches)
+            self.document.history.withdraw(self.moment)
+            self.say("ended: nothing has changed")
+        else:
+            unused.playback.close()
+            self.show_failed("not opened", error)
+
+    def show_failed(self, what: str, error: BaseException) -> None:
+        """Show why something failed until it is read; whoever has ended it knows."""
+        if isinstance(error, Cancelled):
+            self.say(what)
+        else:
+            self.messages.keep(f"{what}: {error_text(error)}")
 
     def say(self, text: str) -> None:
         """Show a line of text for a few seconds."""

@@ -17,13 +17,10 @@ from .state import Shown, Snapshot, clouds_of, resized, scene_in
 ESTIMATORS = ("auto", "star", "adaptive", "star-borrow", "triangles-8", "central", "one-sided", "plane-fit-5")
 TURN = 15.0  # degrees of the environment, and of the view
 SIDES = {  # names, yaw, pitch: the front is what the frame's own camera looks at
-    "KP1": ("the front", 0.0, 0.0),
-    "KP3": ("the right", 90.0, 0.0),
-    "KP7": ("above", 0.0, 90.0),
-    "CTRL+KP1": ("the back", 180.0, 0.0),
-    "CTRL+KP3": ("the left", -90.0, 0.0),
-    "CTRL+KP7": ("below", 0.0, -90.0),
-}
+    "KP1": ("the front", 0.0, 0.0), "CTRL+KP1": ("the back", 180.0, 0.0),
+    "KP3": ("the right", 90.0, 0.0), "CTRL+KP3": ("the left", -90.0, 0.0),
+    "KP7": ("above", 0.0, 90.0), "CTRL+KP7": ("below", 0.0, -90.0),
+}  # fmt: skip
 TURNS = {"KP4": (-1, 0), "KP6": (1, 0), "KP2": (0, -1), "KP8": (0, 1)}  # to the right, up
 SMALLEST, LARGEST = 0.25, 8.0  # points, pixels of the frame
 STAYS = "the light stays here: L lets it follow the mouse again"

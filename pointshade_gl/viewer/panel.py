@@ -10,8 +10,8 @@ from typing import Any
 
 from PIL import ImageFont
 
+from .controller import CLICK_REACH, DOUBLE_CLICK
 from .events import Effect, Event
-from .mouse import CLICK_REACH, DOUBLE_CLICK
 from .overlay import POINTS
 from .panel_sections import PanelFacts, PanelSections, Widgets
 from .picture import ShownPicture
@@ -216,9 +216,8 @@ def _set_style(imgui: Any) -> None:
     imgui.style_colors_dark()
     style = imgui.get_style()
     style.window_border_size = 0
-    style.hover_flags_for_tooltip_mouse = (
-        imgui.HoveredFlags_.allow_when_disabled
-    )  # at once: no pictures come to wait for
+    at_once = imgui.HoveredFlags_.allow_when_disabled  # no pictures come to wait for
+    style.hover_flags_for_tooltip_mouse = at_once
     style.set_color_(imgui.Col_.slider_grab, imgui.ImVec4(0.26, 0.59, 0.98, 0.5))  # numbers are read through it
     font: Any = ImageFont.load_default(POINTS)  # that of the messages
     with tempfile.TemporaryDirectory() as folder:  # imgui reads it at once

@@ -22,8 +22,8 @@ from ..scene.noise import SENSORS, Choice
 from ..scene.option_fields import option_of
 from ..scene.orbit import State
 from ..scene.settings import OCCLUSION
+from .controller import KINDS, as_kind, kind_of, placed, titles
 from .events import Command, Effect, RemoveLight, ShowFrame, TakeLight
-from .mouse import KINDS, as_kind, kind_of, placed, titles
 from .picture import ShownPicture
 from .state import UNITS, Shown, Snapshot, Views, clouds_of, pose_of, restyled, scene_in, size_of, views_in, with_unit
 
@@ -86,19 +86,21 @@ class Widgets:
         return new
 
     def option(
-        self, options: Any, field: str, name: str = "", words: Any = (), other: str = "", key: str = "", **slider: Any
-    ) -> Any:
+        self, options: Any, field: str, name: str = "", words: Any = (), other: str = "", key: str = "", why: str = "",
+        **slider: Any,
+    ) -> Any:  # fmt: skip
         """A field of options, which has the default, the values to choose from and the explanation.
 
         name    that the row shows; "": the field's
         words   in place of the field's own values: a mapping to what each stands for, or themselves
         other   word for a value that is none of them; "": the value
         key     that changes it, too
+        why     in place of the field's explanation, where that names options of the command line
         slider  low, high and logarithmic, of one that is not from 0 to 1
         """
         one: Any = next(found for found in fields(options) if found.name == field)
         about, value, name, default = option_of(one), getattr(options, field), name or field, one.default
-        words, why = words or about.cli.known, about.help + (f" Key: {key}." if key else "")
+        words, why = words or about.cli.known, (why or about.help) + (f" Key: {key}." if key else "")
         if words:
             meant = words if isinstance(words, Mapping) else {word: word for word in words}
             before = _word(value, meant, other)
@@ -190,10 +192,11 @@ FARTHEST = 1e4  # metres
 DEEPEST = 6  # levels of a scene that are seen
 USUAL, WIDE = State(), 45.0  # what a double click on a name brings back
 STEPS = {"off": None} | {share: share for share in ("1%", "2%", "3%", "5%", "10%")}
+NOISE = "Noise of the depth: as it is measured, or as a sensor has it."
 POINTS: dict[str, dict[str, Any]] = {  # the options of frames' points, and what their rows have beside the fields' own
     "normals": {"key": "N"},
     "max_depth_step": {"name": "depth step", "words": STEPS},
-    "noise": {"words": {"measured": None} | {sensor: sensor for sensor in SENSORS}},
+    "noise": {"words": {"measured": None} | {sensor: sensor for sensor in SENSORS}, "why": NOISE},
     "flying": {},
     "splat": {"words": FRAME_SPLATS},
     "unlight": {"name": "no own light (U)"},
@@ -398,15 +401,14 @@ def show_environment(ui: Widgets, state: State, opened: bool) -> State:
     imgui, finish = ui.imgui, state.finish
     imgui.begin_disabled(not state.is_lit)
     words = {"none": None} | {name: name for name in NAMES}
-    changes = {"environment": ui.option(finish, "environment", words=words, other="own", key="E")}
+    why = "Light from all around, in place of ambient light."
+    changes = {"environment": ui.option(finish, "environment", words=words, other="own", key="E", why=why)}
     imgui.begin_disabled(changes["environment"] is None)
     field = "environment_intensity"
     changes[field] = ui.option(finish, field, "brightness", high=BRIGHTEST, logarithmic=True)
-    field = "environment_rotation"
+    field, key = "environment_rotation", "Shift and left or right; or drag with the right button"
     if isinstance(finish.environment_rotation, float):
-        changes[field] = ui.option(
-            finish, field, "turned", high=360.0, key="Shift and left or right; or drag with the right button"
-        )
+        changes[field] = ui.option(finish, field, "turned", high=360.0, key=key)
     imgui.end_disabled()
     changes["ambient_occlusion"] = ui.option(finish, "ambient_occlusion", "occlusion", OCCLUSION, key="A")
     imgui.end_disabled()

@@ -74,9 +74,8 @@ class Player:
 
     def patience(self, now: float) -> float | None:
         """Seconds until `advance` may give a frame; None: not before `wake` is called or a key is pressed."""
-        if (self.is_paused and not self._owed) or self._queue.empty():
-            return None
-        return max(self._due - now, 0.0)
+        is_held = self.is_paused and not self._owed
+        return None if is_held or self._queue.empty() else max(self._due - now, 0.0)
 
     @property
     def total(self) -> int | None:
@@ -246,12 +245,9 @@ class Playback:
     """
 
     def __init__(
-        self,
-        sources: Sequence[Frame | Scene | Iterable[Frame]],
-        rates: Sequence[float | None],
-        count: int | Sequence[int] | None,
-        skipped: Callable[[str], None],
-    ):
+        self, sources: Sequence[Frame | Scene | Iterable[Frame]], rates: Sequence[float | None],
+        count: int | Sequence[int] | None, skipped: Callable[[str], None],
+    ):  # fmt: skip
         self._first, self._rate, self._count, self._skipped = sources[0], rates[0], count, skipped
         self._wake: Callable[[], None] = lambda: None
         self._arriving = Rate()

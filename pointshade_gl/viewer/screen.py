@@ -14,10 +14,9 @@ from ..gpu.core.steps import Steps
 from ..gpu.shading.present import Marker, PresentPass
 from ..renderer.renderer import Renderer
 from ..scene.orbit import marker_place
-from .controller import BAR
+from .controller import BAR, MOUSE
 from .events import Effect
 from .keys import KEYS
-from .mouse import MOUSE
 from .overlay import draw_message, draw_readout, draw_strip, draw_table, legend, values_of
 from .panel import Panel
 from .panel_sections import PanelFacts
@@ -29,8 +28,6 @@ from .window import Window
 MARKER = 7.0  # radius, pixels at scale 1
 BESIDE = 3  # pixels at scale 1 by which a double click may miss a surface: sensors leave holes
 HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.says) for key in KEYS))
-
-
 Readout = tuple[tuple[str, str, str] | None, tuple[str, ...]]  # what colours stand for, and the values under the mouse
 
 

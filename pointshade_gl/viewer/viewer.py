@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ..checks.arguments import Progress, check_flag, check_path, check_size, check_type, is_a
-from ..notes.errors import Cancelled, check_function, error_text
+from ..notes.errors import Cancelled, check_function
 from ..notes.notes import Note, print_note, taken_by
 from ..notes.words import shown
 from ..renderer.renderer import Renderer
@@ -37,9 +37,8 @@ from .panel_sections import PanelFacts
 from .picture import Redrawing, ShownPicture
 from .playback import Playback, TimelineBar
 from .screen import Overlay, Screen
-from .state import VIEWS, Shown, Snapshot, check_views
-from .window import Window
-from .window import window_size as size_for
+from .state import VIEWS, check_views
+from .window import Window, size_for
 
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
 GREETING_STAYS = "The light stays where it was put: L lets it follow the mouse.   Drag to turn.   H for help"
@@ -100,22 +99,13 @@ class Viewer(Session):
     """
 
     def __init__(
-        self,
-        source: Frame | Scene | PointCloud | Iterable[Frame],
-        *,
-        title: str = "pointshade",
-        window_size: tuple[int, int] | None = None,
-        state: State | None = None,
-        lights: Sequence[Light] = (),
-        others: Sequence[Frame | Iterable[Frame]] = (),
-        fps: float | Sequence[float | None] | None = None,
-        place: View | None = None,
-        views: int | Literal["all"] | Sequence[int] | None = None,
-        record: str | Path | None = None,
-        panel: bool = False,
-        command_line: CommandLine | None = None,
+        self, source: Frame | Scene | PointCloud | Iterable[Frame], *, title: str = "pointshade",
+        window_size: tuple[int, int] | None = None, state: State | None = None, lights: Sequence[Light] = (),
+        others: Sequence[Frame | Iterable[Frame]] = (), fps: float | Sequence[float | None] | None = None,
+        place: View | None = None, views: int | Literal["all"] | Sequence[int] | None = None,
+        record: str | Path | None = None, panel: bool = False, command_line: CommandLine | None = None,
         notes: Note | None = None,
-    ):
+    ):  # fmt: skip
         source = scene_of(source) if isinstance(source, PointCloud) else source
         others = check_sources(source, others, views)
         if not is_a(title, str):
@@ -150,7 +140,6 @@ class Viewer(Session):
             undo.callback(self.background.close)
             self._close = undo.pop_all()
         self._prepared: tuple[Any, ...] | None = None  # what was found last, before a picture was drawn
-        self._last_good: tuple[Document, Shown, Snapshot] | None = None  # what could be drawn
         self._known: tuple[Choice | None, Mapping[Frame, float]] = None, {}  # of the renderer, for while it is lent
         self._seen: ShownPicture | None = None
         self._parts: tuple[Any, ...] = ()  # of that
@@ -208,7 +197,7 @@ class Viewer(Session):
             try:
                 self._draw()
             except Exception as error:  # also a bug: the window stays open if something else was
-                self._go_back_after(error)
+                self.go_back_after(error)
         if self.recorder and self.background.lends:
             self.recorder.hold(time.perf_counter())
         elif self.recorder:  # the film has the samples of the window, if both show the same
@@ -376,7 +365,7 @@ class Viewer(Session):
 
     def _keep_good(self) -> None:
         """What is shown can be drawn: what was opened takes the place of what was there before."""
-        before, self._last_good = self._last_good, (self.document, self.frame, self.moment)
+        before, self.last_good = self.last_good, (self.document, self.frame, self.moment)
         if before and before[0] is not self.document:
             before[0].playback.close()
             self.document.playback.wake_by(self.window.wake)
@@ -390,7 +379,7 @@ class Viewer(Session):
         if key == self._prepared:
             return
         found: list[str] = []  # what was noted
-        is_same = self._last_good is not None and self._last_good[1] is picture.shown  # it only looks otherwise
+        is_same = self.last_good is not None and self.last_good[1] is picture.shown  # it only looks otherwise
         outside = copy_context()
 
         def note(text: str) -> None:
@@ -409,33 +398,7 @@ class Viewer(Session):
 
         renderer = self.screen.lend()
         title = "" if picture.plays else title  # each set of frames needs it anew
-        self.background.start(Work(title, do, done, self._go_back_after))
-
-    def _go_back_after(self, error: BaseException) -> None:
-        """Show what was shown before: the user has ended what takes long, or what was opened cannot be drawn."""
-        is_ended = isinstance(error, Cancelled)
-        if self._last_good is None and is_ended:
-            self.quit()
-            return
-        if self._last_good is None or (self._last_good[0] is self.document and not is_ended):
-            raise error
-        unused, now, was = self.document, self.moment, self._last_good[2]
-        self.show(*self._last_good)
-        if unused is self.document:
-            state = replace(now.state, look=was.state.look, lit=was.state.lit, finish=was.state.finish)
-            self.moment = now._replace(state=state, switches=was.switches)
-            self.document.history.withdraw(self.moment)
-            self.say("ended: nothing has changed")
-        else:
-            unused.playback.close()
-            self._show_failed("not opened", error)
-
-    def _show_failed(self, what: str, error: BaseException) -> None:
-        """Why it failed stays until it is read; whoever has ended it knows."""
-        if isinstance(error, Cancelled):
-            self.say(what)
-        else:
-            self.messages.keep(f"{what}: {error_text(error)}")
+        self.background.start(Work(title, do, done, self.go_back_after))
 
     def end_work(self) -> bool:
         """End what runs in the background, if the user sees it. Return whether something did."""
@@ -465,24 +428,20 @@ class Viewer(Session):
             self.say(str(error))
 
     def _take_chosen(self) -> None:
-        dialog = self._dialog
-        if dialog is not None and dialog.is_done and not self.background.work:
-            self._dialog = None
-            if paths := dialog.chosen:
+        if self._dialog is not None and self._dialog.is_done and not self.background.work:
+            paths, self._dialog = self._dialog.chosen, None
+            if paths:
                 self.open(paths)
 
     def open(self, paths: Sequence[str]) -> None:
         """Show what files or folders hold, as `pointshade view` would. If that fails, say why and show the same."""
         document, state = self.document, self.state
-        work = Work(
-            f"opening {' and '.join(paths)}",
-            do=lambda _: document.instead(paths, state),
+        self.background.start(Work(
+            f"opening {' and '.join(paths)}", do=lambda _: document.instead(paths, state),
             done=lambda opened: self.show(opened, opened.first, opened.start),
-            failed=partial(self._show_failed, "not opened"),  # also after a bug: the window stays open
-            lends=False,
-            unused=lambda opened: opened.playback.close(),
-        )
-        self.background.start(work)
+            failed=partial(self.show_failed, "not opened"),  # also after a bug: the window stays open
+            lends=False, unused=lambda opened: opened.playback.close(),
+        ))  # fmt: skip
 
     def save_picture(self) -> Path | None:
         """Write the picture, without marker, text and panel, to a new file in the working directory. Print its name
@@ -513,15 +472,13 @@ class Viewer(Session):
         def failed(error: BaseException) -> None:
             if not isinstance(error, Cancelled | OSError):
                 raise error
-            self._show_failed("not saved", error)
+            self.show_failed("not saved", error)
 
         renderer = self.screen.lend()
         self.background.start(Work(SAVING, do, done, failed))
 
     def _report_saved(self, picture: ShownPicture, samples: int, path: Path) -> None:
-        document = self.document
-        numbers = document.playback.numbers
-        saved = SavedPicture(picture, samples, path.name, document.first, numbers, document.dropped)
+        saved = SavedPicture(picture, samples, path.name, self.document)
         line, left_out = self._command_line(saved) if self._command_line else ("", "")
         if sys.stdout is not None:
             sys.stdout.write(f"{path.absolute()}\n" + (f"{line}\n" if line else ""))

@@ -16,6 +16,7 @@ from ..notes.errors import ContextError
 from ..scene.camera import Camera
 from .events import Event, EventKind
 
+NO_WINDOW = "use `pointshade render` to draw without a window"
 LONGEST_SLEEP = 0.5  # seconds
 BUTTONS = ("left", "right", "middle")  # as GLFW counts them
 NAMED = (  # keys, as GLFW calls them
@@ -74,7 +75,7 @@ class Window(GLContext):
     def __init__(self, title: str, size: tuple[int, int], on_event: Callable[[Event], None]):
         super().__init__(glfw := import_glfw(), None)
         if not glfw.init():
-            raise ContextError(f"no display ({_complaint(glfw)}): use `pointshade render` to draw without a window")
+            raise ContextError(f"no display ({_complaint(glfw)}): {NO_WINDOW}")
         self._on_event = on_event
         self._pointer_hidden = False
         self._before: tuple[int, int, int, int] | None = None  # place and size, while it fills the screen
@@ -114,9 +115,7 @@ class Window(GLContext):
                 glfw.window_hint_string(glfw.X11_CLASS_NAME, "pointshade")
                 if handle := glfw.create_window(*size, title, None, None):
                     return handle
-        raise ContextError(
-            f"no window with OpenGL 3.3 ({_complaint(glfw)}): use `pointshade render` to draw without a window"
-        )
+        raise ContextError(f"no window with OpenGL 3.3 ({_complaint(glfw)}): {NO_WINDOW}")
 
     def beside(self) -> GLContext:
         """Another context, which shares the textures of this one and may be current in another thread.
@@ -271,7 +270,7 @@ def _fitted(camera: Camera, width: int, height: int, taken: int) -> Camera:
     return replace(camera.fitted(width - taken, height), width=width)
 
 
-def window_size(camera: Camera) -> tuple[int, int]:
+def size_for(camera: Camera) -> tuple[int, int]:
     """A size with the aspect ratio of the camera's pictures: theirs, unless that is very small or very large."""
     scale = min(max(1.0, 640 / camera.width), 1280 / camera.width, 960 / camera.height)
     return max(round(camera.width * scale), 1), max(round(camera.height * scale), 1)

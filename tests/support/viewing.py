@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.viewer.controller import Mouse
 from pointshade_gl.viewer.events import Event
-from pointshade_gl.viewer.mouse import Mouse
 
 from . import frames
 

@@ -17,8 +17,8 @@ from pointshade_gl.cli.option_groups import LookGroup
 from pointshade_gl.cli.options import FrameOptions, ViewOptions
 from pointshade_gl.files.frame_sources import load_any, open_source
 from pointshade_gl.scene.orbit import State
+from pointshade_gl.viewer.controller import as_kind, placed
 from pointshade_gl.viewer.events import Command, RemoveLight
-from pointshade_gl.viewer.mouse import as_kind, placed
 
 from ..support.posed_views import corner, disturbed, views
 from ..support.radiance_files import mantissas, radiance_file

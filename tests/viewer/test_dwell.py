@@ -2,7 +2,7 @@
 
 import pytest
 
-from pointshade_gl.viewer.mouse import MOMENT, Dwell
+from pointshade_gl.viewer.controller import MOMENT, Dwell
 
 STEP = 0.01  # seconds between two moves
 

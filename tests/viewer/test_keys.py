@@ -42,12 +42,12 @@ class TestKeys:
     def test_a_mesh_has_no_point_size(self, open_viewer):
         viewer = open_viewer(state=State(look=ps.Look(splat="mesh")))
         press(viewer, "+")
-        assert viewer.state.look.size is None and "no point size" in viewer.messages.text
+        assert viewer.state.look.point_size is None and "no point size" in viewer.messages.text
 
     def test_plus_and_minus_change_the_point_size_and_find_the_way_back(self, open_viewer):
         viewer = open_viewer()
         press(viewer, "+", "=")
-        assert viewer.state.point_size == viewer.state.look.size > 1.5
+        assert viewer.state.point_size == viewer.state.look.point_size > 1.5
         press(viewer, "-", "-")
         assert viewer.state.point_size == 1
 

@@ -7,7 +7,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import OrbitStage, State
-from pointshade_gl.viewer.mouse import added, placed, removed, taking, titles
+from pointshade_gl.viewer.controller import added, placed, removed, taking, titles
 from pointshade_gl.viewer.state import Snapshot
 
 from ..support import frames

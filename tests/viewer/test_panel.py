@@ -10,9 +10,10 @@ from PIL import ImageFont
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import State
+from pointshade_gl.viewer.controller import KINDS, as_kind, kind_of, titles
 from pointshade_gl.viewer.events import Event, TakeLight
-from pointshade_gl.viewer.mouse import KINDS, kind_of, titles
 from pointshade_gl.viewer.overlay import POINTS
+from pointshade_gl.viewer.panel_sections import Widgets
 
 from ..support import frames
 from ..support.posed_views import corner, disturbed, views
@@ -436,6 +437,20 @@ def test_it_tells_rate_and_samples(open_viewer):
         viewer.step(wait=False)
         shown(viewer)
     assert any(line.endswith("pictures/s") for line in told) and told[-1] == "7 of 7 samples"
+
+
+@pytest.mark.parametrize("is_scene", [False, True])
+def test_no_explanation_names_an_option_of_the_command_line(open_viewer, monkeypatch, is_scene):
+    source, shown_texts = frames.sphere(), []
+    if is_scene:
+        source = ps.Scene((ps.Node(ps.PointObject(source), "ball"),), camera=frames.CAMERA)
+    monkeypatch.setattr(Widgets, "explain", lambda _, why: shown_texts.append(why))
+    monkeypatch.setattr(Widgets, "section", lambda *_, **__: True)  # all of them are open
+    for kind in KINDS:
+        light = as_kind(ps.Light(position=(-1, -1, 0)), kind, 0.2)
+        settle(open_viewer(source, window_size=(640, 480), panel=True, lights=[light]))
+    assert any("ambient light" in text for text in shown_texts)
+    assert [text for text in shown_texts if "--" in text] == []
 
 
 @pytest.mark.system

@@ -143,7 +143,6 @@ class Session:
 
     document  what is open
     frame     of it is shown
-    last_good  document, frame and moment that could be drawn last; None: none yet
     state, stage, held, lights, light_number, light_names  are those of a Snapshot
     messages  what is shown in words
     """
@@ -154,7 +153,7 @@ class Session:
         self._control = Control(self.moment)
         self._news = ""  # to be shown once what is shown is seen
         self._wanted: int | None = None  # the frame that was chosen on the timeline
-        self.last_good: tuple[Document, Shown, Snapshot] | None = None
+        self._last_good: tuple[Document, Shown, Snapshot] | None = None  # what could be drawn
 
     def show(self, document: Document, frame: Shown, moment: Snapshot) -> None:
         """Show a frame of a document, as it was at a moment."""
@@ -220,9 +219,9 @@ class Session:
                 self._follow(*self.document.playback.obey(effect, self.frame))
                 history.follow(self.moment)  # what is shown now has other switches
 
-    def go_back_after(self, error: BaseException) -> None:
-        """Show what was shown before: the user has ended what takes long, or what was opened cannot be drawn."""
-        is_ended, good = isinstance(error, Cancelled), self.last_good
+    def _go_back_after(self, error: BaseException) -> None:
+        """Shows what was shown before: the user has ended what takes long, or what was opened cannot be drawn."""
+        is_ended, good = isinstance(error, Cancelled), self._last_good
         if good is None and is_ended:
             self.perform(Command.CLOSE)
             return
@@ -237,10 +236,10 @@ class Session:
             self.say("ended: nothing has changed")
         else:
             unused.playback.close()
-            self.show_failed("not opened", error)
+            self._show_failed("not opened", error)
 
-    def show_failed(self, what: str, error: BaseException) -> None:
-        """Show why something failed until it is read; whoever has ended it knows."""
+    def _show_failed(self, what: str, error: BaseException) -> None:
+        """Shows why something failed until it is read; whoever has ended it knows."""
         if isinstance(error, Cancelled):
             self.say(what)
         else:

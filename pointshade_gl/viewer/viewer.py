@@ -197,7 +197,7 @@ class Viewer(Session):
             try:
                 self._draw()
             except Exception as error:  # also a bug: the window stays open if something else was
-                self.go_back_after(error)
+                self._go_back_after(error)
         if self.recorder and self.background.lends:
             self.recorder.hold(time.perf_counter())
         elif self.recorder:  # the film has the samples of the window, if both show the same
@@ -365,7 +365,7 @@ class Viewer(Session):
 
     def _keep_good(self) -> None:
         """What is shown can be drawn: what was opened takes the place of what was there before."""
-        before, self.last_good = self.last_good, (self.document, self.frame, self.moment)
+        before, self._last_good = self._last_good, (self.document, self.frame, self.moment)
         if before and before[0] is not self.document:
             before[0].playback.close()
             self.document.playback.wake_by(self.window.wake)
@@ -379,7 +379,7 @@ class Viewer(Session):
         if key == self._prepared:
             return
         found: list[str] = []  # what was noted
-        is_same = self.last_good is not None and self.last_good[1] is picture.shown  # it only looks otherwise
+        is_same = self._last_good is not None and self._last_good[1] is picture.shown  # it only looks otherwise
         outside = copy_context()
 
         def note(text: str) -> None:
@@ -398,7 +398,7 @@ class Viewer(Session):
 
         renderer = self.screen.lend()
         title = "" if picture.plays else title  # each set of frames needs it anew
-        self.background.start(Work(title, do, done, self.go_back_after))
+        self.background.start(Work(title, do, done, self._go_back_after))
 
     def end_work(self) -> bool:
         """End what runs in the background, if the user sees it. Return whether something did."""
@@ -439,7 +439,7 @@ class Viewer(Session):
         self.background.start(Work(
             f"opening {' and '.join(paths)}", do=lambda _: document.instead(paths, state),
             done=lambda opened: self.show(opened, opened.first, opened.start),
-            failed=partial(self.show_failed, "not opened"),  # also after a bug: the window stays open
+            failed=partial(self._show_failed, "not opened"),  # also after a bug: the window stays open
             lends=False, unused=lambda opened: opened.playback.close(),
         ))  # fmt: skip
 
@@ -472,7 +472,7 @@ class Viewer(Session):
         def failed(error: BaseException) -> None:
             if not isinstance(error, Cancelled | OSError):
                 raise error
-            self.show_failed("not saved", error)
+            self._show_failed("not saved", error)
 
         renderer = self.screen.lend()
         self.background.start(Work(SAVING, do, done, failed))

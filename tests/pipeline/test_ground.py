@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import decode
-from pointshade_gl.estimation.ground import ground_under, seen_ground, up_of
+from pointshade_gl.estimation.ground import ground_under, seen_ground, up_and_floor
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.settings import Finish
 
@@ -30,14 +30,14 @@ class TestPlace:
         pose = ps.orbit_pose(None, (0.3, 0.2, 1), 50, -30)
         made = frames.sphere()
         frame = ps.Frame(made.color, made.depth, made.camera, pose)
-        up = up_of(frame)
+        up = up_and_floor(frame)[0]
         np.testing.assert_allclose(up, -pose[:3, 1], atol=1e-12)
         plane = ground_under(ps.Scene((ps.Node(ps.PointObject(frame)),)), tuple(up))
         assert seen_ground(plane, pose) == pytest.approx((0, -1, 0, 0.02 + 0.4), abs=0.001)  # the sphere's lowest point
 
     def test_a_picture_whose_rows_run_upwards_has_its_up_there(self):
         camera = ps.Camera(131, -131, 79.5, 59.5, 160, 120)
-        assert up_of(ps.Frame(None, frames.sphere().depth, camera)).tolist() == [0, 1, 0]
+        assert up_and_floor(ps.Frame(None, frames.sphere().depth, camera))[0].tolist() == [0, 1, 0]
 
     def test_it_lies_under_a_cloud_far_from_the_origin(self):
         points = np.random.default_rng(0).uniform(-1, 1, (2000, 3))
@@ -53,7 +53,7 @@ class TestPlace:
         standing = np.diag([1.0, -up, -up, 1.0])
         pose = ps.orbit_pose(standing, standing[:3, 2], 0, 40)
         scene = ps.Scene((ps.Node(cube((0, -2, 0), (1, 3, 1))),), frames.CAMERA, pose)
-        assert up_of(scene).tolist() == [0, up, 0]
+        assert up_and_floor(scene)[0].tolist() == [0, up, 0]
         assert ground_under(scene, (0, 5.0 * up, 0)).tolist() == [0, up, 0, 2 if up == 1 else 3]
 
     def test_noise_and_stray_points_do_not_sink_it(self):

@@ -372,7 +372,7 @@ def test_values_become_what_they_claim():
     material = ps.Material(*map(np.float32, (0, 1, 0.5, 8)))
     assert all(type(getattr(material, field.name)) is float for field in fields(material))
     look = ps.Look(point_size=np.float32(2), noise=np.array(0.5))
-    assert (look.size, look.noise, look.is_uniform) == (2.0, 0.5, True)
+    assert (look.point_size, look.noise, look.is_uniform) == (2.0, 0.5, True)
     assert type(ps.Light(intensity=np.float32(2)).intensity) is float
     assert type(ps.Light(shadow=np.bool_(True)).shadow) is bool
     assert type(ps.Camera(5, 5, 3, 3, np.int64(8), 8.0).height) is int

@@ -43,7 +43,7 @@ def test_a_folder_becomes_a_point_object_however_it_is_said(folder, said):
     np.testing.assert_array_equal(points.frame.color, COLOR)
     np.testing.assert_allclose(points.frame.depth, DEPTH / 1000, rtol=1e-6)
     assert points.frame.camera == ps.Camera(9, 9, 3.5, 2.5, 8, 6)
-    assert (points.look.normals, points.look.shading, points.look.size, points.look.material) == (
+    assert (points.look.normals, points.look.shading, points.look.point_size, points.look.material) == (
         "auto",
         "phong",
         None,
@@ -77,7 +77,7 @@ def test_options_of_frames_and_of_objects_are_taken(folder):
         "kinect",
         ps.Material(specular=0),
     )
-    np.testing.assert_array_equal(points.look.size, np.full((6, 8), 2))
+    np.testing.assert_array_equal(points.look.point_size, np.full((6, 8), 2))
 
 
 def test_single_files_become_a_frame(folder):

@@ -104,7 +104,9 @@ def light_from(text: str, **defaults: Any) -> Light:
     may stand without a value. Raises ValueError for anything else, and as Light.
     """
     found: dict[str, Any] = {}
-    for word in re.sub(r"\s*([,=])\s*", r"\1", text).split():
+    # no pattern: one that looks for spaces before a comma takes the square of their number
+    closed = "=".join(part.strip() for part in text.split("="))
+    for word in ",".join(part.strip() for part in closed.split(",")).split():
         name, _, value = word.partition("=")
         if "=" not in word and word[0] in "+-.0123456789":
             name, value = "position", word

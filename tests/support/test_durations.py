@@ -40,14 +40,16 @@ def test_system(): exec({BUSY!r})
 
 
 def test_a_child_counts_while_it_lives_and_when_it_has_ended():
+    # Linux cuts a child's user and its system time to whole ticks: up to two ticks of the 0.3 s are not seen.
+    least = 0.3 - (2.5 / os.sysconf("SC_CLK_TCK") if sys.platform.startswith("linux") else 0.01)
     before = cpu_seconds()
     code = f"{BUSY}\nprint(1, flush=True); time.sleep(60)"
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) as child:
         child.stdout.read(1)
         if sys.platform.startswith("linux"):
-            assert child.pid in descendants(os.getpid()) and cpu_seconds() - before > 0.29
+            assert child.pid in descendants(os.getpid()) and cpu_seconds() - before > least
         child.kill()
-    assert cpu_seconds() - before > 0.29
+    assert cpu_seconds() - before > least
 
 
 @pytest.mark.system

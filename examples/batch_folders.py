@@ -25,7 +25,7 @@ if __name__ == "__main__":  # the processes import this file
     folders = [Path("scans") / f"{number:02}" for number in range(8)]
     for number, folder in enumerate(folders):
         make(folder, 7 * number - 25)
-    view = ps.View([ps.Light(position=(-0.5, -0.7, 0.2))], finish=ps.Finish(samples=4, background="#303030"))
+    view = ps.View([ps.Light(position=(-0.5, -0.7, 0.2))], finish=ps.OutputSettings(samples=4, background="#303030"))
     done = ps.batch.map(folders, view=view, progress=lambda number, all: print(f"{number} of {all}"))
     pictures = list(done)
     ps.save_image("batch_folders.png", np.vstack([np.hstack(pictures[:4]), np.hstack(pictures[4:])]))

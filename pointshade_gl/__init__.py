@@ -34,7 +34,7 @@ if TYPE_CHECKING:
         use_device,
     )
     from .renderer.renderer import Renderer
-    from .scene.appearance import Look, Material
+    from .scene.appearance import Appearance, Material
     from .scene.camera import Camera, orbit_pose
     from .scene.cloud import PointCloud
     from .scene.environment import Environment
@@ -43,25 +43,25 @@ if TYPE_CHECKING:
     from .scene.light import Light
     from .scene.node import Node
     from .scene.objects import Mesh, PointObject
-    from .scene.settings import Finish
+    from .scene.settings import OutputSettings
     from .scene.viewpoint import View
 
     live = _live
     sources = _sources
 
 __all__ = [
+    "Appearance",
     "Camera",
     "Cancelled",
     "ContextError",
     "Environment",
     "Film",
-    "Finish",
     "Frame",
     "Light",
-    "Look",
     "Material",
     "Mesh",
     "Node",
+    "OutputSettings",
     "PointCloud",
     "PointObject",
     "RealSenseSource",
@@ -99,18 +99,18 @@ __all__ = [
 # Each name is imported when it is first used: no program needs all of them, and the command line can answer Ctrl+C
 # before the rest is imported.
 _LATER = {
+    "Appearance": ".scene.appearance",
     "Camera": ".scene.camera",
     "Cancelled": ".notes.errors",
     "ContextError": ".notes.errors",
     "Environment": ".scene.environment",
     "Film": ".files.writing.film",
-    "Finish": ".scene.settings",
     "Frame": ".scene.frame",
     "Light": ".scene.light",
-    "Look": ".scene.appearance",
     "Material": ".scene.appearance",
     "Mesh": ".scene.objects",
     "Node": ".scene.node",
+    "OutputSettings": ".scene.settings",
     "PointCloud": ".scene.cloud",
     "PointObject": ".scene.objects",
     "RealSenseSource": ".files.live",
@@ -153,11 +153,16 @@ _MODULES = {
     "sources": ".files.frame_sources",
 }
 
+_OLDER = {"Finish": "OutputSettings", "Look": "Appearance"}
+
 if not TYPE_CHECKING:  # a type checker knows the names above, and no others
 
     def __getattr__(name: str) -> Any:
         if name in _MODULES:
             return import_module(_MODULES[name], __name__)
+        if name in _OLDER:
+            import_module(".notes.notes", __name__).note_new_name(name, _OLDER[name])
+            return getattr(import_module(__name__), _OLDER[name])
         if name not in _LATER:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         found = getattr(import_module(_LATER[name], __name__), name)

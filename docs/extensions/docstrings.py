@@ -18,7 +18,7 @@ DOCTEST = re.compile(r"\s*(>>>|\.\.\. ?)")
 
 
 def public_name(text: str) -> str:
-    """Return the full name of `render`, `ps.render`, `Look.upsample` or `batch.map`; "" of what is not public."""
+    """Return the full name of `render`, `ps.render`, `Appearance.upsample` or `batch.map`; "" of what is not public."""
     first, *rest = text.removeprefix("ps.").removeprefix("pointshade_gl.").removesuffix("()").split(".")
     if first in MODULES and rest and hasattr(MODULES[first], rest[0]):
         return f"pointshade_gl.{first}.{'.'.join(rest)}"
@@ -60,7 +60,7 @@ def process_docstring(app: Sphinx, what: str, name: str, owner: object, options:
 def process_signature(
     app: Sphinx, what: str, name: str, owner: object, options: object, signature: str | None, returned: str | None
 ) -> tuple[str, None] | None:
-    """Write the default of an option that is a group of options without the group's own defaults: `Look()`."""
+    """Write the default of an option that is a group of options without the group's own defaults: `Appearance()`."""
     if not callable(owner) or isinstance(owner, ModuleType):
         return None
     try:

@@ -24,7 +24,7 @@ from ..renderer.functions import renderer_here
 from ..renderer.renderer import Renderer
 from ..renderer.requests import RenderRequest
 from ..renderer.series import jobs_of, write_series
-from ..scene.appearance import Look
+from ..scene.appearance import Appearance
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene, given_by, is_of_clouds, scene_of, shaded, styled
@@ -117,7 +117,7 @@ def read(job: Job) -> Frame | Scene:
     """
     source, look = _load(job), job.view.look
     if isinstance(source, Scene):
-        return shaded(source, None if look.shading == Look().shading else look.shading)
+        return shaded(source, None if look.shading == Appearance().shading else look.shading)
     if isinstance(source, PointCloud):
         return scene_of(styled(source, {name: one for name, one in given_by(look).items() if is_of_clouds(name)}))
     return source

@@ -32,7 +32,7 @@ from ..notes.notes import Note, once, print_note, taken
 from ..notes.words import shown
 from ..renderer.functions import renderer_here
 from ..renderer.requests import FilePath, Picture, RenderRequest, Source, loaded
-from ..scene.appearance import Look
+from ..scene.appearance import Appearance
 from ..scene.camera import Camera
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
@@ -48,18 +48,18 @@ AHEAD = 4  # pictures for each worker that may wait for their turn
 
 @overload
 def map(
-    frames: Iterable[Source] | FilePath, look: Look | None = None, view: View | None = None, *,
+    frames: Iterable[Source] | FilePath, look: Appearance | None = None, view: View | None = None, *,
     workers: int | None = None, ray: str | None = None, num_gpus: float = 0.0, device: int = 0,
     return_exceptions: Literal[False] = False, notes: Note | None = None, progress: Progress | None = None,
 ) -> Iterator[NDArray[np.uint8]]: ...  # fmt: skip
 @overload
 def map(
-    frames: Iterable[Source] | FilePath, look: Look | None = None, view: View | None = None, *,
+    frames: Iterable[Source] | FilePath, look: Appearance | None = None, view: View | None = None, *,
     workers: int | None = None, ray: str | None = None, num_gpus: float = 0.0, device: int = 0,
     return_exceptions: bool, notes: Note | None = None, progress: Progress | None = None,
 ) -> Iterator[NDArray[np.uint8] | Exception]: ...  # fmt: skip
 def map(
-    frames: Iterable[Source] | FilePath, look: Look | None = None, view: View | None = None, *,
+    frames: Iterable[Source] | FilePath, look: Appearance | None = None, view: View | None = None, *,
     workers: int | None = None, ray: str | None = None, num_gpus: float = 0.0, device: int = 0,
     return_exceptions: bool = False, notes: Note | None = None, progress: Progress | None = None,
 ) -> Iterator[Any]:  # fmt: skip
@@ -72,7 +72,7 @@ def map(
     frames : iterable or path
         Of what `render` takes: frames, sequences of frames that are drawn as one object, scenes, point clouds, paths.
         Or one path, as of a folder with a sequence, which the workers read.
-    look : Look, optional
+    look : Appearance, optional
         How the frames are drawn; None: as the view says.
     view : View, optional
         From where and under which lights; None: from each frame's own camera.
@@ -139,10 +139,10 @@ def map(
     return _pictures(results, note, count, return_exceptions)
 
 
-def check_view(look: Look | None, view: View | None) -> View:
+def check_view(look: Appearance | None, view: View | None) -> View:
     """The view, with this look if there is one. Raises TypeError or ValueError for what no single picture can have."""
     view = check_type(View() if view is None else view, View, "view")
-    view = view if look is None else replace(view, look=check_type(look, Look, "look"))
+    view = view if look is None else replace(view, look=check_type(look, Appearance, "look"))
     if view.look.temporal:
         raise ValueError("temporal averages a stream from frame to frame, and here each is drawn alone: leave it out")
     return view
@@ -259,7 +259,7 @@ class Stage:
 
     Parameters
     ----------
-    look : Look, optional
+    look : Appearance, optional
         As for `batch.map`.
     view : View, optional
         As for `batch.map`.
@@ -272,7 +272,7 @@ class Stage:
         Where it is called with a row that cannot be drawn.
     """
 
-    def __init__(self, look: Look | None = None, view: View | None = None, camera: Camera | None = None):
+    def __init__(self, look: Appearance | None = None, view: View | None = None, camera: Camera | None = None):
         self._view = check_view(look, view)
         self._camera = None if camera is None else check_type(camera, Camera, "camera")
 

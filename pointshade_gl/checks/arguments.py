@@ -52,7 +52,9 @@ def check_choice(name: str, value: str, known: tuple[str, ...], place: str = "")
 def check_type(value: Any, kind: type[_T], name: str) -> _T:
     """The value. Raises TypeError unless it is of this kind."""
     if not isinstance(value, kind):
-        raise TypeError(f"{name} must be a {kind.__name__}, got {shown(value)}")
+        raise TypeError(
+            f"{name} must be {'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}, got {shown(value)}"
+        )
     return value
 
 

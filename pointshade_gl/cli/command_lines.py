@@ -17,7 +17,7 @@ from ..scene.graph import Scene, scene_of
 from ..scene.light import Light
 from ..scene.viewpoint import viewing_pose
 from .inputs import Inputs
-from .option_groups import LookGroup, flag_of
+from .option_groups import AppearanceGroup, flag_of
 from .options import EnvironmentOptions, FrameOptions, Kind, PictureOptions, PlaceOptions
 
 if TYPE_CHECKING:  # a picture without a window needs none of it
@@ -163,12 +163,12 @@ def _look_words(
         shading = shading if shading in CLOUD_SHADINGS else CLOUD_SHADINGS[0]
         splat = {} if clouds[0].splat == CLOUD_SPLATS[0] else {"splat": clouds[0].splat}
         size = clouds[0].point_size
-        return words_of(LookGroup(shading=shading, point_size=size, **splat, **vars(clouds[0].material))), ""
+        return words_of(AppearanceGroup(shading=shading, point_size=size, **splat, **vars(clouds[0].material))), ""
     if scene is not None:
-        return words_of(LookGroup(shading=shading)), ""
+        return words_of(AppearanceGroup(shading=shading)), ""
     look = picture.request().look
     look = replace(look, align=look.align and not is_alone)  # one frame has nothing to be aligned with
-    words, is_whole = words_of(LookGroup.of(look.alone)), look == look.alone
+    words, is_whole = words_of(AppearanceGroup.of(look.alone)), look == look.alone
     return words, "" if is_whole else "the filter over time, which needs the frames before"
 
 
@@ -220,13 +220,13 @@ def _turn_words(picture: ShownPicture, unmoved: Any) -> list[str]:
     return words_of(PlaceOptions(yaw=yaw, pitch=pitch, dolly=dolly))
 
 
-def page_line(inputs: Inputs, look: LookGroup, picture: PictureOptions, unlight_all: bool = False) -> str:
+def page_line(inputs: Inputs, look: AppearanceGroup, picture: PictureOptions, unlight_all: bool = False) -> str:
     """Return what was typed about what is read and how it looks, but for lights, shading, samples and exposure.
 
     A page adds the words of what it shows: see page/command.js.
     """
     words = words_of(inputs.frame.named) + words_of(inputs.others)
     words += [flag_of("unlight_all")] if unlight_all else []
-    words += words_of(replace(look, light=None, shading=LookGroup().shading))
+    words += words_of(replace(look, light=None, shading=AppearanceGroup().shading))
     words += words_of(replace(picture, samples=None, exposure=None))
     return _line(words)

@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 
 from ..notes.words import option
 from ..renderer.renderer import Renderer
-from ..scene.appearance import Look
+from ..scene.appearance import Appearance
 from ..scene.frame import Frame
 from ..scene.graph import Scene, given_by, scene_of, shaded, styled
 from ..scene.node import Node
 from ..scene.objects import PointObject
 from ..scene.settings import FILM, STILL
 from ..scene.viewpoint import View
-from .option_groups import LookGroup, frames_from, views_from
+from .option_groups import AppearanceGroup, frames_from, views_from
 from .options import FrameOptions, Kind, MoreOptions, PictureOptions, ViewOptions
 from .output import explainer, spinner
 
-PLAIN = Look()
+PLAIN = Appearance()
 
 
 class Loaded(NamedTuple):
@@ -42,7 +42,7 @@ class Loaded(NamedTuple):
     numbers: Sequence[int] = ()
 
     @classmethod
-    def merged(cls, frames: Sequence[Frame], look: Look, names: Sequence[str], numbers: Sequence[int]) -> Loaded:
+    def merged(cls, frames: Sequence[Frame], look: Appearance, names: Sequence[str], numbers: Sequence[int]) -> Loaded:
         """Return frames as one object."""
         scene = Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
         return cls(scene, frames, names, numbers)
@@ -88,7 +88,7 @@ class Inputs:
         """Whether INPUT is a frame or a sequence, or several are."""
         return self.kind is Kind.FRAMES
 
-    def load(self, look: Look, plain: Look, sequence: bool = False) -> Loaded:
+    def load(self, look: Appearance, plain: Appearance, sequence: bool = False) -> Loaded:
         """Read what is drawn; a scene and point clouds with the options of a look that were given.
 
         plain  the look without options. Raises ValueError for options that the objects have not.
@@ -104,7 +104,7 @@ class Inputs:
         found = load(self.frame, sequence, scene=True)
         return Loaded(shaded(found, check_look(look, plain)) if self.kind is Kind.SCENE else found)
 
-    def _load_together(self, look: Look) -> Loaded:
+    def _load_together(self, look: Appearance) -> Loaded:
         """One frame of each of several inputs, the first or that with the number given."""
         every = list(map(str, self.paths))
         numbers, names = numbers_and_names(self.frame, every)
@@ -113,7 +113,7 @@ class Inputs:
         found = [_numbered(source, number) for source, number in zip(sources, numbers, strict=True)]
         return Loaded.merged(found, look, every, range(len(every)))
 
-    def _load_views(self, look: Look, views: str) -> Loaded:
+    def _load_views(self, look: Appearance, views: str) -> Loaded:
         """Frames of a sequence."""
         from ..files.frame_sources import views_of
 
@@ -211,7 +211,7 @@ def check_inputs_alone(frame: FrameOptions) -> None:
 
 
 def view_of(
-    kind: Kind, look: LookGroup, place: ViewOptions, picture: PictureOptions, output: Path, *,
+    kind: Kind, look: AppearanceGroup, place: ViewOptions, picture: PictureOptions, output: Path, *,
     is_film: bool, is_changed: bool,
 ) -> View:  # fmt: skip
     """The View of what is drawn. Raises ValueError or OSError.
@@ -227,7 +227,7 @@ def view_of(
     return place.view(chosen, lights, picture.finish(output, samples))
 
 
-def check_stream(look: Look, is_stream: bool) -> None:
+def check_stream(look: Appearance, is_stream: bool) -> None:
     """Raises ValueError for a filter over time where only one frame is drawn."""
     if look.temporal and not is_stream:
         raise ValueError(
@@ -245,7 +245,7 @@ def check_align(aligns: bool, is_several: bool) -> None:
         )
 
 
-def check_look(look: Look, plain: Look = PLAIN) -> str | None:
+def check_look(look: Appearance, plain: Appearance = PLAIN) -> str | None:
     """The shading for all objects of a scene, None if each keeps its own. plain: of a command without options.
 
     Raises ValueError for other options about the look of objects: those of a scene have their own.

@@ -23,7 +23,7 @@ from ..checks.arguments import check_path
 from ..files.access.content import split_numbers
 from ..files.access.known_names import FRAMES, SCENES
 from ..notes.words import did_you_mean, listed_beside, meant_option, near_path, option, shown
-from ..scene.appearance import Look, Material
+from ..scene.appearance import Appearance, Material
 from ..scene.light import Light
 from ..scene.option_fields import CAMERA, LIGHT, SETS, SHADING, SURFACE, Cli, option_of
 from ..scene.values import linear_color
@@ -156,29 +156,29 @@ _LIGHTS = cli_option(
     f"{', '.join(FIELDS)}. Repeatable. Replaces a scene's own lights, and casts shadows there unless shadow=no.",
     Cli(LIGHT, "X,Y,Z|WORDS"),
 )
-_SHADING, *_FORM = typed(Look, SHADING)
-_REST = typed(Look, LIGHT, CAMERA, SETS)
-_MISSING = [one for one in typed(Look, SURFACE, missing="complete") if one[0] == "missing"]  # for pictures
+_SHADING, *_FORM = typed(Appearance, SHADING)
+_REST = typed(Appearance, LIGHT, CAMERA, SETS)
+_MISSING = [one for one in typed(Appearance, SURFACE, missing="complete") if one[0] == "missing"]  # for pictures
 
 
 @dataclass(frozen=True)
-class NormalOptions(group_of(typed(Look, SURFACE))):
+class NormalOptions(group_of(typed(Appearance, SURFACE))):
     """How normals are estimated."""
 
-    def look(self) -> Look:
-        """The values as a Look. Raises ValueError for unknown names and impossible numbers."""
-        return Look(Material(**self.values_of(Material)), **self.values_of(Look))
+    def look(self) -> Appearance:
+        """The values as an Appearance. Raises ValueError for unknown names and impossible numbers."""
+        return Appearance(Material(**self.values_of(Material)), **self.values_of(Appearance))
 
 
 @dataclass(frozen=True)
-class LookGroup(
+class AppearanceGroup(
     group_of([_SHADING, ("light", list[str] | None, _LIGHTS), *typed(Material, SHADING), *_FORM, *_REST, *_MISSING]),
     NormalOptions,
 ):
     """How objects look, and under which lights."""
 
     @classmethod
-    def of(cls, look: Look) -> LookGroup:
+    def of(cls, look: Appearance) -> AppearanceGroup:
         """What is typed for a look; its values need not be texts."""
         values = look.options | vars(look.material)
         return cls(**{one.name: values[one.name] for one in fields(cls) if one.name in values})

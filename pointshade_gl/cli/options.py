@@ -26,12 +26,12 @@ from ..files.writing.film import BACKGROUND
 from ..notes.notes import silence
 from ..notes.words import option
 from ..scene import option_fields as panels
-from ..scene.appearance import Look
+from ..scene.appearance import Appearance
 from ..scene.cloud import UPS
 from ..scene.environment import Environment
 from ..scene.light import Light
 from ..scene.option_fields import Cli
-from ..scene.settings import SIMPLE, Finish
+from ..scene.settings import SIMPLE, OutputSettings
 from ..scene.viewpoint import SIZES, TURNTABLES, View
 from . import option_groups as groups
 from .help import complete_input
@@ -273,27 +273,27 @@ class PlaceOptions(groups.group_of([*_TURNS, _POSE])):
 class ViewOptions(groups.group_of(typed(View, panels.PICTURE)), PlaceOptions):
     """From where objects are seen, and how large the picture is."""
 
-    def view(self, look: Look, lights: Sequence[Light] = (), finish: Finish = SIMPLE) -> View:
+    def view(self, look: Appearance, lights: Sequence[Light] = (), finish: OutputSettings = SIMPLE) -> View:
         """The View, with a look, lights and a finish. Raises ValueError or OSError."""
         size = groups.size_from(self.picture_size, "picture_size", SIZES)
         return View(lights, look=look, finish=finish, **self.place() | {"picture_size": size})
 
 
 @dataclass(frozen=True)
-class EnvironmentOptions(groups.group_of(typed(Finish, panels.LIGHT, is_needed=False))):
+class EnvironmentOptions(groups.group_of(typed(OutputSettings, panels.LIGHT, is_needed=False))):
     """Light from all around, and how light above white is shown."""
 
     @classmethod
-    def of(cls, finish: Finish) -> EnvironmentOptions:
+    def of(cls, finish: OutputSettings) -> EnvironmentOptions:
         """What is typed for a finish, as far as words express it; its values need not be texts."""
         values = {one.name: finish.options.get(one.name) for one in fields(cls)}
         return cls(**{name: _as_typed(value) for name, value in values.items()})
 
     def chosen(self) -> dict[str, Any]:
-        """The values that were typed, by the names of the fields of Finish. Raises ValueError or OSError."""
+        """The values that were typed, by the names of the fields of OutputSettings. Raises ValueError or OSError."""
         from ..files.pictures.hdr_files import find_environment
 
-        chosen = self.values_of(Finish)
+        chosen = self.values_of(OutputSettings)
         return chosen if self.environment is None else chosen | {"environment": find_environment(self.environment)}
 
 
@@ -311,18 +311,18 @@ _OPAQUE = {".jpg": "black", ".jpeg": "black"} | dict.fromkeys(FILMS, "#{:02x}{:0
 
 
 @dataclass(frozen=True)
-class PictureOptions(groups.group_of(typed(Finish, panels.PICTURE, is_needed=False)), EnvironmentOptions):
+class PictureOptions(groups.group_of(typed(OutputSettings, panels.PICTURE, is_needed=False)), EnvironmentOptions):
     """How a picture is finished."""
 
-    def finish(self, output: Path, samples: int) -> Finish:
-        """The Finish of pictures. Raises ValueError for values that do not fit the output. samples: unless typed."""
+    def finish(self, output: Path, samples: int) -> OutputSettings:
+        """The settings of pictures. Raises ValueError for values that do not fit the output. samples: unless typed."""
         suffix, chosen = output.suffix.lower(), self.chosen()
         if self.background == "transparent" and suffix in _OPAQUE:
             raise ValueError(f"{output} cannot be transparent: write a .png, or leave out {option('background')}")
         chosen.setdefault("samples", samples)
         if chosen["samples"] > 1 or self.ground:
             chosen.setdefault("background", _OPAQUE.get(suffix))
-        return Finish(**{"exposure": "sensor", **chosen})
+        return OutputSettings(**{"exposure": "sensor", **chosen})
 
     def check_none(self, output: Path) -> None:
         """Raises ValueError if one was given for an output that is no picture."""
@@ -368,7 +368,9 @@ class FilmOptions:
 @dataclass(frozen=True)
 class WindowOptions(
     groups.group_of(
-        one for one in typed(Finish, panels.PICTURE, is_needed=False) if one[0] in ("samples", "exposure", "show")
+        one
+        for one in typed(OutputSettings, panels.PICTURE, is_needed=False)
+        if one[0] in ("samples", "exposure", "show")
     )
 ):
     """The window of `pointshade view`."""

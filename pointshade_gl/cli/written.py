@@ -18,7 +18,7 @@ from ..notes.words import counted, option
 from ..renderer.renderer import Renderer
 from ..renderer.requests import RenderRequest
 from ..renderer.series import jobs_of, write_numbered
-from ..scene.appearance import Look
+from ..scene.appearance import Appearance
 from ..scene.cloud import PointCloud
 from ..scene.graph import given_by
 from ..scene.viewpoint import View
@@ -40,7 +40,7 @@ def check_cloud_output(output: Path, axes: str | None) -> None:
     check_writable(output)
 
 
-def write_cloud(cloud: PointCloud, look: Look, output: Path, axes: Any, device: int) -> None:
+def write_cloud(cloud: PointCloud, look: Appearance, output: Path, axes: Any, device: int) -> None:
     """Writes a cloud with normals to a .ply, or the normals, (n, 3), to an .npy.
 
     look  its noise is what the normals are estimated with. Raises ValueError for other options of normals.

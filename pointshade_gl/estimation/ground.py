@@ -234,7 +234,7 @@ def ground_under(scene: Scene, up: tuple[float, float, float], height: float | N
     normal = unit(up)
     if height is not None:
         return np.append(normal, -height)
-    members = [placed.members if isinstance(placed.content, PointObject) else (placed,) for placed in scene.things]
+    members = [placed.members if isinstance(placed.content, PointObject) else (placed,) for placed in scene.instances]
     found = [_under(member, normal) for several in members for member in several]
     return min(found, key=lambda one: one[0], default=(0.0, np.append(normal, 0.0)))[1]
 

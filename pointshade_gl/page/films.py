@@ -243,7 +243,7 @@ class _Film:
         if self.first is None:
             self.still = self._renderer.render(request)
             self._count.step()
-            self.first = showing = replace(showing, around=self._renderer.surroundings)
+            self.first = showing = replace(showing, environment_light=self._renderer.surroundings)
             self.values = showing.values() | {"exposure": 2.0**self._renderer.exposure}
         head, body = self._part(showing, self.first)
         self.heads.append(head)

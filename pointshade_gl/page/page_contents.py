@@ -16,15 +16,15 @@ from ..estimation import environment_light as lighting
 from ..notes.words import counted
 from ..renderer.requests import STRAIGHT, RenderRequest, Scenes
 from ..scene.camera import Camera
-from ..scene.cloud import ARRAYS, CloudLook, PointCloud
-from ..scene.environment import FAR_AS_SEEN, NOTHING_AROUND, EnvironmentLight
+from ..scene.cloud import ARRAYS, CloudStyle, PointCloud
+from ..scene.environment import FAR_AS_SEEN, NO_ENVIRONMENT, EnvironmentLight
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, at_upper_left
 from ..scene.node import Placed
 from ..scene.objects import PointObject
 from ..scene.orbit import OrbitStage, State
-from ..scene.settings import STILL, Finish
+from ..scene.settings import STILL, OutputSettings
 from ..scene.values import linear_to_srgb
 from ..scene.visible import coarser, is_alone, points_at
 
@@ -56,7 +56,7 @@ def reduced(source: Any, largest: int, most: int, points: int = 0) -> Any:
 
 def cloud_points(scene: Scene) -> int:
     """How many points the visible clouds have."""
-    return sum(len(placed.content) for placed in scene.things if isinstance(placed.content, PointCloud))
+    return sum(len(placed.content) for placed in scene.instances if isinstance(placed.content, PointCloud))
 
 
 def _reduced_cloud(cloud: PointCloud, level: float) -> PointCloud:
@@ -68,7 +68,7 @@ def _reduced_cloud(cloud: PointCloud, level: float) -> PointCloud:
     arrays = {name: one[some] if np.ndim(one) and len(one) == len(cloud) else one for name, one in arrays.items()}
     if cloud.sizes is not None:
         arrays["sizes"] = arrays["sizes"] * np.float32(2 ** (level / 2))
-    look = {name: getattr(cloud, name) for name in CloudLook.__annotations__}
+    look = {name: getattr(cloud, name) for name in CloudStyle.__annotations__}
     return PointCloud(**arrays, origin=cloud.origin, up=cloud.up, front=cloud.front, **look)
 
 
@@ -90,9 +90,9 @@ def _averaged(color: NDArray[np.uint8], largest: int) -> NDArray[np.uint8]:
     return np.asarray(Image.fromarray(color).resize(size, Image.Resampling.BOX))
 
 
-def left_out(scene: Scene, finish: Finish, points: int) -> Iterator[str]:
+def left_out(scene: Scene, finish: OutputSettings, points: int) -> Iterator[str]:
     """Of a scene, finished like this. points: of its clouds, before some were left out."""
-    objects, shown = [p.content for p in scene.things if isinstance(p.content, PointObject)], cloud_points(scene)
+    objects, shown = [p.content for p in scene.instances if isinstance(p.content, PointObject)], cloud_points(scene)
     if shown < points:
         yield f"of {counted(points, 'point')} an even sample is drawn, {counted(shown, 'point')}"
     if finish.ground:
@@ -120,9 +120,9 @@ class Showing:
     turn: tuple[float, float, float]
     lights: Sequence[Light]
     shading: str
-    finish: Finish
+    finish: OutputSettings
     frame: Frame | None = None
-    around: EnvironmentLight = NOTHING_AROUND
+    environment_light: EnvironmentLight = NO_ENVIRONMENT
 
     @property
     def stage(self) -> OrbitStage:
@@ -188,16 +188,16 @@ class Showing:
 
     def _around(self) -> dict[str, Any]:
         """The light from all around, in home axes."""
-        around, turn = self.around, np.array(self.around.to_sky) @ self.home[:3, :3]
-        found: dict[str, Any] = {"occlusion": around.occlusion if around.occlusion < FAR_AS_SEEN else True}
-        if around.environment is None:
+        light, turn = self.environment_light, np.array(self.environment_light.to_sky) @ self.home[:3, :3]
+        found: dict[str, Any] = {"occlusion": light.occlusion if light.occlusion < FAR_AS_SEEN else True}
+        if light.environment is None:
             return found
-        picture, up = around.environment.picture, around.floor_in_sky
-        bands = around.intensity * lighting.radiance_bands(picture, up)
+        picture, up = light.environment.picture, light.floor_in_sky
+        bands = light.intensity * lighting.radiance_bands(picture, up)
         found |= {"bands": lighting.sh_rotation(bands, turn).tolist(), "toSky": turn.tolist()}
         if self.exponents:
             whole = picture if up is None else lighting.above_horizon(picture, up)
-            maps = around.intensity * lighting.lobe_maps(whole, self.exponents)
+            maps = light.intensity * lighting.lobe_maps(whole, self.exponents)
             texels = np.concatenate([maps, np.ones_like(maps[..., :1])], -1).clip(0, 65504).astype("<f2")
             size = {"width": maps.shape[1], "height": maps.shape[0], "count": len(self.exponents)}
             found["lobes"] = size | {"texels": base64.b64encode(texels.tobytes()).decode()}
@@ -206,9 +206,9 @@ class Showing:
     @property
     def exponents(self) -> tuple[float, ...]:
         """Those of highlights that show an environment."""
-        if self.around.environment is None:
+        if self.environment_light.environment is None:
             return ()
-        return lighting.exponents_of(p.content.material for p in self.scene.things)
+        return lighting.exponents_of(p.content.material for p in self.scene.instances)
 
     def lobe_of(self, placed: Placed) -> int:
         """Which of the maps shows the highlights of a thing."""
@@ -234,9 +234,9 @@ class Showing:
     @property
     def distance(self) -> float | None:
         """How far everything is taken to be for the near plane; None if it depends on who looks."""
-        if not is_alone(self.scene.things):
+        if not is_alone(self.scene.instances):
             return None
-        alone = self.scene.things[0]
+        alone = self.scene.instances[0]
         return alone.content.scale * alone.rigid_axes[1]
 
 
@@ -247,7 +247,7 @@ def arranged(request: RenderRequest) -> Showing:
     if isinstance(request.source, Scene | PointCloud):
         shading = request.source.shading if isinstance(request.source, PointCloud) else "phong"
         return Showing(scene, camera, seen, STRAIGHT, lights, shading, request.finish)
-    frame = scene.things[0].content.frame
+    frame = scene.instances[0].content.frame
     home, turns = (frame.pose, request.turns) if request.pose is None else (seen, STRAIGHT)
     return Showing(scene, camera, home, turns, lights, request.look.shading, request.finish, frame)
 

@@ -162,7 +162,7 @@ def draw_page(
             count.step(done - count.done)
 
         still = renderer.render(request, progress=drawn if progress else None)
-        gain, showing = 2.0**renderer.exposure, replace(showing, around=renderer.surroundings)
+        gain, showing = 2.0**renderer.exposure, replace(showing, environment_light=renderer.surroundings)
         parts: list[Part] = []
         for part in _parts(renderer, showing, QUALITIES[quality]):
             parts.append(part)
@@ -189,7 +189,7 @@ def largest_of(request: RenderRequest) -> int:
 
 def _surfaces_in(scene: Scene) -> int:
     """How many parts a page of a scene has."""
-    contents = (placed.content for placed in scene.things)
+    contents = (placed.content for placed in scene.instances)
     return sum(len(content.frames) if isinstance(content, PointObject) else 1 for content in contents)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..gpu.core.programs import splice
 from ..notes.notes import print_note
 from ..notes.words import printable
-from ..scene.appearance import Look
+from ..scene.appearance import Appearance
 from .page_contents import Showing
 from .parts import encoded, pack
 
@@ -102,10 +102,10 @@ def command_of(showing: Showing, line: str | None) -> dict[str, Any] | None:
     if line is None or not np.allclose(fitted.intrinsics, own.intrinsics, 0, CLOSE):
         return None
     is_own = bool(np.allclose(showing.home, scene.pose, 0, 1e-12))
-    is_frame = showing.frame is not None and scene.things[0].content.is_single
+    is_frame = showing.frame is not None and scene.instances[0].content.is_single
     return {
         "line": line,
-        "shading": Look().shading,
+        "shading": Appearance().shading,
         "isScene": showing.frame is None,
         "isOwn": is_own,
         "turns": is_own and is_frame,

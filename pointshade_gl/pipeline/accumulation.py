@@ -19,7 +19,7 @@ from ..gpu.drawables import Drawables, Objects
 from ..gpu.meshes.mesh_objects import ShownGrid
 from ..gpu.points.point_objects import ShownPoints
 from ..gpu.shading.light_pass import LightPass
-from ..gpu.shading.light_set import HIGHLIGHTS, Lighting, LightSet, around_inputs
+from ..gpu.shading.light_set import HIGHLIGHTS, Lighting, LightSet, environment_inputs
 from ..gpu.shading.occlusion import plane_shift, plane_turn
 from ..notes.notes import print_note
 from ..notes.words import option
@@ -29,7 +29,7 @@ from ..scene.environment import EnvironmentLight
 from ..scene.graph import Scene, shaded
 from ..scene.light import Light
 from ..scene.sample_pattern import at_sample
-from ..scene.settings import SIMPLE, Finish, Metering, Vector
+from ..scene.settings import SIMPLE, Metering, OutputSettings, Vector
 from ..scene.visible import VisibleScene, compose, is_alone, looking_distance
 from .frame_pass import FramePass, single_object
 from .gpu_scene import GpuScene
@@ -130,7 +130,9 @@ class Accumulator(FullscreenPasses):
 
         return self._keep(ResolveSamplesPass(self._context))
 
-    def draw(self, target: Target, visible: VisibleScene, drawables: Drawables, finish: Finish, count: Count) -> None:
+    def draw(
+        self, target: Target, visible: VisibleScene, drawables: Drawables, finish: OutputSettings, count: Count
+    ) -> None:
         """Draw the finished picture: all its samples, averaged and counted."""
         self._add_samples(target, visible, drawables, finish, count)
         self._resolve.resolve(target, finish)
@@ -147,12 +149,12 @@ class Accumulator(FullscreenPasses):
             self._steps.forget(step)
 
     def _add_samples(
-        self, target: Target, visible: VisibleScene, drawables: Drawables, finish: Finish, count: Count
+        self, target: Target, visible: VisibleScene, drawables: Drawables, finish: OutputSettings, count: Count
     ) -> None:
         """Add up the samples. If the picture shows the same as the last one, only the missing ones are drawn."""
         sums, has_ground = target.samples, not isinstance(finish.ground, bool)
         eye, ground = (visible.eye.camera, visible.eye.pose.tobytes()), (finish.ground, finish.ground_height)
-        light = tuple(visible.lights), visible.gain, visible.surroundings
+        light = tuple(visible.lights), visible.gain, visible.environment_light
         content = visible.scene, *eye, *ground, *light, visible.scale
         done = sums.count if sums.content == content and sums.count <= finish.samples else 0
         if not done:
@@ -166,7 +168,13 @@ class Accumulator(FullscreenPasses):
         sums.content, sums.count = content, finish.samples
 
     def _add_missing(
-        self, target: Target, visible: VisibleScene, drawables: Drawables, finish: Finish, count: Count, done: int
+        self,
+        target: Target,
+        visible: VisibleScene,
+        drawables: Drawables,
+        finish: OutputSettings,
+        count: Count,
+        done: int,
     ) -> None:
         """Add up the samples that are not there yet. In large stills many pixels share what they have in common."""
         sums, is_soft, light_set = target.samples, any(light.is_soft for light in visible.lights), None
@@ -191,16 +199,16 @@ class Accumulator(FullscreenPasses):
         from ..estimation.ground import ground_under, seen_ground  # only here
 
         ground = self._steps.run("ground", ground_under, visible.scene, up, height)
-        lighting, around = light_set.seen_from(visible.eye.pose), visible.surroundings
+        lighting, environment_light = light_set.seen_from(visible.eye.pose), visible.environment_light
         inputs = self._light.inputs(lighting) | {"surface_map": target.surfaces.surface}
         inputs |= {"intrinsics": visible.eye.camera.intrinsics, "plane": seen_ground(ground, visible.eye.pose)}
-        inputs |= around_inputs(lighting)
+        inputs |= environment_inputs(lighting)
         constants = {"SHADOWS": lighting.shadows.kind} if lighting.shadows else {}
-        constants |= {"ENVIRONMENT": 1} if around.environment else {}  # the ground is matt
+        constants |= {"ENVIRONMENT": 1} if environment_light.environment else {}  # the ground is matt
         inputs = {name: value for name, value in inputs.items() if name not in HIGHLIGHTS}
-        if around.occlusion:
+        if environment_light.occlusion:
             constants |= {"VISIBILITY": 1}
-            inputs["radius"] = around.radius(looking_distance(visible.scene, visible.eye.pose))
+            inputs["radius"] = environment_light.radius(looking_distance(visible.scene, visible.eye.pose))
             inputs["shift"] = plane_shift(visible.sample)
             inputs["turned"] = plane_turn(visible.sample)
         with self._resolve.canvas(target.samples.ground).opened((0, 0, *target.size)) as image:
@@ -209,7 +217,7 @@ class Accumulator(FullscreenPasses):
 
 
 LONGEST = 80  # pixels of the longer side of the copy
-ALL_AROUND = Lighting(np.zeros((0, 5, 4), np.float32), (1.0, 1.0, 1.0), None)  # in which this shows its own colours
+EVEN_LIGHT = Lighting(np.zeros((0, 5, 4), np.float32), (1.0, 1.0, 1.0), None)  # in which this shows its own colours
 OWN_COLORS = Material(1.0, 0.0, 0.0)
 Measure = Callable[[VisibleScene, Drawables], tuple[np.ndarray, np.ndarray]]
 
@@ -233,7 +241,7 @@ class ExposureMeter(FullscreenPasses):
         if not isinstance(exposure, str):
             return exposure
         scene = visible.scene
-        alone = drawables[scene.things[0]] if is_alone(scene.things) else None
+        alone = drawables[scene.instances[0]] if is_alone(scene.instances) else None
         is_guessed = exposure == "sensor"
         noises = [choice.noise for choice in alone.choices if choice.noise] if alone else []
         if is_guessed and all(noise.is_clean for noise in noises):
@@ -242,14 +250,14 @@ class ExposureMeter(FullscreenPasses):
             return 0.0  # the photograph itself
         measure = partial(self._of_points, alone.views[0]) if alone is not None and alone.views else self._of_scene
         meter = partial(self._measure, measure, is_guessed, drawables)
-        return self._steps.run("exposure", meter, scene, tuple(lights), visible.surroundings)
+        return self._steps.run("exposure", meter, scene, tuple(lights), visible.environment_light)
 
     def _measure(
         self, measure: Measure, is_guessed: bool, drawables: Drawables, scene: Scene, lights: Sequence[Light],
-        surroundings: EnvironmentLight,
+        environment_light: EnvironmentLight,
     ) -> float:  # fmt: skip
         camera = check_type(scene.camera, Camera, "camera")
-        seen = compose(scene, lights, _small(camera), np.asarray(scene.pose), surroundings)
+        seen = compose(scene, lights, _small(camera), np.asarray(scene.pose), environment_light)
         from ..estimation.light_fit import stops_to_match  # only here
 
         stops = stops_to_match(*measure(seen, drawables))
@@ -283,15 +291,15 @@ class ExposureMeter(FullscreenPasses):
             return lit.read()
 
         lit = shine(seen.colors.texture, light_set.seen_from(points.pose), visible.materials[0], visibility)
-        return lit, shine(seen.textures.color, ALL_AROUND, OWN_COLORS)
+        return lit, shine(seen.textures.color, EVEN_LIGHT, OWN_COLORS)
 
     def _of_scene(self, visible: VisibleScene, _: Drawables) -> tuple[np.ndarray, np.ndarray]:
         """The same of whatever a scene's camera sees."""
         (camera, pose), lights = visible.eye[:2], visible.lights
         target = Target(self._context, (camera.width, camera.height))
         try:
-            scenes, around = (visible.scene, shaded(visible.scene, "none")), visible.surroundings
-            views = (compose(one, lights, camera, pose, around) for one in scenes)
+            scenes, environment_light = (visible.scene, shaded(visible.scene, "none")), visible.environment_light
+            views = (compose(one, lights, camera, pose, environment_light) for one in scenes)
             lit, own = (self._accumulator.read_light(target, one, self._gpu_scene.prepare(one)) for one in views)
         finally:
             self._steps.forget(of=[target, target.splats, target.surfaces])

@@ -17,7 +17,7 @@ from ..gpu.drawables import Drawables
 from ..gpu.points.point_objects import ShownSet
 from ..notes.notes import print_note
 from ..notes.words import counted
-from ..scene.appearance import Look
+from ..scene.appearance import Appearance
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.node import Matrix, Node, Placed, contents_of
@@ -101,14 +101,16 @@ class Aligner:
         self._scene: tuple[Scene, Scene] | None = None  # the last one, and with its frames aligned
         self._rigs: dict[Hashable, Rig] = {}  # by what identifies the cameras, the last ones last
 
-    def align(self, frames: Sequence[Frame], look: Look, count: Count) -> Aligned:
+    def align(self, frames: Sequence[Frame], look: Appearance, count: Count) -> Aligned:
         """Return frames with corrected poses; there is a note on each that could not be placed."""
         fits = self._fits(frames, [frame.pose for frame in frames], look, count)
         for text in notes_on(frames, fits):
             print_note(text)
         return Aligned.of(frames, fits)
 
-    def _fits(self, frames: Sequence[Frame], poses: Sequence[Matrix], look: Look, count: Count) -> tuple[Fit, ...]:
+    def _fits(
+        self, frames: Sequence[Frame], poses: Sequence[Matrix], look: Appearance, count: Count
+    ) -> tuple[Fit, ...]:
         first, reduced = count.done, []
         for frame in frames:
             reduced.append(self._gpu_scene.read_reduced(frame, look))
@@ -121,7 +123,7 @@ class Aligner:
 
     def aligned(self, scene: Scene, count: Count | None = None) -> Scene:
         """Return a scene in which the frames of each object that asks for it are aligned."""
-        if not any(_asks(p.content) for p in scene.things):
+        if not any(_asks(p.content) for p in scene.instances):
             return scene
         if self._scene is None or self._scene[0] is not scene:
             self._scene = scene, scene.with_every_node(lambda node: self._changes(node, count or Count()))
@@ -131,7 +133,7 @@ class Aligner:
         """Return how many steps `aligned` will count."""
         if self._scene is not None and self._scene[0] is scene:
             return 0
-        objects = {p.content for p in scene.things if _asks(p.content) and p.content not in self._objects}
+        objects = {p.content for p in scene.instances if _asks(p.content) and p.content not in self._objects}
         new = {(one.frames, surface_of(one.look)) for one in objects} - self._sets.keys()
         return sum(alignment_steps(len(frames)) for frames, _ in new if _cameras_of(frames) not in self._rigs)
 
@@ -270,7 +272,7 @@ def _motions(frame: Frame, fit: Fit) -> str:
 MOST_SEARCHED = 8  # frames: each is searched for beside each other
 
 
-def search(gpu_scene: GpuScene, frames: Sequence[Frame], look: Look, count: Count) -> list[FoundPose]:
+def search(gpu_scene: GpuScene, frames: Sequence[Frame], look: Appearance, count: Count) -> list[FoundPose]:
     """Return the poses of frames of which nothing is known; the first keeps its own. Raises ValueError for too many."""
     if len(frames) > MOST_SEARCHED:
         raise ValueError(f"poses are searched for at most {MOST_SEARCHED} frames at once, got {len(frames)}")
@@ -317,7 +319,7 @@ class _Keyframe(NamedTuple):
 class PoseTrack:
     """The corrected poses of one sequence: that of its first frame stays."""
 
-    def __init__(self, gpu_scene: GpuScene, look: Look):
+    def __init__(self, gpu_scene: GpuScene, look: Appearance):
         self._gpu_scene, self._look = gpu_scene, look
         self._keyframes: deque[_Keyframe] = deque(maxlen=MOST_KEYFRAMES)
         self._correction = np.eye(4)  # of the last frame: from its given pose to the one that was found

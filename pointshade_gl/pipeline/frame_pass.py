@@ -14,7 +14,7 @@ from ..gpu.drawables import Drawables, Objects
 from ..gpu.meshes.mesh_objects import ShownGrid, joined
 from ..gpu.points.point_objects import ShownPoints
 from ..gpu.shading.light_pass import LightPass
-from ..gpu.shading.light_set import Lighting, LightSet, around_inputs
+from ..gpu.shading.light_set import Lighting, LightSet, environment_inputs
 from ..gpu.shading.occlusion import ViewVisibilityPass
 from ..gpu.shading.present import SurfaceColorsPass
 from ..scene.appearance import Material
@@ -49,7 +49,7 @@ class FramePass:
                 self._steps.always("colors", self._colors.draw, canvas, *colored)
                 return
             numbered = visible.materials  # by the numbers of surfaces: of each object one where they hide each other
-            if visible.surroundings.occlusion:
+            if visible.environment_light.occlusion:
                 rows = joined(drawables[p] for p in visible.shown)
                 numbered = [visible.shown[first].content.material for first, _ in rows]
             self._light_pixels(target, canvas, visible, light_set, numbered)
@@ -73,7 +73,7 @@ class FramePass:
         thing, counts, points = single_object(visible, drawables, light_set), self._steps.counts, self._objects.points
         if not isinstance(thing, ShownPoints) or thing.shading != "flat" or not points.can_light(thing.points):
             return False
-        if light_set.around is not None or thing.visibility is not None:
+        if light_set.environment is not None or thing.visibility is not None:
             return False
         before = counts["lit splats"]
         inputs = self._light.inputs(light_set.seen_from(thing.points.pose))
@@ -95,7 +95,7 @@ class FramePass:
             always("resolve", points.draw_picture, canvas, *looking)
         elif target.splats.version > before:
             lighting = light_set.seen_from(eye.pose)
-            lights = self._light.inputs(lighting, True) | around_inputs(lighting)
+            lights = self._light.inputs(lighting, True) | environment_inputs(lighting)
             lights["material"] = visible.materials[0].strengths
             always("resolve", points.draw_lit, canvas, *looking, lights)
         else:
@@ -110,12 +110,12 @@ class FramePass:
         rows = list(joined(drawables[p] for p in visible.shown))
         shown, materials = tuple(thing for _, thing in rows), visible.materials
         places = [1 + materials.index(visible.shown[first].content.material) for first, _ in rows]
-        if visible.surroundings.occlusion:
+        if visible.environment_light.occlusion:
             places = list(range(1, len(rows) + 1))
         numbers = tuple(-k if thing.shading == "edl" else k for k, thing in zip(places, shown, strict=True))
         early = any(thing.is_lit_as_drawn for thing in shown)
         lighting = light_set.seen_from(visible.eye.pose) if early else None
-        hides = bool(visible.surroundings.occlusion)
+        hides = bool(visible.environment_light.occlusion)
         marks = visible.scale is not None and visible.scale.show == "certainty"
         inputs = target.surfaces, shown, numbers, visible.eye, lighting, hides, marks
         self._steps.run("surfaces", self._fill_surfaces, target, *inputs)
@@ -133,7 +133,7 @@ class FramePass:
         surfaces.knows_visibility = len(shown) <= 1 and all(
             thing.views and all(view.visibility is not None for view in thing.views) for thing in shown
         )
-        lights = self._light.inputs(lighting) | around_inputs(lighting) if lighting else {}
+        lights = self._light.inputs(lighting) | environment_inputs(lighting) if lighting else {}
         for thing, number in zip(shown, numbers, strict=True):
             self._objects.add_surface(target, thing, eye, number, lights)
         surfaces.raise_version()
@@ -149,10 +149,10 @@ class FramePass:
         if surfaces.has_visibility and surfaces.knows_visibility:
             marks["visibility"] = surfaces.visibility
         elif surfaces.has_visibility:
-            radius = visible.surroundings.radius(looking_distance(visible.scene, visible.eye.pose))
-            around = surfaces, visible.eye.camera, radius, visible.sample
+            radius = visible.environment_light.radius(looking_distance(visible.scene, visible.eye.pose))
+            needed = surfaces, visible.eye.camera, radius, visible.sample
             find = self._view_visibility.find
-            marks["visibility"] = self._steps.run("view visibility", find, *around, of=surfaces)
+            marks["visibility"] = self._steps.run("view visibility", find, *needed, of=surfaces)
         with canvas.opened(surfaces.window) as image:
             self._steps.always("light", partial(self._light.draw, linear=canvas.linear, **marks), image, *inputs)
 

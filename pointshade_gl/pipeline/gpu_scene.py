@@ -26,7 +26,7 @@ from ..gpu.points.tiles import TileStore, needs_tiles
 from ..gpu.surface.frame_store import DrawnPoints, FrameStore
 from ..notes.notes import print_note
 from ..notes.words import option
-from ..scene.appearance import LIT_EARLY, NOT_LIT, Look, SurfaceOptions
+from ..scene.appearance import LIT_EARLY, NOT_LIT, Appearance, SurfaceOptions
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.node import Placed
@@ -84,12 +84,12 @@ class GpuScene(Owner):
     def prepare(self, visible: VisibleScene, count: Count | None = None) -> Drawables:
         """Put everything that is visible or casts a shadow on the GPU. count: of `merged_frames`, counted twice."""
         if count is None and self.drawn and self._has_objects_of(visible):
-            self._steps.counts["culled"] += len(visible.scene.things) - len(visible.shown)
+            self._steps.counts["culled"] += len(visible.scene.instances) - len(visible.shown)
             self.photo_lights = []
             return self.drawn
         count, self._last = count or Count(), None
         self.drawn = {}  # its textures may be freed now
-        self._steps.counts["culled"] += len(visible.scene.things) - len(visible.shown)
+        self._steps.counts["culled"] += len(visible.scene.instances) - len(visible.shown)
         used = _used(visible)
         meshes, clouds, objects = ([p for p in used if isinstance(p.content, kind)] for kind in _KINDS)
         self._objects.keep_only(p.content for p in meshes)
@@ -118,14 +118,18 @@ class GpuScene(Owner):
         last = self._last
         if last is None or self._forgotten != self._steps.forgotten or last.scene is not now.scene:
             return False
-        if (last.surroundings, last.shown, last.casting) != (now.surroundings, now.shown, now.casting):
+        if (last.environment_light, last.shown, last.shadow_casters) != (
+            now.environment_light,
+            now.shown,
+            now.shadow_casters,
+        ):
             return False
         if last.eye is now.eye:
             return True
-        content = now.scene.things[0].content  # a frame alone has all of its points in every view of one size
-        return is_alone(now.scene.things) and content.is_alike_from_everywhere and last.eye.camera == now.eye.camera
+        content = now.scene.instances[0].content  # a frame alone has all of its points in every view of one size
+        return is_alone(now.scene.instances) and content.is_alike_from_everywhere and last.eye.camera == now.eye.camera
 
-    def read_normals(self, frame: Frame, look: Look) -> NDArray[np.float32]:
+    def read_normals(self, frame: Frame, look: Appearance) -> NDArray[np.float32]:
         """Return (h, w, 4), read-only: the normals and depths of a frame's points, in its camera's axes."""
         self.drawn = {}  # its textures may be freed now
         if needs_tiles(frame, look, self.tiles.largest_side):
@@ -151,7 +155,7 @@ class GpuScene(Owner):
         self.photo_lights = [one.light for one in found]
         return total.color
 
-    def read_reduced(self, frame: Frame, look: Look) -> ReducedFrame:
+    def read_reduced(self, frame: Frame, look: Appearance) -> ReducedFrame:
         """Return the small copy of a frame by which its pose is found. One at a time is on the GPU."""
         self.drawn = {}  # its textures may be freed now
         if needs_tiles(frame, look, self.tiles.largest_side):
@@ -163,7 +167,7 @@ class GpuScene(Owner):
     def _surfaced(self, frame: Frame) -> FrameTextures:
         """Return the textures of a single frame, with its normals."""
         (textures,) = self.frames.upload([frame])
-        self.frames.find_normals(textures, frame, Look())
+        self.frames.find_normals(textures, frame, Appearance())
         return textures
 
     def release(self) -> None:
@@ -206,14 +210,14 @@ class GpuScene(Owner):
                 from ..gpu.points.view_consensus import describe_missing_views  # only here
 
                 textures.note_once("highlights", "alone", frame.camera, describe_missing_views())
-            visibility, around = None, visible.surroundings
-            if around.occlusion and look.shading not in NOT_LIT:
-                radius = around.radius(frame.scale * p.rigid_axes[1]) / p.rigid_axes[1]
+            visibility, environment_light = None, visible.environment_light
+            if environment_light.occlusion and look.shading not in NOT_LIT:
+                radius = environment_light.radius(frame.scale * p.rigid_axes[1]) / p.rigid_axes[1]
                 visibility = self.frames.find_visibility(textures, drawn, radius)
             if look.splat == "mesh":
                 shown[p] = self._as_grid(p, drawn, textures, visibility)
             else:
-                bridged = self.frames.bridge(textures, drawn) if p in alone and p in visible.casting else None
+                bridged = self.frames.bridge(textures, drawn) if p in alone and p in visible.shadow_casters else None
                 shown[p] = _as_splats(p, drawn, textures, step, bridged, visibility)
             count.step(p not in alone)
         return shown
@@ -251,19 +255,19 @@ def merged_frames(visible: VisibleScene) -> int:
 
 
 def _used(visible: VisibleScene) -> list[Placed]:
-    needed = {*visible.shown, *visible.casting}
-    return [p for p in visible.scene.things if p in needed]
+    needed = {*visible.shown, *visible.shadow_casters}
+    return [p for p in visible.scene.instances if p in needed]
 
 
 def _places(visible: VisibleScene) -> dict[Placed, int]:
     """Return the number of each frame among all frames of the scene, visible or not: it identifies a stream."""
-    objects = (p for p in visible.scene.things if p.content.frames)
+    objects = (p for p in visible.scene.instances if p.content.frames)
     return {member: k for k, member in enumerate(member for p in objects for member in p.members)}
 
 
 def _coarser_step(p: Placed, visible: VisibleScene) -> int:
     """Return 1 to draw all points: for a frame alone, and where an option is an array; else the step for this view."""
-    return coarser_step(p, visible.eye) if p.content.look.is_uniform and not is_alone(visible.scene.things) else 1
+    return coarser_step(p, visible.eye) if p.content.look.is_uniform and not is_alone(visible.scene.instances) else 1
 
 
 def _as_splats(
@@ -278,10 +282,10 @@ def _as_splats(
     return ShownPoints(points, textures, colors, light, look.shading, visibility)
 
 
-def surface_of(look: Look) -> Look:
+def surface_of(look: Appearance) -> Appearance:
     """Return what of a look decides where the points of single frames lie that poses are found by."""
     kept = {name: getattr(look, name) for name in keys_of(SurfaceOptions) if name not in _INVENTED}
-    return Look(normals=look.normals, **kept)
+    return Appearance(normals=look.normals, **kept)
 
 
 def read_cloud_normals(context: moderngl.Context, cloud: PointCloud, noise: float | None = None) -> CloudNormals:

@@ -26,7 +26,7 @@ from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, unit
 from ..scene.sample_pattern import light_part
-from ..scene.settings import Finish
+from ..scene.settings import OutputSettings
 from ..scene.shadow_cameras import ShadowView, shadow_views
 from ..scene.visible import VisibleScene
 
@@ -50,17 +50,17 @@ class LightSetup(Owner):
         know them.
         """
         lights, exponents = visible.lights, exponents_of(visible.materials)
-        around = self._environments.find(visible.surroundings, exponents)
+        environment = self._environments.find(visible.environment_light, exponents)
         early = any(not p.content.frames and p.content.shading in LIT_EARLY for p in visible.shown)
-        lies_under = visible.surroundings.on_ground and visible.surroundings.occlusion
+        lies_under = visible.environment_light.on_ground and visible.environment_light.occlusion
         if not (early or lies_under or any(light.shadow or light.is_spot or light.is_area for light in lights)):
-            return LightSet(lights, visible.scene.ambient, gain=visible.gain, around=around)
+            return LightSet(lights, visible.scene.ambient, gain=visible.gain, environment=environment)
         views, spans = shadow_views(lights, visible.scene.extent, light_part(visible.sample))
         if views:
-            drawn = (thing for _, thing in joined(drawables[p] for p in visible.casting))
+            drawn = (thing for _, thing in joined(drawables[p] for p in visible.shadow_casters))
             shapes = tuple(thing.shape for thing in drawn)
             self._steps.run("shadows", self._fill_shadow_map, self._shadow_map, views, shapes)
-        return LightSet(lights, visible.scene.ambient, views, spans, self._shadow_map, visible.gain, around)
+        return LightSet(lights, visible.scene.ambient, views, spans, self._shadow_map, visible.gain, environment)
 
     def _fill_shadow_map(self, shadow_map: ShadowMap, views: list[ShadowView], shapes: tuple[Shape, ...]) -> None:
         if shadow_map.fit(views):
@@ -102,8 +102,8 @@ Upright = Callable[[Frame | Scene], tuple[np.ndarray, bool]]
 MIN_AMBIENT_SHARE = 0.1  # of the light, above which it is worth looking at what hides it
 
 
-def surroundings_of(
-    finish: Finish, source: Frame | Scene, scene: Scene, lights: Sequence[Light], materials: Sequence[Material],
+def environment_light_of(
+    finish: OutputSettings, source: Frame | Scene, scene: Scene, lights: Sequence[Light], materials: Sequence[Material],
     upright: Upright,
 ) -> EnvironmentLight:  # fmt: skip
     """Return what is around a scene.
@@ -114,7 +114,7 @@ def surroundings_of(
     environment = cast("Environment | None", finish.environment) or scene.environment
     wanted = finish.ambient_occlusion
     if wanted is None:
-        wanted = environment is not None or any(_comes_from_around(scene, lights, one) for one in materials)
+        wanted = environment is not None or any(_reflects_environment(scene, lights, one) for one in materials)
     occlusion = FAR_AS_SEEN if wanted is True else float(wanted)
     on_ground = finish.ground is not False
     if environment is None:
@@ -146,7 +146,7 @@ def standing(up: np.ndarray, degrees: float, pose: np.ndarray) -> tuple[Row, Row
     return _row(cosine * x - sine * z), _row(up), _row(sine * x + cosine * z)
 
 
-def _comes_from_around(scene: Scene, lights: Sequence[Light], material: Material) -> bool:
+def _reflects_environment(scene: Scene, lights: Sequence[Light], material: Material) -> bool:
     ambient = material.ambient * max(scene.ambient)
     direct = material.diffuse * sum(_arriving(light, scene) for light in lights)
     return ambient > MIN_AMBIENT_SHARE * (ambient + direct) * (1 + 1e-6)

@@ -23,21 +23,21 @@ from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.occlusion import ViewVisibilityPass
 from ..gpu.shading.present import SurfaceColorsPass
 from ..notes.errors import check_function
-from ..scene.appearance import Look
+from ..scene.appearance import Appearance
 from ..scene.camera import Camera
-from ..scene.environment import NOTHING_AROUND
+from ..scene.environment import NO_ENVIRONMENT
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
 from ..scene.node import Matrix, Placed
-from ..scene.settings import SIMPLE, Finish
+from ..scene.settings import SIMPLE, OutputSettings
 from ..scene.values import CERTAINTY, ColorScale, scale_of_depths
 from ..scene.visible import VisibleScene, compose, composed_again
 from .accumulation import Accumulator, ExposureMeter, SharedSamples
 from .aligned_poses import Aligned, Aligner, alignment_steps
 from .frame_pass import FramePass
 from .gpu_scene import GpuScene, merged_frames
-from .light_setup import LightSetup, surroundings_of
+from .light_setup import LightSetup, environment_light_of
 
 if TYPE_CHECKING:
     from ..estimation.pose_search import FoundPose
@@ -86,12 +86,12 @@ class Pipeline(Owner):
         self._seen: VisibleScene | None = None  # what was last seen of it, from the middle of its pixels
         self._has_surfaces = False  # whether the target certainly holds the surfaces of that
         self.exposure = 0.0  # of the last picture, stops
-        self.surroundings = NOTHING_AROUND  # of it
+        self.environment_light = NO_ENVIRONMENT  # of it
         self.scale: ColorScale | None = None  # of its colours, if they are no light
         self._stands: tuple[Hashable, tuple[np.ndarray, bool]] | None = None  # the last stream, and where up is in it
 
     def draw(
-        self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: Finish = SIMPLE,
+        self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: OutputSettings = SIMPLE,
         source: Frame | Scene | None = None, progress: Progress | None = None,
     ) -> Target:  # fmt: skip
         """Draw the scene under these lights, as a camera at a pose (4, 4) sees it.
@@ -103,8 +103,10 @@ class Pipeline(Owner):
         uploads = self.steps.counts["upload"]
         scene = self._aligner.aligned(scene, count)
         self._composed = visible = composed_again(self._composed, scene, lights, camera, pose)
-        around = surroundings_of(finish, source or given, scene, lights, visible.materials, self._upright)
-        self.surroundings, visible = around, visible._replace(surroundings=around)
+        environment_light = environment_light_of(
+            finish, source or given, scene, lights, visible.materials, self._upright
+        )
+        self.environment_light, visible = environment_light, visible._replace(environment_light=environment_light)
         drawables = self.gpu_scene.prepare(visible, count if progress else None)
         if self._drawn is not scene:
             self.steps.forget("exposure")
@@ -134,7 +136,7 @@ class Pipeline(Owner):
         return target
 
     def _scale_of(
-        self, finish: Finish, target: Target, visible: VisibleScene, drawables: Drawables
+        self, finish: OutputSettings, target: Target, visible: VisibleScene, drawables: Drawables
     ) -> ColorScale | None:
         """Return what colours stand for: that of depths is found once for a view, from the middle of its pixels."""
         if finish.show != "depth":
@@ -168,11 +170,11 @@ class Pipeline(Owner):
         steps = self._aligner.steps_of(scene) + 2 * merged_frames(compose(scene, (), camera, pose))
         return Count(finished, steps + samples)
 
-    def align(self, frames: Sequence[Frame], look: Look, progress: Progress | None = None) -> Aligned:
+    def align(self, frames: Sequence[Frame], look: Appearance, progress: Progress | None = None) -> Aligned:
         """Return frames of one thing with corrected poses. progress: told of each that is read, and of each level."""
         return self._aligner.align(frames, look, Count(progress, alignment_steps(len(frames))))
 
-    def search(self, frames: Sequence[Frame], look: Look, progress: Progress | None = None) -> list[FoundPose]:
+    def search(self, frames: Sequence[Frame], look: Appearance, progress: Progress | None = None) -> list[FoundPose]:
         """Return the poses of frames of which nothing is known, and how sure they are."""
         from .aligned_poses import search, search_steps  # only here
 
@@ -226,10 +228,10 @@ class Pipeline(Owner):
 
         progress  told of each frame of several that is prepared and compared, and of the points at the end
         """
-        content = scene.things[0].content
+        content = scene.instances[0].content
         count = self._count(progress, scene, content.frame.camera, pose)
         scene = self._aligner.aligned(scene, count)
-        content = scene.things[0].content
+        content = scene.instances[0].content
         visible = compose(scene, lights, content.frame.camera, pose, shows_all=True)
         drawables = self.gpu_scene.prepare(visible, count)
         self._aligner.watch(drawables)

@@ -16,7 +16,7 @@ from ..gpu.context.context import Context
 from ..notes.notes import Note, print_note, taken_by
 from ..notes.words import option
 from ..pipeline.pipeline import Pipeline
-from ..scene.appearance import Look, SurfaceOptions
+from ..scene.appearance import Appearance, SurfaceOptions
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.noise import Method, check_method
@@ -40,7 +40,7 @@ class Estimates:
 
         def _in_use(self) -> AbstractContextManager[None]: ...
 
-    @takes(SurfaceOptions, Look)
+    @takes(SurfaceOptions, Appearance)
     def estimate_normals(
         self,
         frame: Frame | PointCloud | FilePath | RenderRequest,
@@ -157,7 +157,7 @@ class Estimates:
         with self._in_use():
             return self._pipeline.gpu_scene.read_albedo(photos)
 
-    @takes(SurfaceOptions, Look)
+    @takes(SurfaceOptions, Appearance)
     def align_frames(
         self,
         frames: Sequence[Frame],
@@ -206,7 +206,7 @@ class Estimates:
         """
         from ..pipeline.aligned_poses import Aligned, notes_on_search
 
-        checked, look = check_frames(frames), uniform(Look(**options))
+        checked, look = check_frames(frames), uniform(Appearance(**options))
         with taken_by(notes), self._in_use():
             if not check_type(search, bool, "search"):
                 return self._pipeline.align(checked, look, progress).frames
@@ -215,7 +215,7 @@ class Estimates:
                 print_note(text)
             return Aligned.of(checked, [one.fit for one in found]).frames
 
-    @takes(SurfaceOptions, Look)
+    @takes(SurfaceOptions, Appearance)
     def align_sequence(
         self, frames: Iterable[Frame], *, notes: Note | None = None, **options: Unpack[SurfaceOptions]
     ) -> Generator[Frame, None, None]:
@@ -246,7 +246,7 @@ class Estimates:
         """
         from ..pipeline.aligned_poses import PoseTrack  # only here
 
-        track = PoseTrack(self._pipeline.gpu_scene, uniform(Look(**options)))
+        track = PoseTrack(self._pipeline.gpu_scene, uniform(Appearance(**options)))
 
         def follow() -> Generator[Frame, None, None]:
             for frame in frames:
@@ -283,4 +283,4 @@ class Estimates:
         """
         checked = check_frames(frames)
         with self._in_use():
-            return self._pipeline.search(checked, Look(), progress)
+            return self._pipeline.search(checked, Appearance(), progress)

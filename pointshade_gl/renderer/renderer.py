@@ -133,7 +133,7 @@ class Renderer(Estimates):
     @property
     def surroundings(self) -> EnvironmentLight:
         """Return what was around the objects of the last picture; its environment, and whether things hid its light."""
-        return self._pipeline.surroundings
+        return self._pipeline.environment_light
 
     @property
     def color_scale(self) -> ColorScale | None:

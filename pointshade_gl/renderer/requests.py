@@ -14,7 +14,15 @@ from numpy.typing import NDArray
 from ..checks.arguments import as_given, check_type, is_a
 from ..checks.foreign_arrays import Numbers
 from ..notes.words import shown
-from ..scene.appearance import ColorOptions, FormOptions, Look, LookOptions, Material, NamedOptions, SurfaceOptions
+from ..scene.appearance import (
+    Appearance,
+    AppearanceOptions,
+    ColorOptions,
+    FormOptions,
+    Material,
+    NamedOptions,
+    SurfaceOptions,
+)
 from ..scene.camera import Camera
 from ..scene.cloud import PointCloud
 from ..scene.environment import Environment, check_environment
@@ -24,7 +32,7 @@ from ..scene.light import Light, check_lights
 from ..scene.node import Node
 from ..scene.objects import PointObject, check_frames
 from ..scene.option_fields import takes
-from ..scene.settings import SIMPLE, Finish, FinishOptions
+from ..scene.settings import SIMPLE, OutputOptions, OutputSettings
 from ..scene.viewpoint import MoveOptions, View, viewing_pose
 
 if TYPE_CHECKING:
@@ -35,7 +43,7 @@ Turns = tuple[float, float, float]
 STRAIGHT: Turns = 0.0, 0.0, 0.0
 
 
-class RenderOptions(NamedOptions, MoveOptions, FinishOptions, total=False):
+class RenderOptions(NamedOptions, MoveOptions, OutputOptions, total=False):
     """The options of `render` that are passed by name only."""
 
 
@@ -49,7 +57,7 @@ class PointsOptions(MoveOptions, SurfaceOptions, ColorOptions, total=False):
     align: bool
 
 
-class RequestOptions(LookOptions, MoveOptions, FinishOptions, total=False):
+class RequestOptions(AppearanceOptions, MoveOptions, OutputOptions, total=False):
     """All options of a request."""
 
     light: Light | Sequence[Light] | None
@@ -58,7 +66,7 @@ class RequestOptions(LookOptions, MoveOptions, FinishOptions, total=False):
     pose: Numbers | None
 
 
-GROUPS = Look, View, Finish  # whose fields these options are
+GROUPS = Appearance, View, OutputSettings  # whose fields these options are
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,11 +84,11 @@ class RenderRequest:
 
     source: Frame | Sequence[Frame] | Scene | PointCloud
     lights: Sequence[Light] | None = None
-    look: Look = Look()
+    look: Appearance = Appearance()
     camera: Camera | None = None
     pose: Numbers | None = None
     turns: Turns = STRAIGHT
-    finish: Finish = SIMPLE
+    finish: OutputSettings = SIMPLE
 
     @classmethod
     @takes(RequestOptions, *GROUPS)
@@ -100,10 +108,10 @@ class RenderRequest:
         if "environment" in given:
             given["environment"] = _found(given["environment"])
         if isinstance(source, PointCloud):
-            source = styled(source, {name: given.pop(name) for name in [*given] if name in _NAMES[Look]})
+            source = styled(source, {name: given.pop(name) for name in [*given] if name in _NAMES[Appearance]})
         look, view, finish = (_made_of(group, given) for group in GROUPS)
-        if isinstance(source, Scene) and look is not _PLAIN[Look]:
-            names = (name for name in given if name in _NAMES[Look])
+        if isinstance(source, Scene) and look is not _PLAIN[Appearance]:
+            names = (name for name in given if name in _NAMES[Appearance])
             raise ValueError(f"the objects of a scene have a look of their own: leave out {', '.join(names)}")
         lights = check_lights(given["light"]) if "light" in given else None
         camera = check_type(given["camera"], Camera, "camera") if "camera" in given else None
@@ -118,7 +126,7 @@ class RenderRequest:
             source = scene_of(styled(source, given_by(view.look)))
         is_scene = isinstance(source, Scene)
         camera, pose = view.seen(source if is_scene else check_frames(source)[0], pivot)
-        look = Look() if is_scene else view.look
+        look = Appearance() if is_scene else view.look
         return cls(source, view.lights or None, look, camera, pose, STRAIGHT, view.finish)
 
     @cached_property
@@ -187,7 +195,7 @@ class Scenes:
     """Makes scenes of frames, and keeps the last one: the same object shows the pipeline that nothing has changed."""
 
     def __init__(self) -> None:
-        self._last: tuple[tuple[Frame, ...], Look, Scene] | None = None
+        self._last: tuple[tuple[Frame, ...], Appearance, Scene] | None = None
         self._cloud: tuple[PointCloud, Scene] | None = None
 
     def of(self, request: RenderRequest) -> Scene:
@@ -203,7 +211,7 @@ class Scenes:
             self._cloud = cloud, scene_of(cloud).framed()
         return self._cloud[1]
 
-    def of_frames(self, frames: tuple[Frame, ...], look: Look) -> Scene:
+    def of_frames(self, frames: tuple[Frame, ...], look: Appearance) -> Scene:
         """Return the scene of one object; the last one again if nothing has changed."""
         if self._last is None or self._last[0] != frames or not look.is_uniform or self._last[1] != look:
             first = frames[0]

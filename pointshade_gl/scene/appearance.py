@@ -146,10 +146,10 @@ class Material:
 
 @option_class
 @dataclass(frozen=True, eq=False)
-class Look(Options):
+class Appearance(Options):
     """All choices about how one point object is drawn, except its place and the light.
 
-    Arrays are copied, and read-only. Looks of the same choices are equal, also with arrays.
+    Arrays are copied, and read-only. Those of the same choices are equal, also with arrays.
 
     Raises
     ------
@@ -307,7 +307,7 @@ class Look(Options):
             if not isinstance(value, str | float | None):
                 object.__setattr__(self, name, frozen(as_array(value, complaint, np.float32)))
 
-    def for_frame(self, depth: NDArray[np.float32]) -> Look:
+    def for_frame(self, depth: NDArray[np.float32]) -> Appearance:
         """Return the look with its arrays checked against a depth picture.
 
         Parameters
@@ -397,7 +397,7 @@ class Look(Options):
         return has_own_colors and self.splat == "footprint" and self.is_uniform and self.point_size in (None, 1)
 
     @property
-    def alone(self) -> Look:
+    def alone(self) -> Appearance:
         """The look of a single picture; nothing is filtered over time."""
         return replace(self, temporal=False)
 
@@ -407,21 +407,21 @@ class Look(Options):
         return self.unlight
 
     @property
-    def as_taken(self) -> Look:
+    def as_taken(self) -> Appearance:
         """The look without light, in the photograph's own colours."""
         return replace(self, shading="none", unlight=False, remove_highlights=False)
 
     @property
-    def of_points(self) -> Look:
+    def of_points(self) -> Appearance:
         """The look of single points, each lit once; what only splats show has its default."""
         material = UNLIT if self.shading in NOT_LIT else self.material
         names = "normals", "align", *keys_of(SurfaceOptions), *keys_of(ColorOptions)
         kept = {name: getattr(self, name) for name in names}
-        return Look(material, shading="flat", upsample="none", **kept)
+        return Appearance(material, shading="flat", upsample="none", **kept)
 
 
 class SurfaceOptions(TypedDict, total=False):
-    """The options of a Look about the surface that is found in the depth."""
+    """The options of an Appearance about the surface that is found in the depth."""
 
     max_depth_step: float | str | None
     noise: float | Numbers | str | None
@@ -431,7 +431,7 @@ class SurfaceOptions(TypedDict, total=False):
 
 
 class FormOptions(TypedDict, total=False):
-    """The options of a Look about what is drawn of each point."""
+    """The options of an Appearance about what is drawn of each point."""
 
     splat: Splat
     upsample: Upsampling
@@ -439,20 +439,20 @@ class FormOptions(TypedDict, total=False):
 
 
 class ColorOptions(TypedDict, total=False):
-    """The options of a Look about the colours in the picture."""
+    """The options of an Appearance about the colours in the picture."""
 
     unlight: bool
     remove_highlights: bool
 
 
 class NamedOptions(FormOptions, SurfaceOptions, ColorOptions, total=False):
-    """The options of a Look that functions take by name only."""
+    """The options of an Appearance that functions take by name only."""
 
     normals_at: NormalsAt
 
 
-class LookOptions(NamedOptions, total=False):
-    """The options of a Look, except its material."""
+class AppearanceOptions(NamedOptions, total=False):
+    """The options of an Appearance, except its material."""
 
     normals: Method | Numbers
     shading: Shading
@@ -460,9 +460,9 @@ class LookOptions(NamedOptions, total=False):
 
 
 VOCABULARIES: dict[str, tuple[str, ...]] = {
-    name: get_args(kind) for name, kind in get_type_hints(LookOptions).items() if get_origin(kind) is Literal
+    name: get_args(kind) for name, kind in get_type_hints(AppearanceOptions).items() if get_origin(kind) is Literal
 }
-SWITCHES = tuple(one.name for one in fields(Look) if one.default is False)
+SWITCHES = tuple(one.name for one in fields(Appearance) if one.default is False)
 _ARRAYS = {
     "normals": "normals must be a method's name or have shape (h, w, 3)",
     "point_size": "point_size is the splats' size in source pixels, one number or an array of (h, w)",

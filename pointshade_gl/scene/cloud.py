@@ -33,7 +33,7 @@ ARRAYS = "positions", "normals", "colors", "sizes", "confidence", "seen_from"
 SAMPLE = 1 << 16  # points that bounds are taken from
 
 
-class CloudLook(TypedDict, total=False):
+class CloudStyle(TypedDict, total=False):
     """How a cloud is drawn."""
 
     material: Material
@@ -154,7 +154,7 @@ class PointCloud(DrawnValue):
     def __repr__(self) -> str:
         return f"PointCloud({counted(len(self), 'point')})"
 
-    def styled(self, **look: Unpack[CloudLook]) -> PointCloud:
+    def styled(self, **look: Unpack[CloudStyle]) -> PointCloud:
         """Return the same points, drawn otherwise. Their arrays are not copied.
 
         Parameters
@@ -162,9 +162,9 @@ class PointCloud(DrawnValue):
         **look
             `material`, `shading`, `splat` and `point_size`, as of a new cloud.
         """
-        if others := [name for name in look if name not in CloudLook.__annotations__]:
-            raise TypeError(f"a cloud is styled by {', '.join(CloudLook.__annotations__)}, got {', '.join(others)}")
-        kept: CloudLook = {name: getattr(self, name) for name in CloudLook.__annotations__}  # type: ignore[assignment]
+        if others := [name for name in look if name not in CloudStyle.__annotations__]:
+            raise TypeError(f"a cloud is styled by {', '.join(CloudStyle.__annotations__)}, got {', '.join(others)}")
+        kept: CloudStyle = {name: getattr(self, name) for name in CloudStyle.__annotations__}  # type: ignore[assignment]
         made = PointCloud(np.empty((0, 3)), **(kept | look))
         for name in ("origin", "up", "front", *ARRAYS):
             object.__setattr__(made, name, getattr(self, name))
@@ -178,7 +178,7 @@ class PointCloud(DrawnValue):
         other : PointCloud
             The other cloud.
         """
-        named = ("up", "front", *CloudLook.__annotations__)
+        named = ("up", "front", *CloudStyle.__annotations__)
         alike = all(getattr(self, name) == getattr(other, name) for name in named)
         return alike and all(getattr(self, name) is getattr(other, name) for name in ("origin", *ARRAYS))
 

@@ -247,4 +247,4 @@ class EnvironmentLight(NamedTuple):
         return distance if self.occlusion == FAR_AS_SEEN else self.occlusion
 
 
-NOTHING_AROUND = EnvironmentLight()
+NO_ENVIRONMENT = EnvironmentLight()

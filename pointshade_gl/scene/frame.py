@@ -185,7 +185,7 @@ class Frame(Value, Preview):
     color : (h, w, 3|4) uint8 or None
         sRGB, of any size: colours are sampled at the positions of the depth pixels. None is light grey. Where alpha is
         0, the depth counts as missing. If both sides are larger than the depth's, rendered pictures have the size of
-        the colours, see `Look.upsample`.
+        the colours, see `Appearance.upsample`.
     depth : (h, w) float
         z along the optical axis, metres. Missing values become 0: zero, negative, NaN, infinite, masked, or outside
         1e-18 to 1e18. So does a far plane, with a note: of 1000 points or more, one value of at least 2 % of them, over

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from ..checks.arguments import check_color, check_type
 from ..checks.foreign_arrays import Numbers
+from ..notes.notes import note_new_name
 from ..notes.words import counted, option
-from .appearance import Look
+from .appearance import Appearance
 from .camera import Camera, check_pose, orbit_pose
-from .cloud import CLOUD_SHADINGS, SAMPLE, STRAY, USUAL_FRONT, CloudLook, PointCloud, direction_of
+from .cloud import CLOUD_SHADINGS, SAMPLE, STRAY, USUAL_FRONT, CloudStyle, PointCloud, direction_of
 from .environment import Environment, EnvironmentName, check_environment
 from .frame import Preview
 from .light import Light, transformed
@@ -127,9 +128,15 @@ class Scene(Value, Preview):
         return [p.content for p in self._placed if isinstance(p.content, kind)]
 
     @cached_property
-    def things(self) -> tuple[Placed, ...]:
+    def instances(self) -> tuple[Placed, ...]:
         """Return all visible content except lights."""
         return tuple(p for p in self._placed if not isinstance(p.content, Light))
+
+    @property
+    def things(self) -> tuple[Placed, ...]:
+        """The older name of `instances`."""
+        note_new_name("Scene.things", "Scene.instances")
+        return self.instances
 
     @cached_property
     def bounds(self) -> tuple[NDArray[np.float64], float]:
@@ -143,19 +150,19 @@ class Scene(Value, Preview):
     @cached_property
     def extent(self) -> Extent:
         """Return where all content but stray points lies, for the shadow views of lights."""
-        members = (m for p in self.things if p.content.frames for m in p.members)
+        members = (m for p in self.instances if p.content.frames for m in p.members)
         grain = max((m.grain for m in members), default=0.0)
         return Extent(self._main_corners if len(self._main_corners) else np.zeros((1, 3)), *self.bounds, grain)
 
     @cached_property
     def boxes(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """Return the corners of boxes around all content, (n, 3) world, and how many are each thing's."""
-        corners = [p.corners for p in self.things]
+        corners = [p.corners for p in self.instances]
         return np.concatenate([np.zeros((0, 3)), *corners]), np.array([len(some) for some in corners], np.int64)
 
     @cached_property
     def _main_corners(self) -> NDArray[np.float64]:
-        return np.concatenate([np.zeros((0, 3)), *(p.main_corners for p in self.things)])
+        return np.concatenate([np.zeros((0, 3)), *(p.main_corners for p in self.instances)])
 
     def framed(self) -> Scene:
         """Return the scene with a camera: its own, or one that sees everything, turned like its pose."""
@@ -192,7 +199,7 @@ class Scene(Value, Preview):
 
         It is the up of a cloud, or the world's y, as in glTF, or the camera's own y if that leans over 60 degrees.
         """
-        for placed in self.things:
+        for placed in self.instances:
             if placed.content.up_direction is not None:
                 return placed.rigid_axes[0][:3, :3] @ placed.content.up_direction
         own = self.pose[:3, 1]
@@ -316,15 +323,15 @@ def styled(cloud: PointCloud, given: dict[str, Any]) -> PointCloud:
     return cloud.styled(**given) if given else cloud
 
 
-def given_by(look: Look, plain: Look | None = None) -> dict[str, Any]:
+def given_by(look: Appearance, plain: Appearance | None = None) -> dict[str, Any]:
     """Return the options of a look that are others than those of a plain one, by name."""
-    plain = plain or Look()
+    plain = plain or Appearance()
     return {name: one for name, one in look.options.items() if np.ndim(one) or one != getattr(plain, name)}
 
 
 def is_of_clouds(name: str) -> bool:
     """Return whether clouds have this option of a look."""
-    return name in CloudLook.__annotations__
+    return name in CloudStyle.__annotations__
 
 
 def check_of_clouds(given: Iterable[str]) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..checks.arguments import LARGEST, as_array, as_given, check_choice, check_color, check_type, is_a, items_of
 from ..checks.foreign_arrays import Numbers, way_to
 from ..notes.words import counted, option, shown
-from .appearance import FRAME_SPLATS, SHADINGS, Look, LookOptions, Material, Shading
+from .appearance import FRAME_SPLATS, SHADINGS, Appearance, AppearanceOptions, Material, Shading
 from .cloud import PointCloud
 from .frame import Frame
 from .values import DrawnValue, box_corners, frozen, median
@@ -136,17 +136,17 @@ class PointObject(DrawnValue):
         poses, each from the points of its own depth. The first is kept as `frame`, the rest as `others`.
     material : Material, optional
         How the surface answers light, in place of a look.
-    look : Look, optional
+    look : Appearance, optional
         How the object is drawn.
     others : sequence of Frame
         Further frames of the same thing.
     **options
-        Values of `Look` in place of a look: `PointObject(frame, splat="round")`.
+        Values of `Appearance` in place of a look: `PointObject(frame, splat="round")`.
 
     Raises
     ------
     TypeError, ValueError
-        As `Look` and `Look.for_frame`.
+        As `Appearance` and `Appearance.for_frame`.
     TypeError
         For a look together with its values.
     ValueError
@@ -154,7 +154,7 @@ class PointObject(DrawnValue):
     """
 
     frame: Frame
-    look: Look
+    look: Appearance
     others: tuple[Frame, ...] = ()
 
     def __init__(
@@ -162,15 +162,15 @@ class PointObject(DrawnValue):
         frame: Frame | Sequence[Frame],
         material: Material | None = None,
         *,
-        look: Look | None = None,
+        look: Appearance | None = None,
         others: Sequence[Frame] = (),
-        **options: Unpack[LookOptions],
+        **options: Unpack[AppearanceOptions],
     ):
         if look is not None and (material is not None or options):
             raise TypeError("pass a look, or its values one by one, not both")
         if look is None:
-            look = Look(Material() if material is None else material, **options)
-        check_type(look, Look, "look")
+            look = Appearance(Material() if material is None else material, **options)
+        check_type(look, Appearance, "look")
         more = items_of(others)
         if more is None:
             raise TypeError(f"others must be a sequence of frames, got {shown(others)}")
@@ -248,7 +248,7 @@ class PointObject(DrawnValue):
         return median([frame.scale for frame in self.frames])
 
 
-def uniform(look: Look) -> Look:
+def uniform(look: Appearance) -> Appearance:
     """Return the look of several frames. Raises ValueError for arrays."""
     if not look.is_uniform:
         raise ValueError("options of several frames hold for all of them: arrays belong to one frame")

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checks.arguments import LARGEST, check_color, check_flag, check_number, check_numbers, check_point, check_type
-from .appearance import NOT_LIT, Look
+from .appearance import NOT_LIT, Appearance
 from .camera import Camera, orbit_pose
 from .frame import Frame, probing_step
 from .graph import Scene
 from .light import Light, at_upper_left
-from .settings import SIMPLE, Finish, with_environment_turned
+from .settings import SIMPLE, OutputSettings, with_environment_turned
 
 Axis = tuple[float, float, float]
 VERTICAL: Axis = (0.0, 1.0, 0.0)
@@ -64,7 +64,7 @@ class OrbitStage:
         pivot = pose[:3, :3].T @ (centre - pose[:3, 3])
         pivot = np.array([0.0, 0.0, max(pivot[2], 0.1 * radius)])  # what the camera looks at stays in the middle
         stage = cls(pivot, min(radius, float(pivot[2])), np.eye(3))
-        if any(p.content.up_direction is not None for p in scene.things):
+        if any(p.content.up_direction is not None for p in scene.instances):
             x, y, z = pose[:3, :3].T @ scene.upright
             return replace(stage, axis=(float(x), float(y), float(z)))
         return stage
@@ -116,8 +116,8 @@ class State:
     light_intensity: float = 1.0
     lit: bool = True
     shadows: bool = False
-    look: Look = Look(missing="complete")
-    finish: Finish = SIMPLE
+    look: Appearance = Appearance(missing="complete")
+    finish: OutputSettings = SIMPLE
     help: bool = False
     panel: bool = False
     readout: bool | None = None
@@ -139,8 +139,8 @@ class State:
             checked(check_flag, name)
         if self.readout is not None:
             checked(check_flag, "readout")
-        check_type(self.look, Look, "state look")
-        check_type(self.finish, Finish, "state finish")
+        check_type(self.look, Appearance, "state look")
+        check_type(self.finish, OutputSettings, "state finish")
         if not self.look.is_uniform:
             expected = "the viewer's look must have one value for all pixels"
             raise ValueError(f"{expected}: no arrays for normals, point_size, noise")

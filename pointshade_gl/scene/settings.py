@@ -39,8 +39,8 @@ TONES: tuple[Tone, ...] = get_args(Tone)
 OCCLUSION: dict[str, bool | None] = {"auto": None, "yes": True, "no": False}  # what words of the command line stand for
 
 
-class FinishOptions(TypedDict, total=False):
-    """The options of a Finish."""
+class OutputOptions(TypedDict, total=False):
+    """The options of OutputSettings."""
 
     samples: int
     background: str | Numbers | None
@@ -69,7 +69,7 @@ def occlusion_of(text: str) -> bool | float | None:
 
 @option_class
 @dataclass(frozen=True)
-class Finish:
+class OutputSettings:
     """What is made of the light that a picture shows.
 
     Averages and backgrounds are mixed in linear light. Over a transparent background shadows are black, and their alpha
@@ -134,8 +134,8 @@ class Finish:
     environment: Environment | Numbers | str | PathLike[str] | None = opt(
         None,
         'light from all around, in place of the ambient light of materials: "sky" or "studio", a file with a picture '
-        "of the whole sphere (see `load_environment`; a Finish itself takes no files), an `Environment`, or what that "
-        "takes. Surfaces reflect it as they reflect lamps: diffuse * albedo * irradiance / pi, and specular * "
+        "of the whole sphere (see `load_environment`; OutputSettings itself takes no files), an `Environment`, or what "
+        "that takes. Surfaces reflect it as they reflect lamps: diffuse * albedo * irradiance / pi, and specular * "
         "2 / (shininess + 1) * the mean radiance in a lobe of this shininess round the mirrored ray, so that specular "
         "(shininess + 1) / 2 mirrors it. It stands upright where up is known from a floor in the frame, up in its "
         "picture or the world's y in a scene; below a floor or a ground it is hidden. There are no lamps beside it, "
@@ -204,10 +204,10 @@ class Finish:
         return self.show == "light"
 
     @property
-    def of_numbers(self) -> Finish:
+    def of_numbers(self) -> OutputSettings:
         """Return the finish of a picture whose colours stand for numbers; no light changes it."""
-        around = {"environment": None, "ambient_occlusion": False}
-        return replace(self, ground=False, ground_height=None, exposure=0.0, tone="none", **around)
+        dark = {"environment": None, "ambient_occlusion": False}
+        return replace(self, ground=False, ground_height=None, exposure=0.0, tone="none", **dark)
 
     @property
     def up(self) -> Vector | None:
@@ -251,7 +251,9 @@ def check_occlusion(occlusion: Any) -> bool | float | None:
     return radius if radius > 0 else False
 
 
-def with_environment_turned(finish: Finish, degrees: float, turn: NDArray[np.float64] | None = None) -> Finish:
+def with_environment_turned(
+    finish: OutputSettings, degrees: float, turn: NDArray[np.float64] | None = None
+) -> OutputSettings:
     """Return a finish with its environment turned further, in degrees counterclockwise seen from above.
 
     turn  (3, 3) the same in world axes, for a rotation that is a matrix; None is about the environment's own up
@@ -291,4 +293,4 @@ def _check_height(height: Any, ground: bool | Numbers) -> float | None:
     return check_number(height, option("ground_height"), -LARGEST, LARGEST)
 
 
-SIMPLE = Finish()
+SIMPLE = OutputSettings()

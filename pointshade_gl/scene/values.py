@@ -172,7 +172,7 @@ LEFT_OUT = 0.02  # share of the pixels at either end that does not stretch the r
 class ColorScale(NamedTuple):
     """From blue to red along turbo (A. Mikhailov 2019); normals are their own colours, and have no range.
 
-    show       as of Finish
+    show       as of OutputSettings
     low, high  world units along the viewer's axis, or degrees that normals may be off
     """
 

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from ..checks.arguments import check_choice, check_size, check_type
 from ..checks.foreign_arrays import Numbers
 from ..notes.words import option
-from .appearance import Look
+from .appearance import Appearance
 from .camera import Camera, check_pose, check_turns, orbit_pose
 from .frame import Frame
 from .graph import Scene
 from .light import Light, check_lights, transformed
 from .option_fields import PICTURE, VIEW, Cli, opt, option_class
-from .settings import SIMPLE, Finish, with_environment_turned
+from .settings import SIMPLE, OutputSettings, with_environment_turned
 from .values import Options
 
 SizeName = Literal["depth", "color", "half"]
@@ -79,8 +79,8 @@ class View(Options):
         "Size of the picture: WxH, depth, color, or half; default: the larger of depth and color.",
         Cli(PICTURE, "WxH|NAME"),
     )
-    look: Look = opt(Look(), "how frames are drawn; the objects of a scene have their own")
-    finish: Finish = opt(SIMPLE, "how many samples are averaged, and what lies behind and below")
+    look: Appearance = opt(Appearance(), "how frames are drawn; the objects of a scene have their own")
+    finish: OutputSettings = opt(SIMPLE, "how many samples are averaged, and what lies behind and below")
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lights", check_lights(self.lights))
@@ -93,7 +93,7 @@ class View(Options):
             check_choice(name, size, SIZES)
         elif size is not None:
             object.__setattr__(self, "picture_size", check_size(size, name))
-        check_type(self.look, Look, "look")
+        check_type(self.look, Appearance, "look")
 
     def of(self, frame: Frame | Scene, pivot: Numbers | None = None) -> dict[str, Any]:
         """Return the arguments of `Renderer.render` for a frame or a scene.

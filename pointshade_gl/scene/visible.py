@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checks.arguments import check_float
-from .appearance import NOT_LIT, Look, Material
+from .appearance import NOT_LIT, Appearance, Material
 from .camera import Camera, Eye, moved
 from .cloud import PointCloud
-from .environment import NOTHING_AROUND, EnvironmentLight
+from .environment import NO_ENVIRONMENT, EnvironmentLight
 from .frame import Frame
 from .graph import Scene
 from .light import Light, at_upper_left
@@ -31,9 +31,9 @@ class VisibleScene(NamedTuple):
     lights: list[Light]  # each with a position or a direction, world axes
     scene: Scene
     shown: Sequence[Placed]  # in view
-    casting: Sequence[Placed]  # may cast shadows; empty if no light casts any
+    shadow_casters: Sequence[Placed]  # may cast shadows; empty if no light casts any
     gain: float = 1.0  # factor on all light: the exposure
-    surroundings: EnvironmentLight = NOTHING_AROUND
+    environment_light: EnvironmentLight = NO_ENVIRONMENT
     sample: int = 0  # of the picture
     scale: ColorScale | None = None  # of colours that are no light
     materials: Sequence[Material] = ()  # of all that is shown, each once; never empty
@@ -46,17 +46,19 @@ class VisibleScene(NamedTuple):
 
 def compose(
     scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix,
-    surroundings: EnvironmentLight = NOTHING_AROUND, shows_all: bool = False,
+    environment_light: EnvironmentLight = NO_ENVIRONMENT, shows_all: bool = False,
 ) -> VisibleScene:  # fmt: skip
     """Return what a camera at a pose (4, 4) sees of a scene under these lights. shows_all: also what is out of view."""
-    things = scene.things
+    instances = scene.instances
     eye = Eye.at_distance(camera, pose, looking_distance(scene, pose))
-    shown = things if shows_all or is_alone(things) else list(compress(things, in_view(*scene.boxes, eye)))
-    casting = [p for p in things if p.node.shadow] if any(light.shadow for light in lights) else []
+    shown = instances if shows_all or is_alone(instances) else list(compress(instances, in_view(*scene.boxes, eye)))
+    shadow_casters = [p for p in instances if p.node.shadow] if any(light.shadow for light in lights) else []
     lights = [at_upper_left(light, pose) for light in lights]
     contents = dict.fromkeys(p.content for p in shown)  # of many copies of one, one
     materials = list(dict.fromkeys(content.material for content in contents)) or [Material()]
-    return VisibleScene(eye, lights, scene, shown, casting, surroundings=surroundings, materials=materials)
+    return VisibleScene(
+        eye, lights, scene, shown, shadow_casters, environment_light=environment_light, materials=materials
+    )
 
 
 def composed_again(
@@ -66,15 +68,15 @@ def composed_again(
     is_same = last is not None and last.scene is scene and last.eye.camera == camera
     if last is None or not is_same or not np.array_equal(last.eye.pose, pose):
         return compose(scene, lights, camera, pose)
-    casting = last.casting if any(light.shadow for light in lights) == bool(last.casting) else None
-    if casting is None:
+    shadow_casters = last.shadow_casters if any(light.shadow for light in lights) == bool(last.shadow_casters) else None
+    if shadow_casters is None:
         return compose(scene, lights, camera, pose)._replace(eye=last.eye, shown=last.shown)
     return last._replace(lights=[at_upper_left(light, pose) for light in lights])
 
 
-def is_alone(things: Sequence[Placed]) -> bool:
+def is_alone(instances: Sequence[Placed]) -> bool:
     """Return whether this is a single point object, which is always drawn from all of its points."""
-    return len(things) == 1 and bool(things[0].content.frames)
+    return len(instances) == 1 and bool(instances[0].content.frames)
 
 
 def looking_distance(scene: Scene, pose: Matrix) -> float:
@@ -84,15 +86,15 @@ def looking_distance(scene: Scene, pose: Matrix) -> float:
     Of a frame alone, the median distance from which it was taken, wherever the viewer is. Of several objects, the
     distance to their middle, or their radius where that is more.
     """
-    if is_alone(scene.things):
-        alone = scene.things[0]
+    if is_alone(scene.instances):
+        alone = scene.instances[0]
         return alone.content.scale * alone.rigid_axes[1]
     centre, radius = scene.bounds
     return max(float(np.linalg.norm(centre - pose[:3, 3])), radius)
 
 
 def in_view(corners: Matrix, counts: NDArray[np.int64], eye: Eye) -> NDArray[np.bool_]:
-    """Return which things may be visible: none that lies outside one side of the picture, and none without a box.
+    """Return which instances may be visible: none that lies outside one side of the picture, and none without a box.
 
     corners  (n, 3) of boxes round them, world
     counts   how many of them are each thing's
@@ -148,7 +150,7 @@ def coarser(frame: Frame, step: int) -> Frame:
     return Frame(frame.color, depth, camera, frame.pose, source=frame.source)
 
 
-def finer_camera(frame: Frame, look: Look, camera: Camera) -> Camera:
+def finer_camera(frame: Frame, look: Appearance, camera: Camera) -> Camera:
     """Return the frame's camera, at the size at which its points are drawn for a view by another camera.
 
     That is as fine as the pixels of the view, but no finer than the colours; the depth's own size where these are not

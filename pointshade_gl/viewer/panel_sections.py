@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from ..estimation.multi_view import is_primary
 from ..gpu.context.software_driver import is_software
 from ..gpu.core.steps import Timing
-from ..scene.appearance import CLOUD_SPLATS, FRAME_SPLATS, NOT_LIT, Look
-from ..scene.cloud import CloudLook
+from ..scene.appearance import CLOUD_SPLATS, FRAME_SPLATS, NOT_LIT, Appearance
+from ..scene.cloud import CloudStyle
 from ..scene.environment import NAMES
 from ..scene.frame import Frame
 from ..scene.graph import Scene
@@ -263,7 +263,7 @@ class PanelSections:
         ui.note(NOTE)
         return now._replace(state=state), effects
 
-    def _show_views(self, look: Look, views: Views, facts: PanelFacts) -> list[Effect]:
+    def _show_views(self, look: Appearance, views: Views, facts: PanelFacts) -> list[Effect]:
         """List the views, what they agree on below, and return which ones the user switched."""
         effects: list[Effect] = []
         if self.ui.section(f"{len(views.shown)} of {len(views.frames)} views as one###views"):
@@ -458,8 +458,10 @@ def show_clouds(ui: Widgets, scene: Scene, opened: bool) -> list[Effect]:
     why = f"Radius, {UNITS[unit]} (+ and -)."
     size = ui.slide("size", number, usual if rule == unit else number, low, high, why, True)
     if splat != first.splat:
-        return [ShowFrame(restyled(scene, lambda _: CloudLook(splat=splat)))]
-    return [] if size == number else [ShowFrame(restyled(scene, lambda _: CloudLook(point_size=with_unit(size, unit))))]
+        return [ShowFrame(restyled(scene, lambda _: CloudStyle(splat=splat)))]
+    return (
+        [] if size == number else [ShowFrame(restyled(scene, lambda _: CloudStyle(point_size=with_unit(size, unit))))]
+    )
 
 
 def show_nodes(ui: Widgets, scene: Scene) -> list[Effect]:

@@ -28,7 +28,7 @@ class ShownPicture:
     now    view, lights and look
     shown  the frame, the views or the scene
     plays  whether the next frame comes by itself
-    exposure  as of Finish: found for the first picture, then the same, so that light is seen to become more or less
+    exposure  as of OutputSettings: found for the first picture, then the same, so that light is seen to grow or fade
     """
 
     now: Snapshot
@@ -78,7 +78,7 @@ class ShownPicture:
         state, scene, views = self.now.state, scene_in(self.shown), views_in(self.shown)
         look = state.look if state.lit and state.finish.is_light else state.look.as_taken
         if scene:
-            return tuple(placed.content for placed in scene.things), "preparing the scene"
+            return tuple(placed.content for placed in scene.instances), "preparing the scene"
         if views is None:
             return ((self.shown,), "dividing the light out") if look.finds_light else None
         needs = replace(look.of_points, shading="none", material=Material())

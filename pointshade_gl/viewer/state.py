@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..checks.arguments import check_count
 from ..notes.words import option
 from ..scene.camera import Camera
-from ..scene.cloud import CloudLook, PointCloud
+from ..scene.cloud import CloudStyle, PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
@@ -133,7 +133,7 @@ def _restyled(node: Node, look: Callable[[PointCloud], Any]) -> NodeOptions:
     return {"content": tuple(p.styled(**look(p)) if isinstance(p, PointCloud) else p for p in parts_of(node))}
 
 
-def restyled(scene: Scene, look: Callable[[PointCloud], CloudLook]) -> Scene:
+def restyled(scene: Scene, look: Callable[[PointCloud], CloudStyle]) -> Scene:
     """Return a scene whose clouds are drawn as a function of each asks."""
     return scene.with_every_node(lambda node: _restyled(node, look))  # type: ignore[arg-type]
 
@@ -141,7 +141,7 @@ def restyled(scene: Scene, look: Callable[[PointCloud], CloudLook]) -> Scene:
 def resized(scene: Scene, factor: float) -> tuple[Scene, str]:
     """Return a scene with larger or smaller points of its clouds, and what there is to say."""
 
-    def look(cloud: PointCloud) -> CloudLook:
+    def look(cloud: PointCloud) -> CloudStyle:
         number, unit = size_of(cloud)
         larger = number * factor
         return {"point_size": with_unit(min(max(larger, SMALLEST), LARGEST) if unit else larger, unit)}

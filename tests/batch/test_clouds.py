@@ -81,11 +81,11 @@ def test_a_film_needs_a_turntable(typed, clouds, tmp_path):
 
 
 def test_map_draws_clouds_as_render_does(clouds):
-    view, look = ps.View(picture_size=(64, 48)), ps.Look(shading="edl")
+    view, look = ps.View(picture_size=(64, 48)), ps.Appearance(shading="edl")
     made = list(ps.batch.map([ball(500), str(clouds / "b.ply")], look, view, workers=1))
     scene_size = ps.render(ball(500), shading="edl")
     assert made[0].shape == (48, 64, 4) and np.array_equal(made[0], made[1]) and scene_size.shape == (480, 640, 4)
     (one,) = ps.batch.map(str(clouds / "b.ply"), look, view, workers=1)
     assert np.array_equal(one, made[0])
     with pytest.raises(ValueError, match="normals is for frames, and this is a point cloud"):
-        next(ps.batch.map([ball(500)], ps.Look(normals="star"), view, workers=1))
+        next(ps.batch.map([ball(500)], ps.Appearance(normals="star"), view, workers=1))

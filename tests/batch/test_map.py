@@ -42,7 +42,7 @@ def test_a_sequence_is_drawn_whether_workers_read_it_or_not(renderer, folder):
 
 
 def test_frames_of_one_thing_are_aligned_and_single_ones_are_drawn_as_they_are(renderer):
-    given, look = disturbed(views(corner(), 2), 0.02, 0.5), ps.Look(shading="none", align=True)
+    given, look = disturbed(views(corner(), 2), 0.02, 0.5), ps.Appearance(shading="none", align=True)
     merged, single = ps.batch.map([given, given[1]], look, workers=1)
     assert np.array_equal(merged, renderer.render(given, shading="none", align=True))
     assert np.array_equal(single, renderer.render(given[1], shading="none"))
@@ -112,9 +112,9 @@ def test_nothing_is_read_before_the_first_picture():
     [
         ({"frames": 7}, TypeError, "frames must be an iterable of frames, or the path of a sequence, got 7"),
         ({"workers": 0}, ValueError, "workers"),
-        ({"look": "phong"}, TypeError, "look must be a Look"),
+        ({"look": "phong"}, TypeError, "look must be an Appearance"),
         ({"view": 3}, TypeError, "view must be a View"),
-        ({"look": ps.Look(temporal=True)}, ValueError, "temporal averages a stream"),
+        ({"look": ps.Appearance(temporal=True)}, ValueError, "temporal averages a stream"),
         ({"num_gpus": -1}, ValueError, "num_gpus"),
         ({"num_gpus": 1}, ValueError, "num_gpus is of a Ray cluster: pass ray='local' or an address"),
         ({"ray": True}, TypeError, "ray must be 'local' or an address, got True"),

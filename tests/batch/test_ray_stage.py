@@ -23,7 +23,7 @@ def batch(**columns):
 def test_a_row_has_its_own_intrinsics_and_pose_or_the_stages_camera(renderer):
     sphere, pose = frames.sphere(), np.eye(4)
     pose[0, 3] = 0.5
-    stage = ps.batch.Stage(ps.Look(shading="flat"), ps.View([ps.Light((1, -2, 0))]), C)
+    stage = ps.batch.Stage(ps.Appearance(shading="flat"), ps.View([ps.Light((1, -2, 0))]), C)
     posed = batch(intrinsics=np.array([NUMBERS]) * 0.9, pose=pose[None])
     camera = ps.Camera(*(0.9 * np.array(NUMBERS)), C.width, C.height)
     for given, frame in (

@@ -162,7 +162,7 @@ def test_the_window_starts_with_the_shadows_that_were_asked_for(display, typed, 
 
 
 def finish_of(typed, monkeypatch, words):
-    """The Finish that a command line asks for, instead of a picture."""
+    """The OutputSettings that a command line asks for, instead of a picture."""
     seen = []
 
     def draw(self, request, **options):
@@ -213,13 +213,13 @@ def test_what_is_no_light_from_all_around_is_told_in_one_line(typed, tmp_path, w
 
 def test_the_words_of_a_finish_make_it_again():
     for finish in (
-        ps.Finish(environment="sky", environment_rotation=30, ambient_occlusion=True),
-        ps.Finish(environment="studio", environment_intensity=0.5, ambient_occlusion=1.0),
-        ps.Finish(ambient_occlusion=False),
-        ps.Finish(),
+        ps.OutputSettings(environment="sky", environment_rotation=30, ambient_occlusion=True),
+        ps.OutputSettings(environment="studio", environment_intensity=0.5, ambient_occlusion=1.0),
+        ps.OutputSettings(ambient_occlusion=False),
+        ps.OutputSettings(),
     ):
         options = EnvironmentOptions.of(finish)
-        assert ps.Finish(**options.chosen()) == finish
-        assert (finish == ps.Finish()) == (words_of(options) == [])
-    unsaid = ps.Finish(environment=np.ones((2, 4, 3)), environment_rotation=np.eye(3))
+        assert ps.OutputSettings(**options.chosen()) == finish
+        assert (finish == ps.OutputSettings()) == (words_of(options) == [])
+    unsaid = ps.OutputSettings(environment=np.ones((2, 4, 3)), environment_rotation=np.eye(3))
     assert words_of(EnvironmentOptions.of(unsaid)) == []

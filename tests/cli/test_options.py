@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import pointshade_gl as ps
 from pointshade_gl.cli import main as cli
-from pointshade_gl.cli.option_groups import LookGroup
+from pointshade_gl.cli.option_groups import AppearanceGroup
 from pointshade_gl.cli.options import FrameOptions, ViewOptions, spread
 from pointshade_gl.scene.option_fields import (
     CAMERA,
@@ -85,8 +85,8 @@ def test_two_groups_cannot_declare_the_same_option():
 
 
 def test_the_defaults_of_the_command_line_are_those_of_the_library_except_that_pictures_are_completed():
-    assert LookGroup().look() == ps.Look(missing="complete")
-    view = ViewOptions().view(ps.Look())
+    assert AppearanceGroup().look() == ps.Appearance(missing="complete")
+    view = ViewOptions().view(ps.Appearance())
     assert [getattr(view, field.name) or None for field in fields(View)] == [
         getattr(View(), field.name) or None for field in fields(View)
     ]

@@ -136,7 +136,7 @@ def test_what_numpy_cannot_read_says_what_to_give(name):
     for call in (
         lambda value: ps.Frame(None, value, CAMERA),
         lambda value: ps.Frame(value, FRAME.depth, CAMERA),
-        lambda value: ps.Look(normals=value),
+        lambda value: ps.Appearance(normals=value),
         lambda value: ps.Mesh(value, [[0, 1, 2]]),
     ):
         with pytest.raises(TypeError) as caught:

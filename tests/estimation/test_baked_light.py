@@ -307,7 +307,7 @@ def trace_depth(camera):
 class TestChoice:
     def test_a_wrong_value_is_named(self):
         with pytest.raises(TypeError, match="unlight must be True or False, got 'yes'"):
-            ps.Look(unlight="yes")
+            ps.Appearance(unlight="yes")
 
     def test_typed(self, typed, tmp_path):
         hits = scene("plain", 3)

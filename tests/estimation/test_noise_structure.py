@@ -275,7 +275,7 @@ def test_noise_in_words_is_read_as_it_is_written(text, words):
 def test_other_texts_are_no_noise(text):
     assert noise_words(text) is None
     with pytest.raises(ValueError, match=r"unknown sensor .* or pass metres, or 'clean', or 1\.5mm"):
-        ps.Look(noise=text)
+        ps.Appearance(noise=text)
 
 
 @pytest.mark.parametrize("spoil", [lambda z: z, noisy, lambda z: disparity(z, 0)], ids=["clean", "noisy", "disparity"])

@@ -14,7 +14,7 @@ from pointshade_gl.files.cameras.intrinsics import Intrinsics, from_colmap, plac
 from pointshade_gl.files.cameras.pose_files import read_poses
 from pointshade_gl.files.depth.missing_depth import scale_of_values
 from pointshade_gl.files.pictures.video import read_video_frame
-from pointshade_gl.scene.settings import Finish
+from pointshade_gl.scene.settings import OutputSettings
 
 from ..support.hostile_files import DEPTH, sequence
 
@@ -101,7 +101,7 @@ def test_a_picture_that_memory_does_not_hold_is_named(tmp_path, monkeypatch):
 
 
 def test_a_background_may_be_an_array():
-    assert Finish(background=np.array([1, 0, 0.5])) == Finish(background=(1, 0, 0.5))
+    assert OutputSettings(background=np.array([1, 0, 0.5])) == OutputSettings(background=(1, 0, 0.5))
 
 
 def test_other_frames_that_are_none_are_named():

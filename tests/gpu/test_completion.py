@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.estimation.stereo_shadows import find_shifts, hidden_below
-from pointshade_gl.scene.appearance import Look
+from pointshade_gl.scene.appearance import Appearance
 
 from ..reference import completion, completion_cells, completion_pixels, completion_rays
 from ..reference.completion_pass import completed_planes, completed_surface, places
@@ -301,7 +301,7 @@ def surfaces(renderer, frame, **look):
     with renderer._in_use():
         store = renderer._pipeline.gpu_scene.frames
         (textures,) = store.upload([frame])
-        points = store.find_points(textures, frame, Look(**look), frame.camera)
+        points = store.find_points(textures, frame, Appearance(**look), frame.camera)
         shape = (*frame.depth.shape, 4)
         found = points.surface, store.complete(textures, frame, points).surface
         return [np.frombuffer(one.texture.read(), F).reshape(shape) for one in found]

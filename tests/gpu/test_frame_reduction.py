@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.gpu.points.view_consensus import reduced_camera
-from pointshade_gl.scene.appearance import Look
+from pointshade_gl.scene.appearance import Appearance
 
 from ..reference import frame_reduction
 from .test_resolve_functions import HEIGHT, WIDTH, K, two_planes
@@ -37,7 +37,7 @@ def test_the_brightness_of_a_cell_is_its_mean(gpu, cell):
 
 def reduced_copy(frame):
     with ps.Renderer() as renderer, renderer._in_use():
-        return renderer._pipeline.gpu_scene.read_reduced(frame, Look())
+        return renderer._pipeline.gpu_scene.read_reduced(frame, Appearance())
 
 
 def test_brightness_that_is_only_noise_is_left_out():

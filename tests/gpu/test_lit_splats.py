@@ -52,7 +52,7 @@ def test_it_is_the_picture_of_the_resolve_pass(points, make, look):
 def test_it_is_the_mirrors_picture(points):
     frame = frames.sphere_before_wall()
     sizes = 0.5 + 2 * np.random.default_rng(2).random(frame.depth.shape)
-    look = ps.Look(shading="flat", point_size=sizes, splat="round", normals="triangles-8")
+    look = ps.Appearance(shading="flat", point_size=sizes, splat="round", normals="triangles-8")
     pose = ps.orbit_pose(None, frame.pivot, 15, 5, 0.3)
     image = points.render(frame, LIGHTS, pose=pose, **look.options)
     assert points.steps.counts["lit splats"] == 1

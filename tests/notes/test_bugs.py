@@ -58,7 +58,7 @@ def test_what_nobody_raised_on_purpose_is_a_bug(call):
         lambda: ps.render(3),
         lambda: ps.Frame(None, np.zeros(3), None),
         lambda: ps.Light((1, 2)),
-        lambda: ps.Look(normals="best"),
+        lambda: ps.Appearance(normals="best"),
     ],
 )
 def test_what_was_raised_on_purpose_is_none(call):

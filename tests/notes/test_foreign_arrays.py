@@ -44,9 +44,12 @@ DOORS = {  # each: a value, and what is made of it, by numbers
         np.array(FRAME.camera.intrinsics),
         lambda value, _: ps.load_frame(depth=FRAME.depth, intrinsics=value, depth_scale=1).camera.intrinsics,
     ),
-    "look's normals": (NORMALS, lambda value, _: ps.Look(normals=value).for_frame(FRAME.depth).normals),
-    "point size": (np.array(FRAME.depth), lambda value, _: ps.Look(point_size=value).for_frame(FRAME.depth).point_size),
-    "noise": (np.array(FRAME.depth) + 1, lambda value, _: ps.Look(noise=value).for_frame(FRAME.depth).noise),
+    "look's normals": (NORMALS, lambda value, _: ps.Appearance(normals=value).for_frame(FRAME.depth).normals),
+    "point size": (
+        np.array(FRAME.depth),
+        lambda value, _: ps.Appearance(point_size=value).for_frame(FRAME.depth).point_size,
+    ),
+    "noise": (np.array(FRAME.depth) + 1, lambda value, _: ps.Appearance(noise=value).for_frame(FRAME.depth).noise),
     "positions": (CORNERS, lambda value, _: ps.Mesh(value, FACES).positions),
     "faces": (FACES, lambda value, _: ps.Mesh(CORNERS, value).faces),
     "texture": (COLORS, lambda value, _: ps.Mesh(CORNERS, FACES, uv=CORNERS[:, :2], texture=value).texture),
@@ -54,8 +57,8 @@ DOORS = {  # each: a value, and what is made of it, by numbers
     "points' colors": (FACES.astype(np.uint8), lambda value, _: ps.PointCloud(CORNERS[:1], colors=value).colors),
     "points' eye": (CORNERS[0], lambda value, _: ps.PointCloud(CORNERS, seen_from=value).seen_from),
     "light's place": (CORNERS[0], lambda value, _: ps.Light(position=value).position),
-    "background": (CORNERS[0], lambda value, _: ps.Finish(background=value).background),
-    "rotation": (EYE[:3, :3], lambda value, _: ps.Finish(environment_rotation=value).environment_rotation),
+    "background": (CORNERS[0], lambda value, _: ps.OutputSettings(background=value).background),
+    "rotation": (EYE[:3, :3], lambda value, _: ps.OutputSettings(environment_rotation=value).environment_rotation),
     "environment": (ENVIRONMENT, lambda value, _: ps.Environment(value).picture),
     "transform": (EYE, lambda value, _: ps.Node(transform=value).transform),
     "view's pose": (EYE, lambda value, _: ps.View(pose=value).pose),
@@ -125,7 +128,7 @@ def test_lists_may_hold_tensors_and_numbers_may_be_such():
     numbers = [Tensor(np.array(k, np.float32)).with_gradient() for k in (1, 2)]
     assert ps.Light(position=[*numbers, 3]).position == (1.0, 2.0, 3.0)
     assert np.array_equal(as_given([HasDLPack(np.arange(3)), [3, 4, 5]], "rows"), [[0, 1, 2], [3, 4, 5]])
-    assert ps.Look(point_size=numbers[1]).point_size == 2 and ps.Finish(exposure=numbers[0]).exposure == 1
+    assert ps.Appearance(point_size=numbers[1]).point_size == 2 and ps.OutputSettings(exposure=numbers[0]).exposure == 1
     with pytest.raises(TypeError, match="camera fx must be a finite number of pixels"):
         ps.Camera(Tensor(np.array(True), "bool"), 1, 1, 1, 2, 2)
 
@@ -155,8 +158,8 @@ IMPOSSIBLE = {
 TAKING = {
     "color": (lambda value, _: ps.Frame(value, FRAME.depth, FRAME.camera), "color must have shape"),
     "depth": (lambda value, _: ps.Frame(None, value, FRAME.camera), "depth must have shape"),
-    "point size": (lambda value, _: ps.Look(point_size=value), "point_size is the splats' size"),
-    "normals": (lambda value, _: ps.Look(normals=value), "normals must"),
+    "point size": (lambda value, _: ps.Appearance(point_size=value), "point_size is the splats' size"),
+    "normals": (lambda value, _: ps.Appearance(normals=value), "normals must"),
     "positions": (lambda value, _: ps.Mesh(value, FACES), "mesh positions must"),
     "image": (lambda value, folder: ps.save_image(folder / "a.png", value), "image must have shape"),
     "environment": (lambda value, _: ps.Environment(value), "environment must be a picture"),

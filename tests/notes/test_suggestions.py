@@ -137,4 +137,4 @@ def test_in_python_the_names_are_pythons(tmp_path, monkeypatch):
     with pytest.raises(FileNotFoundError, match=r"there is no folder vas \(did you mean vase\?\)"):
         ps.render("vas")
     with pytest.raises(ValueError, match=r"unknown shading 'phng' \(did you mean phong\?\): known are none, flat"):
-        ps.Look(shading="phng")
+        ps.Appearance(shading="phng")

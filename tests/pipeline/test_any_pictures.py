@@ -307,7 +307,7 @@ def test_small_frames_agree_with_the_mirror(renderers, rasterizer, data):
     frame = data.draw(values.frames(shape, patterns=SOFT, camera=values.plain_cameras))
     light = replace(data.draw(values.lights(soft=False, shadows=False)), color=(1, 0.9, 0.8), intensity=1)
     assume(light.position is None or light.direction is None)
-    look = ps.Look(shading=data.draw(SHADINGS), normals="star")
+    look = ps.Appearance(shading=data.draw(SHADINGS), normals="star")
     pose = data.draw(st.one_of(st.just(np.eye(4)), moved(frame)))
     actual = renderer.render(frame, light, camera=frame.camera, pose=pose, **look.options)
     normals = np.nan_to_num(renderer.estimate_normals(frame, "star"))

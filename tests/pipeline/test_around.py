@@ -9,15 +9,15 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.estimation.ground import up_and_floor
 from pointshade_gl.gpu.shading import occlusion as visibility
-from pointshade_gl.pipeline.light_setup import surroundings_of
-from pointshade_gl.scene.appearance import Look
+from pointshade_gl.pipeline.light_setup import environment_light_of
+from pointshade_gl.scene.appearance import Appearance
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.environment import Environment
 from pointshade_gl.scene.graph import Scene
 from pointshade_gl.scene.light import check_lights
 from pointshade_gl.scene.node import Node
 from pointshade_gl.scene.objects import PointObject
-from pointshade_gl.scene.settings import Finish
+from pointshade_gl.scene.settings import OutputSettings
 
 from ..reference.render import render as mirror_render
 from ..support import frames
@@ -52,11 +52,11 @@ def test_pictures_are_those_of_the_mirror(rasterizer, monkeypatch, shading, opti
     pose = ps.orbit_pose(None, frame.pivot, 20, -15)
     monkeypatch.setattr(visibility, "POINTS_ON_CPU", frame.depth.size // 4)
     monkeypatch.setattr(visibility, "POINTS", frame.depth.size // 4)
-    finish, look = Finish(**options), Look(material, normals="triangles-8", shading=shading)
+    finish, look = OutputSettings(**options), Appearance(material, normals="triangles-8", shading=shading)
     actual = rasterizer.render(frame, SUN, material, pose=pose, normals="triangles-8", shading=shading, **options)
     found = np.nan_to_num(rasterizer.estimate_normals(frame, "triangles-8"))
     scene = Scene((Node(PointObject(frame, look=look)),), frame.camera, frame.pose)
-    around = surroundings_of(finish, frame, scene, check_lights(SUN), [material], up_and_floor)
+    around = environment_light_of(finish, frame, scene, check_lights(SUN), [material], up_and_floor)
     eye = Eye.at_distance(frame.camera, pose, frame.scale)
     more = {"finish": finish, "surroundings": around, "stride": 2}
     mirror = mirror_render(frame, found, [SUN], look, eye, rasterizer.name, **more)
@@ -188,7 +188,7 @@ def test_a_mesh_darkens_the_frame_on_which_it_stands(renderer):
     wall = ps.Frame(np.full((*frame.depth.shape, 3), 255, np.uint8), np.full_like(frame.depth, 2.0), frame.camera)
     corners = np.array([(-0.2, -0.2, 1.6), (0.2, -0.2, 1.6), (0.2, 0.2, 1.6), (-0.2, 0.2, 1.6)], np.float32)
     board = ps.Mesh(corners, np.array([(0, 1, 2), (0, 2, 3)]))
-    look = ps.Look(ps.Material(1, 0, 0))
+    look = ps.Appearance(ps.Material(1, 0, 0))
     nodes = [ps.Node(content=ps.PointObject(wall, look=look)), ps.Node(content=board)]
     scene = ps.Scene(nodes, wall.camera)
     pose = ps.orbit_pose(None, (0, 0, 2), 35, 0)
@@ -221,15 +221,15 @@ def test_exposure_counts_the_light_from_all_around(renderer):
 
 def test_environments_and_their_options_are_checked():
     with pytest.raises(ValueError, match=r"\(h, w, 3\)"):
-        ps.Finish(environment=np.ones((4, 8)))
+        ps.OutputSettings(environment=np.ones((4, 8)))
     with pytest.raises(ValueError, match="negative"):
-        ps.Finish(environment=-np.ones((4, 8, 3)))
+        ps.OutputSettings(environment=-np.ones((4, 8, 3)))
     with pytest.raises(ValueError, match="environment_rotation"):
-        ps.Finish(environment_rotation=np.ones((3, 3)))
+        ps.OutputSettings(environment_rotation=np.ones((3, 3)))
     with pytest.raises(ValueError, match="ambient_occlusion"):
-        ps.Finish(ambient_occlusion=-1)
+        ps.OutputSettings(ambient_occlusion=-1)
     with pytest.raises(TypeError, match="ambient_occlusion"):
-        ps.Finish(ambient_occlusion="much")
+        ps.OutputSettings(ambient_occlusion="much")
 
 
 @pytest.mark.parametrize("count", [2, 3])

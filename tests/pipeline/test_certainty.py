@@ -7,7 +7,7 @@ import pointshade_gl as ps
 from pointshade_gl.bench.tracing import plane, sphere, trace
 from pointshade_gl.estimation import noise_model as noise_bumps
 from pointshade_gl.gpu.surface.noise_measurement import NoisePass
-from pointshade_gl.scene.appearance import Look, Material
+from pointshade_gl.scene.appearance import Appearance, Material
 from pointshade_gl.scene.camera import Eye
 
 from ..gpu.test_shader_functions import F
@@ -178,7 +178,7 @@ def test_pictures_agree_with_the_mirror(renderer, golden, true_depth, undoubting
     if rasterizer is None:
         need_compute(renderer)
     light = options.pop("light", ps.Light(direction=(1, 1, 2)))
-    frame, look = frame_of(stereo(true_depth)), Look(material=SHINY, **options)
+    frame, look = frame_of(stereo(true_depth)), Appearance(material=SHINY, **options)
     noise = measure_noise(frame.depth, 262.5)
     surface = surface_by_noise(frame.depth, INTRINSICS)
     certainty = certainty_by_noise(surface, noise, INTRINSICS)

@@ -35,7 +35,7 @@ def both(renderer, cloud, lights, **finish):
     scene = ps.Scene((ps.Node(cloud),), camera=frames.CAMERA, pose=pose)
     eye = Eye.at_distance(frames.CAMERA, pose, looking_distance(scene, pose))
     points = Bordered(cloud, borders(renderer, cloud))
-    return renderer.render(scene, lights, **finish), mirror_render(points, lights, eye, ps.Finish(**finish))
+    return renderer.render(scene, lights, **finish), mirror_render(points, lights, eye, ps.OutputSettings(**finish))
 
 
 def borders(renderer, cloud):

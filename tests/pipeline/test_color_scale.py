@@ -103,4 +103,4 @@ def test_a_camera_whose_y_points_up_sees_the_same_colours(renderer):
 
 def test_another_word_is_an_error():
     with pytest.raises(ValueError, match="show"):
-        ps.Finish(show="nromals")
+        ps.OutputSettings(show="nromals")

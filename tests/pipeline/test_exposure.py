@@ -160,7 +160,7 @@ def test_sensor_is_auto_for_noise_and_0_without(renderer, noisy):
 def test_other_exposures_are_refused(wrong):
     if wrong is None:
         with pytest.raises(TypeError, match="exposure must be stops"):
-            ps.Finish(exposure=wrong)  # type: ignore[arg-type]
+            ps.OutputSettings(exposure=wrong)  # type: ignore[arg-type]
         return
     with pytest.raises((ValueError, TypeError), match="exposure must be stops from -32 to 32, auto or sensor"):
         ps.render(frames.sphere(), exposure=wrong)
@@ -190,12 +190,12 @@ def test_a_still_of_the_command_line_is_exposed_and_a_note_says_how(typed, folde
 
 @pytest.mark.parametrize("turntable", ["light", "camera"])
 def test_a_film_has_the_exposure_of_its_first_picture(renderer, noisy, tmp_path, turntable):
-    view = ps.View(finish=ps.Finish(exposure="auto"), picture_size=(80, 60))
+    view = ps.View(finish=ps.OutputSettings(exposure="auto"), picture_size=(80, 60))
     jobs, _ = jobs_of(noisy, view, turntable, 3, lambda _: None)
     requests = [request for _, request in jobs]
     renderer.render(requests[0])
     first = renderer.exposure
-    expected = [renderer.render(replace(one, finish=ps.Finish(exposure=first))).astype(int) for one in requests]
+    expected = [renderer.render(replace(one, finish=ps.OutputSettings(exposure=first))).astype(int) for one in requests]
     write_series(renderer, ((k, one) for k, one in enumerate(requests)), tmp_path / "%04d.png", 25)
     for k, picture in enumerate(expected):
         with Image.open(tmp_path / f"{k:04d}.png") as found:

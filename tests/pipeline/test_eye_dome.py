@@ -8,7 +8,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.graph import shaded
-from pointshade_gl.scene.settings import Finish
+from pointshade_gl.scene.settings import OutputSettings
 
 from ..reference.color import linear_to_srgb, srgb_to_linear
 from ..reference.eye_dome import eye_dome
@@ -52,8 +52,8 @@ def test_a_frame_looks_as_the_mirror_draws_it(renderer, golden, kind, samples):
         options = {"normals": "triangles-8", "max_depth_step": "5%"}
         actual = made.render(frame, pose=pose, samples=samples, **EDL, **options)
         normals = np.nan_to_num(made.estimate_normals(frame, "triangles-8", max_depth_step="5%"))
-    eye, finish = Eye.at_distance(frame.camera, pose, frame.scale), Finish(samples)
-    mirror = mirror_render(frame, normals, [ps.Light()], ps.Look(shading="edl"), eye, kind, finish=finish)
+    eye, finish = Eye.at_distance(frame.camera, pose, frame.scale), OutputSettings(samples)
+    mirror = mirror_render(frame, normals, [ps.Light()], ps.Appearance(shading="edl"), eye, kind, finish=finish)
     golden("shading_edl", actual, mirror, stored=kind == "points" and samples == 1)
 
 

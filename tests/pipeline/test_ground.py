@@ -7,7 +7,7 @@ import pointshade_gl as ps
 from pointshade_gl.bench.tracing import decode
 from pointshade_gl.estimation.ground import ground_under, seen_ground, up_and_floor
 from pointshade_gl.scene.camera import Eye
-from pointshade_gl.scene.settings import Finish
+from pointshade_gl.scene.settings import OutputSettings
 
 from ..gpu.test_shader_functions import TARGET, light_views, occluders, turned
 from ..reference import camera, ground
@@ -146,8 +146,8 @@ def test_the_figure_of_a_paper_is_that_of_the_mirror(rasterizer, golden, backgro
     frame, up = frames.sphere(), (0.0, -1.0, 0.0)
     actual = rasterizer.render(frame, SUN, pose=ABOVE, normals="triangles-8", background=background, ground=True)
     normals = np.nan_to_num(rasterizer.estimate_normals(frame, "triangles-8"))
-    eye, finish = Eye.at_distance(frame.camera, ABOVE, frame.scale), Finish(1, background, up)
-    mirror = mirror_render(frame, normals, [SUN], ps.Look(), eye, rasterizer.name, finish=finish)
+    eye, finish = Eye.at_distance(frame.camera, ABOVE, frame.scale), OutputSettings(1, background, up)
+    mirror = mirror_render(frame, normals, [SUN], ps.Appearance(), eye, rasterizer.name, finish=finish)
     golden(f"ground {background}", actual, mirror, stored=False)
     assert (
         rasterizer.render(frame, SUN, pose=ABOVE, normals="triangles-8", background=background, ground=up) == actual

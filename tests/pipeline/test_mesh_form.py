@@ -169,7 +169,7 @@ def test_in_a_scene_it_is_the_same_at_any_scale_and_among_others(renderer):
     frame = frames.sphere()
     large = np.diag([2.0, 2, 2, 1])
     for shading in ("flat", "gouraud", "phong"):
-        look = ps.Look(splat="mesh", shading=shading)
+        look = ps.Appearance(splat="mesh", shading=shading)
         alone = renderer.render(frame, SHADOW, **look.options)
         twice = ps.Node(ps.PointObject(frame, look=look), transform=large)
         board = ps.Mesh([(1, 1, 3), (2, 1, 3), (1, 2, 3)], [(0, 1, 2)], shading="gouraud")  # out of the light's way
@@ -223,7 +223,7 @@ def test_what_a_mesh_does_not_have_is_told(renderer):
     with pytest.raises(ValueError, match="a mesh has none: leave it out, or use splat='footprint' or 'round'"):
         renderer.render(frame, splat="mesh", point_size=2)
     with pytest.raises(ValueError, match="a mesh has none"):
-        ps.Look(splat="mesh", point_size=np.ones((2, 2)))
+        ps.Appearance(splat="mesh", point_size=np.ones((2, 2)))
     with pytest.raises(ValueError, match="a mesh is that of one frame, got 2: merge them with splat='footprint'"):
         renderer.render([frame, frames.step()], splat="mesh")
-    assert ps.Look(splat="mesh", point_size=1).splat == "mesh"
+    assert ps.Appearance(splat="mesh", point_size=1).splat == "mesh"

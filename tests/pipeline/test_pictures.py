@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.appearance import Look
+from pointshade_gl.scene.appearance import Appearance
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.visible import MERGE
 
@@ -42,7 +42,7 @@ def both(rasterizer, frame, lights=(LIGHT,), pose=None, camera=None, normals="tr
     actual = rasterizer.render(frame, lights, camera=camera, pose=pose, normals=normals, max_depth_step=step, **options)
     found = np.nan_to_num(rasterizer.estimate_normals(frame, normals, max_depth_step=step))
     by_points = "point_size" in options or "splat" in options
-    look = Look(**options)
+    look = Appearance(**options)
     mirror = mirror_render(
         frame,
         found,
@@ -108,7 +108,7 @@ def test_noisy_depth_is_drawn_calmed(rasterizer, golden):
     assert 0.001 < np.abs(surface[..., 3] - frame.depth).mean() < 0.004
     calm = ps.Frame(frame.color, surface[..., 3], frame.camera)
     eye = Eye.at_distance(frame.camera, pose, frame.scale)
-    mirror = mirror_render(calm, surface[..., :3], (LIGHT,), Look(), eye, rasterizer.name, certainty=certainty)
+    mirror = mirror_render(calm, surface[..., :3], (LIGHT,), Appearance(), eye, rasterizer.name, certainty=certainty)
     golden("noisy", actual, mirror, rasterizer.name == "points")
 
 

@@ -10,7 +10,7 @@ from pointshade_gl.bench.tracing import as_frame, decode, encode, sphere_and_wal
 from pointshade_gl.scene import shadow_cameras
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.sample_pattern import ball_point, light_part, moved_light, pixel_offset
-from pointshade_gl.scene.settings import Finish
+from pointshade_gl.scene.settings import OutputSettings
 
 from ..benchmarks.traced_light import co_visible, shade
 from ..reference import sample_mean as developed
@@ -157,8 +157,8 @@ def test_samples_are_averaged_as_the_mirror_averages_them(rasterizer, golden, mo
     actual = rasterizer.render(frame, pose=ASIDE, normals="triangles-8", max_depth_step="5%", samples=count, **options)
     normals = np.nan_to_num(rasterizer.estimate_normals(frame, "triangles-8", max_depth_step="5%"))
     eye = Eye.at_distance(frame.camera, ASIDE, frame.scale)
-    finish = Finish(count, options.get("background"))
-    look = ps.Look(shading=shading)
+    finish = OutputSettings(count, options.get("background"))
+    look = ps.Appearance(shading=shading)
     mirror = mirror_render(frame, normals, [light], look, eye, rasterizer.name, finish=finish)
     golden(f"samples {name}", actual, mirror, stored=False)
 

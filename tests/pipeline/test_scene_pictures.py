@@ -54,7 +54,7 @@ def check_shadow(renderer, golden, name, stored=True):
     normals = np.nan_to_num(renderer.estimate_normals(frame, "triangles-8", max_depth_step="5%"))
     eye = Eye.at_distance(frames.CAMERA, pose, looking_distance(scene, pose))
     kind = "compute" if renderer.context.gl.version_code >= 430 else "points"
-    mirror = mirror_render(frame, normals, LIGHTS[name], ps.Look(), eye, kind)
+    mirror = mirror_render(frame, normals, LIGHTS[name], ps.Appearance(), eye, kind)
     golden(f"shadow_{name}", actual, mirror, stored=stored and kind == "compute")
     unshaded = renderer.render(scene, [ps.Light(**{**vars(light), "shadow": False}) for light in LIGHTS[name]])
     assert compare_images(actual, unshaded)

@@ -94,7 +94,7 @@ def test_boxes_are_culled_only_when_nothing_of_them_can_show():
 def test_a_distant_object_is_drawn_from_fewer_points_and_looks_the_same(fresh):
     far = ps.orbit_pose(None, FRAME.pivot, 0, 0, -6)
     scene = ps.Scene((ps.Node(ps.PointObject(FRAME)), at(0, 0, -90)), camera=frames.CAMERA)
-    placed = scene.things[0]
+    placed = scene.instances[0]
     step = coarser_step(placed, Eye(frames.CAMERA, far, 0.01))
     assert step in (4, 8) and coarser_step(placed, Eye(frames.CAMERA, np.eye(4), 0.01)) == 1
     few = coarser(FRAME, step)

@@ -98,8 +98,13 @@ class TestNormalsAtTheTarget:
 
     def test_are_found_by_the_method_and_step_of_the_frames_and_measure_their_noise(self):
         options = {"normals": "triangles-8", "max_depth_step": 0.05, "noise": "kinect"}
-        assert target_estimator(ps.Look(normals_at="target", **options)) == ("triangles-8", (0.05, 0.0), None, "keep")
-        assert target_estimator(ps.Look(normals_at="source", **options)) is None
+        assert target_estimator(ps.Appearance(normals_at="target", **options)) == (
+            "triangles-8",
+            (0.05, 0.0),
+            None,
+            "keep",
+        )
+        assert target_estimator(ps.Appearance(normals_at="source", **options)) is None
 
     def test_a_new_light_only_lights(self, renderer):
         views = three_views()
@@ -239,12 +244,12 @@ def test_in_a_scene_they_are_one_object_that_a_node_moves_and_scales(renderer):
     lamp = transform @ (*light.position, 1)
     image = renderer.render(scene, replace(light, position=tuple(lamp[:3])), pose=moved)
     assert not compare_images(image, alone)
-    assert len(scene.things) == 1 and scene.points_known == sum(view.points_known for view in views)
+    assert len(scene.instances) == 1 and scene.points_known == sum(view.points_known for view in views)
 
 
 def test_an_object_with_another_look_keeps_all_of_its_frames():
     views = three_views()
-    changed = replace(ps.PointObject(views), look=ps.Look(shading="flat"))
+    changed = replace(ps.PointObject(views), look=ps.Appearance(shading="flat"))
     assert changed.frames == tuple(views) and changed.frame is views[0] and changed.look.shading == "flat"
 
 

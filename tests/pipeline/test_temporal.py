@@ -272,7 +272,7 @@ class TestStreams:
 
 
 def test_a_stream_in_a_window_is_filtered_once_a_frame(open_viewer):
-    viewer = open_viewer(iter([noisy(k) for k in range(3)]), state=State(look=ps.Look(temporal=True)))
+    viewer = open_viewer(iter([noisy(k) for k in range(3)]), state=State(look=ps.Appearance(temporal=True)))
     while (
         viewer.document.playback.players[0]._thread.is_alive() or not viewer.document.playback.players[0]._queue.empty()
     ):

@@ -95,7 +95,7 @@ def test_more_samples_and_another_tone_use_what_is_there():
 @pytest.mark.parametrize("wrong", ["filmic", "", None, 1])
 def test_other_tones_are_refused(wrong):
     with pytest.raises(ValueError, match=r"unknown tone .*: known are none, neutral"):
-        ps.Finish(tone=wrong)
+        ps.OutputSettings(tone=wrong)
 
 
 def test_it_is_typed(typed, renderer):

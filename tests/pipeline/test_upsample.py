@@ -9,7 +9,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.bench.scenes import near_depth_edge
 from pointshade_gl.bench.tracing import Hits, decode, encode, plane, trace
-from pointshade_gl.scene.appearance import Look
+from pointshade_gl.scene.appearance import Appearance
 from pointshade_gl.scene.visible import finer_camera
 
 from ..benchmarks.traced_light import co_visible, near_edge, shade
@@ -38,7 +38,7 @@ def surface_drawn(renderer, frame, **look):
     with renderer._in_use():
         store = renderer._pipeline.gpu_scene.frames
         (textures,) = store.upload([frame])
-        drawn = store.find_points(textures, frame, Look(**look), frame.picture_camera)
+        drawn = store.find_points(textures, frame, Appearance(**look), frame.picture_camera)
         width, height = drawn.surface.size
         return np.frombuffer(drawn.surface.texture.read(), F).reshape(height, width, 4)
 
@@ -178,7 +178,7 @@ def test_points_are_as_fine_as_the_view_but_no_finer_than_the_colours():
     frame = clean(1).frame
 
     def size(camera, **look):
-        found = finer_camera(frame, Look(**look), camera)
+        found = finer_camera(frame, Appearance(**look), camera)
         assert found == SMALL.resized(found.width, found.height)
         return found.width, found.height
 
@@ -197,7 +197,7 @@ def test_a_camera_of_odd_numbers_keeps_them_where_the_sizes_agree():
     color = np.zeros((240, 320, 3), np.uint8)
     for picture in (color, color[:120, :160]):
         frame = ps.Frame(picture, np.ones((120, 160)), odd)
-        assert finer_camera(frame, Look(), odd) is odd
+        assert finer_camera(frame, Appearance(), odd) is odd
 
 
 def test_options_with_an_array_a_sample_still_work(renderer):

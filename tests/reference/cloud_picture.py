@@ -11,14 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from pointshade_gl.gpu.clouds.cloud_objects import BALL_SHARE, BAND, CORE, RING, SHADOW_PUSH, SHADOW_SHARE, STEP_BACK
-from pointshade_gl.scene.appearance import Look
+from pointshade_gl.scene.appearance import Appearance
 from pointshade_gl.scene.camera import Eye, view_matrix
 from pointshade_gl.scene.cloud import PointCloud
 from pointshade_gl.scene.graph import Scene
 from pointshade_gl.scene.light import Light, at_upper_left
 from pointshade_gl.scene.node import Node
 from pointshade_gl.scene.sample_pattern import light_part
-from pointshade_gl.scene.settings import Finish
+from pointshade_gl.scene.settings import OutputSettings
 from pointshade_gl.scene.shadow_cameras import shadow_views
 from pointshade_gl.scene.visible import VisibleScene
 
@@ -71,7 +71,7 @@ class Bordered(NamedTuple):
     edges: np.ndarray  # (n, 3) unit; 0: in all directions
 
 
-def render(points: Bordered, lights: Sequence[Light], eye: Eye, finish: Finish) -> np.ndarray:
+def render(points: Bordered, lights: Sequence[Light], eye: Eye, finish: OutputSettings) -> np.ndarray:
     """The result of Renderer.render, (h, w, 4) uint8, of a cloud in a scene of its own."""
     scene = Scene((Node(points.cloud),))
     lights = [at_upper_left(one, eye.pose) for one in lights]
@@ -87,7 +87,7 @@ def draw_sample(points: Bordered, shot: VisibleScene) -> tuple[np.ndarray, np.nd
     image = np.zeros((eye.camera.height, eye.camera.width, 4), F)
     image[v, u, 3], image[v, u, :3] = 1, albedo[v, u]
     if points.cloud.shading == "phong":
-        at, viewer, look = np.stack([u, v], -1).astype(F), np.zeros(3, F), Look(points.cloud.material)
+        at, viewer, look = np.stack([u, v], -1).astype(F), np.zeros(3, F), Appearance(points.cloud.material)
         image[v, u, :3] = light(at, surface[v, u], albedo[v, u], eye.camera, viewer, lamps, eye.pose, look)
     return image, np.zeros(image.shape[:2], F)
 

@@ -9,9 +9,9 @@ import numpy as np
 from pointshade_gl.estimation.ground import seen_ground
 from pointshade_gl.gpu.shading.occlusion import plane_shift, plane_turn
 from pointshade_gl.scene.camera import Eye
-from pointshade_gl.scene.environment import NOTHING_AROUND, EnvironmentLight
+from pointshade_gl.scene.environment import NO_ENVIRONMENT, EnvironmentLight
 from pointshade_gl.scene.sample_pattern import at_sample
-from pointshade_gl.scene.settings import Finish
+from pointshade_gl.scene.settings import OutputSettings
 from pointshade_gl.scene.visible import VisibleScene
 
 from .around import around_of
@@ -26,7 +26,7 @@ F = np.float32
 
 
 def finished(
-    draw: Callable[[VisibleScene], tuple[np.ndarray, np.ndarray]], shot: VisibleScene, finish: Finish
+    draw: Callable[[VisibleScene], tuple[np.ndarray, np.ndarray]], shot: VisibleScene, finish: OutputSettings
 ) -> np.ndarray:
     """(h, w, 4) uint8. draw(shot) gives (h, w, 4) float32, linear light and 1 where something is seen, and (h, w), the
     alpha of the ground elsewhere."""
@@ -47,7 +47,7 @@ def draw_ground(
     rows: np.ndarray,
     shadow_map: np.ndarray,
     views: np.ndarray,
-    surroundings: EnvironmentLight = NOTHING_AROUND,
+    surroundings: EnvironmentLight = NO_ENVIRONMENT,
     surface_map: np.ndarray | None = None,
     sample: int = 0,
     distance: float = 1.0,

@@ -10,16 +10,16 @@ from typing import NamedTuple
 import numpy as np
 
 from pointshade_gl.estimation.ground import ground_under
-from pointshade_gl.scene.appearance import Look
+from pointshade_gl.scene.appearance import Appearance
 from pointshade_gl.scene.camera import Camera, Eye, view_matrix
-from pointshade_gl.scene.environment import NOTHING_AROUND, EnvironmentLight
+from pointshade_gl.scene.environment import NO_ENVIRONMENT, EnvironmentLight
 from pointshade_gl.scene.frame import Frame
 from pointshade_gl.scene.graph import Scene
 from pointshade_gl.scene.light import Light, at_upper_left, light_rows
 from pointshade_gl.scene.node import Node
 from pointshade_gl.scene.objects import PointObject
 from pointshade_gl.scene.sample_pattern import light_part
-from pointshade_gl.scene.settings import SIMPLE, Finish
+from pointshade_gl.scene.settings import SIMPLE, OutputSettings
 from pointshade_gl.scene.shadow_cameras import ShadowView, Span, shadow_views
 from pointshade_gl.scene.visible import MERGE, VisibleScene, bridged_camera, bridged_stride
 
@@ -62,7 +62,7 @@ class LightSet(NamedTuple):
     spans: Sequence[Span | None]  # of each one's views
     views: Sequence[ShadowView]
     shadow_map: np.ndarray | None
-    surroundings: EnvironmentLight = NOTHING_AROUND
+    surroundings: EnvironmentLight = NO_ENVIRONMENT
 
 
 class Splatted(NamedTuple):
@@ -70,7 +70,7 @@ class Splatted(NamedTuple):
 
     frame: Frame
     surface_map: np.ndarray
-    look: Look
+    look: Appearance
     rasterizer: str
     merge: float
     certainty: np.ndarray | None = None  # of the normals, see toksvig.py
@@ -86,13 +86,13 @@ def render(
     frame: Frame,
     normals: np.ndarray,
     lights: Sequence[Light],
-    look: Look,
+    look: Appearance,
     eye: Eye,
     rasterizer: str = "points",
     merge: float = MERGE,
-    finish: Finish = SIMPLE,
+    finish: OutputSettings = SIMPLE,
     certainty: np.ndarray | None = None,
-    surroundings: EnvironmentLight = NOTHING_AROUND,
+    surroundings: EnvironmentLight = NO_ENVIRONMENT,
     stride: int = 1,
 ) -> np.ndarray:
     """The result of Renderer.render, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing, certainty of these."""
@@ -103,21 +103,21 @@ def render(
         seen = visibility_map(surface_map, np.array(frame.camera.intrinsics, F), radius, stride)
     points = Splatted(frame, surface_map, look, rasterizer, merge, certainty, seen)
     lights = [at_upper_left(light, eye.pose) for light in lights]
-    shot = VisibleScene(eye, lights, Scene((Node(PointObject(frame)),)), (), (), surroundings=surroundings)
+    shot = VisibleScene(eye, lights, Scene((Node(PointObject(frame)),)), (), (), environment_light=surroundings)
     return finished(lambda sample: draw_sample(points, sample, finish), shot, finish)
 
 
-def draw_sample(points: Splatted, shot: VisibleScene, finish: Finish) -> tuple[np.ndarray, np.ndarray]:
+def draw_sample(points: Splatted, shot: VisibleScene, finish: OutputSettings) -> tuple[np.ndarray, np.ndarray]:
     """(h, w, 4) float32: linear light and 1 where something is seen; and (h, w), the alpha of the ground elsewhere."""
     eye, lamps, material = shot.eye, hung_up(shot, points), points.look.material
-    lamps = lamps._replace(surroundings=shot.surroundings)
+    lamps = lamps._replace(surroundings=shot.environment_light)
     image, seen = draw_splats(points, eye, lamps)
     alpha = np.zeros(image.shape[:2], F)
-    if finish.up is not None and (lamps.shadow_map is not None or shot.surroundings.occlusion):
+    if finish.up is not None and (lamps.shadow_map is not None or shot.environment_light.occlusion):
         rows, strengths = light_rows(lamps.lights, eye.pose, lamps.spans), np.array(material.strengths, F)
         plane, views = ground_under(shot.scene, finish.up, finish.ground_height), view_rows(lamps.views, eye.pose)
         distance = points.frame.scale
-        extra = shot.surroundings, seen, shot.sample, distance
+        extra = shot.environment_light, seen, shot.sample, distance
         alpha = draw_ground(image, plane, eye, strengths, rows, lamps.shadow_map, views, *extra)
     return image, alpha
 
@@ -237,7 +237,7 @@ def hidden_points(points: Splatted) -> Splatted:
     surface = _once(lambda: bridge(points.surface_map, pixel, stride, source), points.surface_map, frame.camera)
     surface = surface.reshape(camera.height, camera.width, 4)
     hidden = Frame(None, surface[..., 3], camera, frame.pose)
-    return Splatted(hidden, surface, Look(), points.rasterizer, points.merge)
+    return Splatted(hidden, surface, Appearance(), points.rasterizer, points.merge)
 
 
 def splat_depths(points: Splatted, eye: Eye) -> np.ndarray:
@@ -277,7 +277,7 @@ def light(
     viewer: np.ndarray,
     lamps: LightSet,
     axes: np.ndarray,
-    look: Look,
+    look: Appearance,
     certainty: np.ndarray | None = None,
     visibility: np.ndarray | None = None,
 ) -> np.ndarray:

@@ -72,7 +72,7 @@ def surface_by_noise(
     """Unit normal and depth by "auto", (h, w, 4) float32, 0 where depth is missing.
 
     told    the caller's noise, (1, 1) or (h, w) metres, or in words
-    flying  as in Look
+    flying  as in Appearance
     """
     focal = (abs(intrinsics[0]) + abs(intrinsics[1])) / 2
     if isinstance(told, NoiseWords):

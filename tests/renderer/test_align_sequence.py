@@ -115,7 +115,7 @@ def test_frames_come_one_by_one(renderer, drifting):
 
 
 def test_films_are_drawn_with_corrected_poses(renderer, true, drifting):
-    view = ps.View(look=ps.Look(shading="none", align=True), pose=true[4].pose)
+    view = ps.View(look=ps.Appearance(shading="none", align=True), pose=true[4].pose)
     jobs = [job for _, job in sequence_jobs(drifting, view, print, renderer)]
     assert worst([job.source for job in jobs], true) < 0.0015
     own = [job for _, job in sequence_jobs(drifting, ps.View(look=view.look), print, renderer)]

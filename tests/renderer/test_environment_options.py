@@ -7,7 +7,7 @@ import pointshade_gl as ps
 from pointshade_gl.batch.manifest import plain_value
 from pointshade_gl.estimation.ground import LIGHT as GROUND_LIGHT
 from pointshade_gl.estimation.ground import up_and_floor
-from pointshade_gl.pipeline.light_setup import surroundings_of
+from pointshade_gl.pipeline.light_setup import environment_light_of
 from pointshade_gl.renderer.requests import RenderRequest
 from pointshade_gl.scene.environment import Environment
 from pointshade_gl.scene.settings import with_environment_turned
@@ -47,21 +47,24 @@ def test_an_environment_that_is_given_replaces_the_scenes_own():
 
 
 def test_a_view_hands_its_environment_on():
-    view = ps.View(finish=ps.Finish(environment="sky", environment_rotation=20))
+    view = ps.View(finish=ps.OutputSettings(environment="sky", environment_rotation=20))
     frame = frames.sphere()
     assert RenderRequest.seen(frame, view).finish.environment is SKY
     assert view.of(frame)["environment"] is SKY and view.of(frame)["environment_rotation"] == 20
-    assert view == ps.View(finish=ps.Finish(environment="sky", environment_rotation=20)) != ps.View()
+    assert view == ps.View(finish=ps.OutputSettings(environment="sky", environment_rotation=20)) != ps.View()
 
 
 def test_a_turntable_of_the_light_turns_the_environment():
-    frame, view = frames.sphere(), ps.View([LAMP], finish=ps.Finish(environment="sky", environment_rotation=350))
+    frame, view = (
+        frames.sphere(),
+        ps.View([LAMP], finish=ps.OutputSettings(environment="sky", environment_rotation=350)),
+    )
     turned = list(views_of_turn(frame, view, "light", 4))
     assert [one.finish.environment_rotation for one in turned] == [350, 80, 170, 260]
     places = [np.array(one.lights[0].position) for one in turned]
     plain = [one.lights[0].position for one in views_of_turn(frame, ps.View([LAMP]), "light", 4)]
     np.testing.assert_array_equal(places, plain)
-    alone = ps.View(finish=ps.Finish(environment="sky"))
+    alone = ps.View(finish=ps.OutputSettings(environment="sky"))
     assert all(one.lights == () for one in views_of_turn(frame, alone, "light", 4))
     assert [one.finish for one in views_of_turn(frame, alone, "camera", 2)] == [alone.finish] * 2
     scene = ps.Scene([ps.Node(TRIANGLE)], environment="sky")
@@ -70,19 +73,19 @@ def test_a_turntable_of_the_light_turns_the_environment():
 
 def test_a_rotation_that_is_a_matrix_is_turned_about_up():
     """With y up: a quarter counterclockwise seen from above brings what was seen along z to x."""
-    turned = with_environment_turned(ps.Finish(environment_rotation=np.eye(3)), 90)
+    turned = with_environment_turned(ps.OutputSettings(environment_rotation=np.eye(3)), 90)
     np.testing.assert_allclose(np.array(turned.environment_rotation) @ (1, 0, 0), (0, 0, 1), atol=1e-12)
     lying = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])  # the world's z is up
     quarter = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])  # the same about z
-    turned = with_environment_turned(ps.Finish(environment_rotation=lying), 90, quarter)
-    other = with_environment_turned(ps.Finish(environment_rotation=lying), 90)
+    turned = with_environment_turned(ps.OutputSettings(environment_rotation=lying), 90, quarter)
+    other = with_environment_turned(ps.OutputSettings(environment_rotation=lying), 90)
     np.testing.assert_allclose(turned.environment_rotation, other.environment_rotation, atol=1e-12)
 
 
 def test_a_manifest_tells_environments_apart():
     bright, dim = (Environment(np.full((4, 8, 3), level)) for level in (1.0, 0.5))
-    assert plain_value(ps.Finish(environment="sky")) == {"environment": "sky"}
-    first, second = (plain_value(ps.Finish(environment=one))["environment"] for one in (bright, dim))
+    assert plain_value(ps.OutputSettings(environment="sky")) == {"environment": "sky"}
+    first, second = (plain_value(ps.OutputSettings(environment=one))["environment"] for one in (bright, dim))
     assert first != second and first == plain_value(Environment(np.ones((4, 8, 3)), "b.hdr")) and len(first) == 71
 
 
@@ -90,10 +93,10 @@ def test_a_manifest_tells_environments_apart():
 def test_a_scenes_own_environment_stands_in_the_worlds_axes_and_another_behind_its_camera(yaw):
     pose = ps.orbit_pose(np.diag([1.0, -1, -1, 1]), (0, 0, -2), yaw, 20, upright=(0, 1, 0))
     scene = ps.Scene([ps.Node(TRIANGLE)], ps.Camera.from_fov(50, 40, 30), pose, environment="studio")
-    own = surroundings_of(ps.Finish(), scene, scene, (), (), up_and_floor)
+    own = environment_light_of(ps.OutputSettings(), scene, scene, (), (), up_and_floor)
     np.testing.assert_allclose(own.to_sky, np.eye(3), atol=1e-9)
-    turned = surroundings_of(ps.Finish(environment_rotation=90), scene, scene, (), (), up_and_floor)
+    turned = environment_light_of(ps.OutputSettings(environment_rotation=90), scene, scene, (), (), up_and_floor)
     np.testing.assert_allclose(np.array(turned.to_sky) @ (1, 0, 0), (0, 0, 1), atol=1e-9)
-    given = surroundings_of(ps.Finish(environment="sky"), scene, scene, (), (), up_and_floor)
+    given = environment_light_of(ps.OutputSettings(environment="sky"), scene, scene, (), (), up_and_floor)
     away = np.array(given.to_sky) @ pose[:3, 2]
     assert away[0] == pytest.approx(0, abs=1e-9) and away[2] < -0.9

@@ -16,7 +16,7 @@ from pointshade_gl.scene.viewpoint import View
 from ..support import frames
 
 CAMERA = ps.Camera(50, 50, 19.5, 14.5, 40, 30)
-UNLIT = View(look=ps.Look(shading="none"))
+UNLIT = View(look=ps.Appearance(shading="none"))
 
 
 def grey(value, distance=1.5, pose=None):

@@ -9,28 +9,37 @@ from pathlib import Path
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.cli.option_groups import LookGroup as TypedLook
+from pointshade_gl.cli.option_groups import AppearanceGroup as TypedLook
 from pointshade_gl.cli.options import PictureOptions, ViewOptions
 from pointshade_gl.files.frames.frame_parts import LoadOptions
 from pointshade_gl.notes import notes
 from pointshade_gl.renderer.requests import DepthOptions, PointsOptions, RenderOptions, RenderRequest
-from pointshade_gl.scene.appearance import LookOptions
+from pointshade_gl.scene.appearance import AppearanceOptions
 from pointshade_gl.scene.option_fields import option_of
-from pointshade_gl.scene.settings import FinishOptions
+from pointshade_gl.scene.settings import OutputOptions
 from pointshade_gl.scene.viewpoint import MoveOptions
 
 from ..support import frames
 
 PACKAGE = Path(ps.__file__).parent
 MOST = 6  # files of the package in which an option may stand
-FIELDS = {one.name: one for group in (ps.Look, ps.Material, ps.View, ps.Finish) for one in fields(group)}
+FIELDS = {one.name: one for group in (ps.Appearance, ps.Material, ps.View, ps.OutputSettings) for one in fields(group)}
 WORDS = {  # of the field: they also name arrays, steps, stages, files and fields of meshes and clouds, a command
     "material", "normals", "shading", "splat", "noise", "temporal", "ambient", "shininess", "lights", "pose", "yaw",
     "pitch", "look", "finish", "point_size", "samples", "background", "ground", "diffuse", "specular", "exposure",
     "missing", "environment", "align", "show",
 }  # fmt: skip
-PASSED_BY = {"opt", "option", "Look", "Material", "View", "Finish", "RenderRequest"}
-HELD_BY = {"Look", "Material", "View", "Finish", "LookOptions", "FinishOptions", "MoveOptions", "SurfaceOptions"}
+PASSED_BY = {"opt", "option", "Appearance", "Material", "View", "OutputSettings", "RenderRequest"}
+HELD_BY = {
+    "Appearance",
+    "Material",
+    "View",
+    "OutputSettings",
+    "AppearanceOptions",
+    "OutputOptions",
+    "MoveOptions",
+    "SurfaceOptions",
+}
 SOURCES = {
     path: path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py") if "reference" not in path.parts
 }  # fmt: skip
@@ -60,8 +69,8 @@ def test_an_option_stands_in_few_files(name):
 @pytest.mark.parametrize(
     ("listed", "group", "besides"),
     [
-        (LookOptions, ps.Look, {"material"}),
-        (FinishOptions, ps.Finish, set()),
+        (AppearanceOptions, ps.Appearance, {"material"}),
+        (OutputOptions, ps.OutputSettings, set()),
         (MoveOptions, ps.View, {"lights", "pose", "picture_size", "look", "finish"}),
     ],
 )
@@ -101,7 +110,7 @@ def test_help_lists_every_option_with_its_default_and_its_documentation(function
         (lambda: ps.save_page("a.html", "vase", fliyng="snap"), r"'fliyng' \(did you mean flying\?\)"),
         (lambda: RenderRequest.of("vase", unligt=True), r"of\(\) got .* 'unligt' \(did you mean unlight\?\)"),
         (lambda: ps.render(RenderRequest.of("vase"), yaw=3), "a request has all its options: leave out yaw"),
-        (lambda: ps.Look(flyng="snap"), "flyng"),
+        (lambda: ps.Appearance(flyng="snap"), "flyng"),
         (lambda: ps.open_source("vase", depht_scale=3), r"open_source\(\) got .* \(did you mean depth_scale\?\)"),
     ],
 )
@@ -115,8 +124,8 @@ def test_a_request_keeps_what_was_passed():
     lights = [ps.Light(position=(0, -1, 0))]
     request = RenderRequest.of([one, other], light=lights, flying="snap", yaw=5, samples=2)
     assert [frame is kept for frame, kept in zip((one, other), request.source, strict=True)] == [True, True]
-    assert request.lights[0] is lights[0] and request.look == ps.Look(flying="snap")
-    assert request.turns == (5, 0, 0) and request.finish == ps.Finish(2)
+    assert request.lights[0] is lights[0] and request.look == ps.Appearance(flying="snap")
+    assert request.turns == (5, 0, 0) and request.finish == ps.OutputSettings(2)
     assert RenderRequest.of(request) is request and RenderRequest.of(one).source is one
 
 
@@ -132,12 +141,14 @@ def test_a_request_is_drawn_as_its_options_are(renderer):
     assert (renderer.render(RenderRequest.seen(frame, view)) == renderer.render(request)).all()
 
 
-def test_a_new_name_is_noted_once(monkeypatch):
+def test_older_names_work_with_one_note(monkeypatch):
     monkeypatch.setattr(notes, "_renamed", set())
+    scene = ps.Scene((ps.Node(ps.PointObject(frames.sphere())),))
     with notes.taken() as found:
         for _ in range(2):
-            notes.note_new_name("Look", "Appearance")
-    assert found == ["Look is called Appearance now: the older name goes with the next version"]
+            assert ps.Look is ps.Appearance and ps.Finish is ps.OutputSettings and scene.things == scene.instances
+    names = (("Look", "Appearance"), ("Finish", "OutputSettings"), ("Scene.things", "Scene.instances"))
+    assert found == [f"{old} is called {new} now: the older name goes with the next version" for old, new in names]
 
 
 def test_the_names_of_0_1_are_gone(renderer, typed):

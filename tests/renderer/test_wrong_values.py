@@ -15,6 +15,7 @@ from pointshade_gl.viewer import Viewer
 
 from ..support import frames
 
+SIZE = "size must be a number of source pixels"
 HUGE, GIANT = 10**400, 10**5000  # beyond float; beyond what Python writes out
 FRAME = frames.sphere()
 CORNERS, FACES = np.array([(0, 0, 1), (1, 0, 1), (0, 1, 1)], float), np.array([(0, 1, 2)])
@@ -137,31 +138,31 @@ VALUES = {
     "light, cone text": (lambda: ps.Light(cone="30"), TypeError, "light cone must be two half angles"),
     "light, cone NaN": (lambda: ps.Light(cone=(math.nan, 30)), ValueError, "light cone must be two half angles"),
     "light, shadow": (lambda: ps.Light(shadow="no"), TypeError, "light shadow must be True or False, got 'no'"),
-    # Material, Look, PointObject
+    # Material, Appearance, PointObject
     "material, text": (lambda: ps.Material(ambient="0.1"), TypeError, "material ambient must be a number from 0"),
     "material, None": (lambda: ps.Material(specular=None), TypeError, "material specular must be a number from 0"),
     "material, array": (lambda: ps.Material(diffuse=np.ones(3)), TypeError, "material diffuse must be a number from 0"),
     "material, huge": (lambda: ps.Material(shininess=HUGE), ValueError, "material shininess must be a number from"),
-    "look, material": (lambda: ps.Look(0.5), TypeError, "material must be a Material, got 0.5"),
-    "look, size text": (lambda: ps.Look(point_size="big"), ValueError, "size must be a number of source pixels"),
-    "look, size huge": (lambda: ps.Look(point_size=HUGE), ValueError, "size must be a number of source pixels"),
-    "look, size NaN": (lambda: ps.Look(point_size=math.nan), ValueError, "size must be a number of source pixels"),
-    "look, size below 0": (lambda: ps.Look(point_size=-1), ValueError, "size must be a number of source pixels"),
-    "look, size list": (lambda: ps.Look(point_size=RAGGED).for_frame(FRAME.depth), ValueError, "is the splats' size"),
-    "look, size object": (lambda: ps.Look(point_size={}), TypeError, "size must be a number of source pixels"),
-    "look, noise": (lambda: ps.Look(noise=-1), ValueError, "noise must be metres above 0"),
-    "look, noise huge": (lambda: ps.Look(noise=HUGE), ValueError, "noise must be metres above 0"),
-    "look, noise object": (lambda: ps.Look(noise=object()), TypeError, "noise must be metres above 0"),
-    "look, step": (lambda: ps.Look(max_depth_step=[1, 2]), ValueError, "max_depth_step must be metres above 0"),
-    "look, step huge": (lambda: ps.Look(max_depth_step=GIANT), ValueError, "max_depth_step must be metres above 0"),
-    "look, shading": (lambda: ps.Look(shading=["flat"]), ValueError, r"unknown shading \['flat'\]"),
-    "look, splat": (lambda: ps.Look(splat=np.zeros(2)), ValueError, "unknown splat"),
-    "look, normals": (lambda: ps.Look(normals=None), TypeError, "normals must be a method's name"),
+    "look, material": (lambda: ps.Appearance(0.5), TypeError, "material must be a Material, got 0.5"),
+    "look, size text": (lambda: ps.Appearance(point_size="big"), ValueError, SIZE),
+    "look, size huge": (lambda: ps.Appearance(point_size=HUGE), ValueError, SIZE),
+    "look, size NaN": (lambda: ps.Appearance(point_size=math.nan), ValueError, SIZE),
+    "look, size below 0": (lambda: ps.Appearance(point_size=-1), ValueError, SIZE),
+    "look, size list": (lambda: ps.Appearance(point_size=RAGGED).for_frame(FRAME.depth), ValueError, "splats' size"),
+    "look, size object": (lambda: ps.Appearance(point_size={}), TypeError, SIZE),
+    "look, noise": (lambda: ps.Appearance(noise=-1), ValueError, "noise must be metres above 0"),
+    "look, noise huge": (lambda: ps.Appearance(noise=HUGE), ValueError, "noise must be metres above 0"),
+    "look, noise object": (lambda: ps.Appearance(noise=object()), TypeError, "noise must be metres above 0"),
+    "look, step": (lambda: ps.Appearance(max_depth_step=[1, 2]), ValueError, "max_depth_step must be metres above 0"),
+    "look, step huge": (lambda: ps.Appearance(max_depth_step=GIANT), ValueError, "max_depth_step must be metres"),
+    "look, shading": (lambda: ps.Appearance(shading=["flat"]), ValueError, r"unknown shading \['flat'\]"),
+    "look, splat": (lambda: ps.Appearance(splat=np.zeros(2)), ValueError, "unknown splat"),
+    "look, normals": (lambda: ps.Appearance(normals=None), TypeError, "normals must be a method's name"),
     "object, frame": (lambda: ps.PointObject("vase"), TypeError, "a Frame or a sequence of frames, got 'vase'"),
-    "look, flag": (lambda: ps.Look(point_size=True), TypeError, "size must be a number of source pixels"),
+    "look, flag": (lambda: ps.Appearance(point_size=True), TypeError, SIZE),
     "light, flag": (lambda: ps.Light(position=(0, True, 1)), TypeError, "light position must be three finite numbers"),
     "light, flags": (lambda: ps.Light(position=EYE[0] > 0), TypeError, "light position must be three finite numbers"),
-    "object, look": (lambda: ps.PointObject(FRAME, look="flat"), TypeError, "look must be a Look, got 'flat'"),
+    "object, look": (lambda: ps.PointObject(FRAME, look="flat"), TypeError, "look must be an Appearance, got 'flat'"),
     "object, material": (lambda: ps.PointObject(FRAME, 0), TypeError, "material must be a Material, got 0"),
     "object, normals": (lambda: ps.PointObject(FRAME, normals={}), TypeError, "normals must be a method's name"),
     "object, option": (lambda: ps.PointObject(FRAME, colour=1), TypeError, "unexpected keyword argument 'colour'"),
@@ -195,7 +196,7 @@ VALUES = {
     "view, dolly": (lambda: View(dolly=1), ValueError, "yaw and pitch must be finite and dolly below 1"),
     "view, size": (lambda: View(picture_size=640), TypeError, "size must be a width and a height in whole pixels"),
     "view, no size": (lambda: View(picture_size=(0, 9)), ValueError, "picture_size must be a width and a height"),
-    "view, look": (lambda: View(look="flat"), TypeError, "look must be a Look, got 'flat'"),
+    "view, look": (lambda: View(look="flat"), TypeError, "look must be an Appearance, got 'flat'"),
     # State of the viewer
     "state, yaw": (lambda: State(yaw=math.nan), ValueError, "state yaw must be a number from"),
     "state, distance": (lambda: State(distance=0), ValueError, "state distance must be a number from 1e-06"),
@@ -203,7 +204,7 @@ VALUES = {
     "state, light_at": (lambda: State(light_at="left"), TypeError, "state light_at must be two finite numbers"),
     "state, color": (lambda: State(light_color=(1, 2)), ValueError, "state light_color must be three numbers"),
     "state, intensity": (lambda: State(light_intensity=HUGE), ValueError, "state light_intensity must be a number"),
-    "state, look": (lambda: State(look={}), TypeError, "state look must be a Look"),
+    "state, look": (lambda: State(look={}), TypeError, "state look must be an Appearance"),
     "state, direction": (lambda: State().with_light_direction((1, 0)), ValueError, "direction must be three finite"),
     # Files
     "save, path": (lambda: ps.save_image(5, np.zeros((4, 4), np.uint8)), TypeError, "path must be a text or a Path"),
@@ -271,7 +272,7 @@ DRAWN = {
     "light 0": (lambda r: r.render(FRAME, light=0), TypeError, "light must be a Light or several of them, got 0"),
     "material": (lambda r: r.render(FRAME, material="gold"), TypeError, "material must be a Material, got 'gold'"),
     "material 0": (lambda r: r.render(FRAME, material=0), TypeError, "material must be a Material, got 0"),
-    "size": (lambda r: r.render(FRAME, point_size="big"), ValueError, "size must be a number of source pixels"),
+    "size": (lambda r: r.render(FRAME, point_size="big"), ValueError, SIZE),
     "sizes": (lambda r: r.render(FRAME, point_size=np.full((120, 160), 1e300)), ValueError, "size must be finite"),
     "normals inf": (lambda r: r.render(FRAME, normals=np.full((120, 160, 3), math.inf)), ValueError, "normals must be"),
     "normals 1e20": (lambda r: r.render(FRAME, normals=np.full((120, 160, 3), 1e20)), ValueError, "normals must be"),
@@ -371,7 +372,7 @@ def test_values_become_what_they_claim():
     assert scene.nodes[0].children[0].content == (made, scene.nodes[0].children[0].content[1])
     material = ps.Material(*map(np.float32, (0, 1, 0.5, 8)))
     assert all(type(getattr(material, field.name)) is float for field in fields(material))
-    look = ps.Look(point_size=np.float32(2), noise=np.array(0.5))
+    look = ps.Appearance(point_size=np.float32(2), noise=np.array(0.5))
     assert (look.point_size, look.noise, look.is_uniform) == (2.0, 0.5, True)
     assert type(ps.Light(intensity=np.float32(2)).intensity) is float
     assert type(ps.Light(shadow=np.bool_(True)).shadow) is bool

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import pointshade_gl as ps
 from pointshade_gl.scene.camera import check_pose
 from pointshade_gl.scene.light import at_upper_left, light_rows
-from pointshade_gl.scene.settings import Finish
+from pointshade_gl.scene.settings import OutputSettings
 from pointshade_gl.scene.viewpoint import View
 
 from ..support import given_values as values
@@ -33,7 +33,7 @@ MADE = {  # what is made, with the words that name each argument in an error whe
         {},
     ),
     ps.Material: ({"ambient": 0.1, "diffuse": 1, "specular": 1, "shininess": 9}, {}),
-    ps.Look: (dict(ps.Look().options), {}),
+    ps.Appearance: (dict(ps.Appearance().options), {}),
     ps.Mesh: (
         {
             "positions": CORNERS, "faces": FACES, "normals": CORNERS, "uv": CORNERS[:, :2], "color": (1, 1, 1),
@@ -55,9 +55,10 @@ MADE = {  # what is made, with the words that name each argument in an error whe
         {},
     ),
     View: (
-        {"lights": (), "yaw": 1, "pitch": 2, "dolly": 0, "picture_size": None, "look": ps.Look()}, {"lights": "light"}
+        {"lights": (), "yaw": 1, "pitch": 2, "dolly": 0, "picture_size": None, "look": ps.Appearance()},
+        {"lights": "light"},
     ),
-    Finish: ({"samples": 2, "background": "white", "ground": False}, {}),
+    OutputSettings: ({"samples": 2, "background": "white", "ground": False}, {}),
 }  # fmt: skip
 ODD = st.one_of(
     st.sampled_from([

@@ -45,12 +45,12 @@ def test_wide_pictures_are_reduced_and_keep_their_light(size):
 )
 def test_what_is_no_environment_is_told(picture, kind, says):
     with pytest.raises(kind, match=says):
-        ps.Finish(environment=picture)
+        ps.OutputSettings(environment=picture)
 
 
 def test_a_name_gives_the_same_object_each_time():
-    assert Environment.of("sky") is ps.Finish(environment="sky").environment
-    assert Environment.of("studio").name == "studio" and ps.Finish(environment=None).environment is None
+    assert Environment.of("sky") is ps.OutputSettings(environment="sky").environment
+    assert Environment.of("studio").name == "studio" and ps.OutputSettings(environment=None).environment is None
     with pytest.raises(ValueError, match=r"unknown environment 'stduio' \(did you mean studio\?\)"):
         Environment.of("stduio")
 
@@ -61,10 +61,14 @@ def test_it_is_shown_in_one_line():
 
 
 def test_a_finish_lists_and_compares_its_environment():
-    finish = ps.Finish(environment="sky", environment_rotation=np.eye(3))
-    assert finish == ps.Finish(environment="sky", environment_rotation=np.eye(3)) != ps.Finish(environment="studio")
+    finish = ps.OutputSettings(environment="sky", environment_rotation=np.eye(3))
+    assert (
+        finish
+        == ps.OutputSettings(environment="sky", environment_rotation=np.eye(3))
+        != ps.OutputSettings(environment="studio")
+    )
     assert finish.options["environment"] is Environment.of("sky") and hash(finish)
-    assert ps.Finish(**finish.options) == finish
+    assert ps.OutputSettings(**finish.options) == finish
 
 
 def reflected(picture, normal):
@@ -127,22 +131,22 @@ def test_the_studio_shows_soft_boxes_in_highlights():
 )
 def test_impossible_settings_of_light_from_all_around_are_named(option, value, says):
     with pytest.raises(ValueError, match=says):
-        ps.Finish(**{option: value})
+        ps.OutputSettings(**{option: value})
 
 
 @pytest.mark.parametrize("value", ["auto", [1], None])
 def test_a_rotation_and_an_occlusion_of_another_kind_are_named(value):
     with pytest.raises((TypeError, ValueError), match="environment_rotation must be"):
-        ps.Finish(environment_rotation=value)
+        ps.OutputSettings(environment_rotation=value)
     if value is not None:
         with pytest.raises(TypeError, match="ambient_occlusion must be"):
-            ps.Finish(ambient_occlusion=value)
+            ps.OutputSettings(ambient_occlusion=value)
 
 
 def test_settings_of_light_from_all_around_are_plain_values():
-    finish = ps.Finish(environment_rotation=np.float32(30), ambient_occlusion=np.bool_(True))
+    finish = ps.OutputSettings(environment_rotation=np.float32(30), ambient_occlusion=np.bool_(True))
     assert finish.environment_rotation == 30.0 and finish.ambient_occlusion is True
-    assert ps.Finish(ambient_occlusion=0).ambient_occlusion is False
-    assert ps.Finish(ambient_occlusion=0.5).ambient_occlusion == 0.5
-    turned = ps.Finish(environment_rotation=[[0, 0, 1], [0, 1, 0], [-1, 0, 0]]).environment_rotation
+    assert ps.OutputSettings(ambient_occlusion=0).ambient_occlusion is False
+    assert ps.OutputSettings(ambient_occlusion=0.5).ambient_occlusion == 0.5
+    turned = ps.OutputSettings(environment_rotation=[[0, 0, 1], [0, 1, 0], [-1, 0, 0]]).environment_rotation
     assert turned == ((0, 0, 1), (0, 1, 0), (-1, 0, 0))

@@ -143,21 +143,21 @@ class TestView:
         start = State(yaw=9, light_at=(0.1, 0.2), light_color=(1, 0, 0), shadows=True)
         used = State(
             yaw=3, pan=(1, 0), pivot=(1, 0, 0), light_at=(1, 1), light_reach=3, light_intensity=2, light_mode=False,
-            lit=False, look=ps.Look(shading="flat"), help=True,
+            lit=False, look=ps.Appearance(shading="flat"), help=True,
         )  # fmt: skip
-        assert used.reset_view(start) == replace(start, look=ps.Look(shading="flat"), help=True)
+        assert used.reset_view(start) == replace(start, look=ps.Appearance(shading="flat"), help=True)
 
 
 class TestLook:
     def test_one_of_its_values_changes_and_the_others_stay(self):
-        state = State(look=ps.Look(splat="round", noise="kinect"), yaw=3).with_look(shading="flat", point_size=2)
-        assert state == State(look=ps.Look(splat="round", noise="kinect", shading="flat", point_size=2), yaw=3)
+        state = State(look=ps.Appearance(splat="round", noise="kinect"), yaw=3).with_look(shading="flat", point_size=2)
+        assert state == State(look=ps.Appearance(splat="round", noise="kinect", shading="flat", point_size=2), yaw=3)
         assert (State().point_size, state.point_size) == (1, 2)
 
     @pytest.mark.parametrize("option", ["normals", "point_size", "noise"])
     def test_it_has_one_value_for_all_pixels(self, option):
         with pytest.raises(ValueError, match="must have one value for all pixels"):
-            State(look=ps.Look(**{option: np.ones((2, 2))}))
+            State(look=ps.Appearance(**{option: np.ones((2, 2))}))
 
 
 def test_the_marker_is_where_the_mouse_has_to_be():

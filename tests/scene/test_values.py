@@ -16,7 +16,7 @@ NORMALS[0, 0] = np.nan  # missing
 
 def look(**changes):
     arrays = {"normals": NORMALS, "point_size": np.full((6, 8), 2.0), "noise": np.full((6, 8), 0.01)}
-    return ps.Look(**arrays | changes)
+    return ps.Appearance(**arrays | changes)
 
 
 def every_value():
@@ -30,8 +30,8 @@ def every_value():
     cloud = ps.PointCloud(corners, corners, np.zeros((3, 3), np.uint8), **arrays, up="z", point_size="2x")
     view = ps.View([lamp], np.eye(4), look=look())
     return [
-        CAMERA, lamp, ps.Material(), ps.Finish(samples=4), ps.Look(), look(), ps.View(), view, frame, mesh, cloud,
-        points, node, ps.Scene((node,), CAMERA, np.eye(4)),
+        CAMERA, lamp, ps.Material(), ps.OutputSettings(samples=4), ps.Appearance(), look(), ps.View(), view, frame,
+        mesh, cloud, points, node, ps.Scene((node,), CAMERA, np.eye(4)),
     ]  # fmt: skip
 
 
@@ -63,7 +63,7 @@ def test_options_are_equal_if_all_their_numbers_are(make):
     one, other = make(), make()
     assert one == other and hash(one) == hash(other)
     assert one == pickle.loads(pickle.dumps(one)) and {one: 1}[other] == 1
-    assert one != "another" and one != ps.Look(splat="round")
+    assert one != "another" and one != ps.Appearance(splat="round")
 
 
 @pytest.mark.parametrize("name", ["normals", "point_size", "noise"])
@@ -71,7 +71,7 @@ def test_looks_differ_by_one_number_of_an_array(name):
     changed = np.array(getattr(look(), name))
     changed[3, 3] *= 1.5
     assert look(**{name: changed}) != look() and ps.View(look=look(**{name: changed})) != ps.View(look=look())
-    assert look(**{name: ps.Look().noise if name == "noise" else "auto" if name == "normals" else 1}) != look()
+    assert look(**{name: ps.Appearance().noise if name == "noise" else "auto" if name == "normals" else 1}) != look()
 
 
 def test_views_differ_by_their_pose():
@@ -81,7 +81,7 @@ def test_views_differ_by_their_pose():
 
 def test_options_keep_what_they_were_given():
     sizes, lights = np.full((6, 8), 2.0), [ps.Light()]
-    look, view = ps.Look(point_size=sizes), ps.View(lights)
+    look, view = ps.Appearance(point_size=sizes), ps.View(lights)
     sizes[:], lights[:] = 5, []
     assert np.max(np.asarray(look.point_size)) == 2
     assert view.lights == (ps.Light(),)

@@ -23,7 +23,7 @@ def seen(frame, point):
 
 
 def test_by_default_each_frame_is_seen_by_its_own_camera():
-    look = ps.Look(shading="flat", material=ps.Material(specular=0))
+    look = ps.Appearance(shading="flat", material=ps.Material(specular=0))
     arguments = View(look=look).of(wall(pose=POSE))
     np.testing.assert_allclose(arguments.pop("pose"), POSE, atol=1e-12)
     assert arguments == {"light": None, "camera": None, **look.options}
@@ -32,7 +32,7 @@ def test_by_default_each_frame_is_seen_by_its_own_camera():
 
 def test_the_objects_of_a_scene_keep_their_own_look():
     scene = ps.Scene((ps.Node(ps.PointObject(wall())),), camera=CAMERA)
-    assert View(look=ps.Look(shading="flat")).of(scene).keys() == {"light", "camera", "pose"}
+    assert View(look=ps.Appearance(shading="flat")).of(scene).keys() == {"light", "camera", "pose"}
 
 
 def test_the_view_is_that_of_orbit_pose_and_the_size_fits_the_whole_picture():

@@ -76,14 +76,18 @@ sun = ps.Light(direction=(0, 1, 0), intensity=2, attenuation=[1, 0, 0], cone=[10
 lamp = ps.Light([0, 0, 1], watts=100), ps.Light([0, 0, 1], candela=50, falloff="none"), ps.Light(lux=3)
 panel = ps.Light((0, 0, 1), (0, 0, 1), size=[0.5, 0.2], falloff="inverse-square")
 lamps = ps.Light(tensor), ps.Light(direction=capsule, color=row, cone=memory)
-held = ps.Look(normals=tensor, point_size=capsule, noise=tensor), ps.Finish(background=row, ground=tensor)
+held = ps.Appearance(normals=tensor, point_size=capsule, noise=tensor), ps.OutputSettings(background=row, ground=tensor)
 of_light = light.position, light.direction, light.color, light.intensity, light.attenuation, light.cone
 switches = light.shadow, light.radius, light.angle, light.is_spot, light.is_soft, light.is_area, light.size
 material = ps.Material(ambient=0.2, diffuse=1, specular=0, shininess=10)
 strengths = material.ambient, material.diffuse, material.specular, material.shininess, material.strengths
-look = ps.Look(material, normals="star", shading="flat", point_size="fill", splat="mesh", max_depth_step="3%")
-other = ps.Look(noise="kinect", upsample="none", normals_at="target", flying="snap", missing="photo", temporal=True)
-other = ps.Look(normals=np.zeros((2, 2, 3)), point_size=[[1, 2]], noise=0.01, unlight=True, remove_highlights=True)
+look = ps.Appearance(material, normals="star", shading="flat", point_size="fill", splat="mesh", max_depth_step="3%")
+other = ps.Appearance(
+    noise="kinect", upsample="none", normals_at="target", flying="snap", missing="photo", temporal=True
+)
+other = ps.Appearance(
+    normals=np.zeros((2, 2, 3)), point_size=[[1, 2]], noise=0.01, unlight=True, remove_highlights=True
+)
 of_look = look.material, look.shading, look.splat, look.upsample, look.normals_at, look.flying, look.missing
 values = look.normals, look.point_size, look.max_depth_step, look.depth_step, look.noise
 asked = look.temporal, look.unlight, look.remove_highlights, look.align
@@ -98,17 +102,20 @@ checks = (
 )
 looks = [look.alone, look.as_taken, look.of_points, look.for_frame(frame.depth)]
 sizes, options = look.sizes_for(frame.depth), look.options
-finish = ps.Finish(16, "white", ground=True, ground_height=-1.2)
-mixed = ps.Finish(background=(0, 0, 1), ground=[0, 1, 0]), ps.Finish(background=np.ones(3), ground=np.ones(3))
-shown_as, no_light, is_light = ps.Finish(show="depth"), finish.of_numbers, (finish.is_light, finish.show)
+finish = ps.OutputSettings(16, "white", ground=True, ground_height=-1.2)
+mixed = (
+    ps.OutputSettings(background=(0, 0, 1), ground=[0, 1, 0]),
+    ps.OutputSettings(background=np.ones(3), ground=np.ones(3)),
+)
+shown_as, no_light, is_light = ps.OutputSettings(show="depth"), finish.of_numbers, (finish.is_light, finish.show)
 of_finish = finish.samples, finish.background, finish.ground, finish.ground_height, finish.exposure
 vectors, changed, plainly = (finish.behind, finish.up), finish.options, finish.is_plain
-brighter = ps.Finish(exposure=1.5, tone="neutral"), ps.Finish(exposure="auto"), finish.tone
+brighter = ps.OutputSettings(exposure=1.5, tone="neutral"), ps.OutputSettings(exposure="auto"), finish.tone
 environment = ps.Environment(np.ones((4, 8, 3)), name="dim")
 environments = [ps.load_environment(folder / "studio.hdr", max_pixels=1e8), ps.Environment([[[1, 1, 1]]])]
 skies = environment.of("studio"), ps.Environment.of("sky"), environment.picture[0, 0], environment.name
-around = ps.Finish(environment="sky", environment_intensity=2, environment_rotation=90, ambient_occlusion=True)
-others = ps.Finish(environment=environment, environment_rotation=np.eye(3), ambient_occlusion=0.2)
+around = ps.OutputSettings(environment="sky", environment_intensity=2, environment_rotation=90, ambient_occlusion=True)
+others = ps.OutputSettings(environment=environment, environment_rotation=np.eye(3), ambient_occlusion=0.2)
 of_around = finish.environment, finish.environment_intensity, finish.environment_rotation, finish.ambient_occlusion
 view = ps.View([light], matrix, picture_size="half", look=look, finish=finish)
 views = ps.View((light, sun), yaw=10, pitch=5, dolly=0.1, picture_size=(640, 480)), ps.View(pose=rows)
@@ -139,7 +146,8 @@ empty = ps.Scene(), ps.Scene((node, *group), None, matrix, np.ones(3), environme
 below_a_sky = ps.Scene(environment="sky"), ps.Scene(environment=np.ones((4, 8, 3))), scene.environment
 of_scene = scene.nodes, scene.camera, scene.pose[:3, 3], scene.ambient, scene.bounds, scene.extent, scene.scale
 lights, names, boxes = scene.lights, scene.light_names, scene.boxes
-placed, things, count = list(scene.placed()), scene.things, scene.points_known
+placed, instances, count = list(scene.placed()), scene.instances, scene.points_known
+older = scene.things
 framed, pivot, upright = scene.framed(), scene.pivot, scene.upright
 hidden = scene.with_node((0, 1), visible=False, transform=matrix)
 bare = scene.with_every_node(lambda each: {"shadow": each.name != "floor"})
@@ -312,12 +320,12 @@ ps.render_depth(frame, normals="best")  # wrong
 ps.render_points(frame, shading="fong")  # wrong
 ps.estimate_normals(frame, "magic")  # wrong
 ps.estimate_normals(frame, nois=1)  # wrong
-ps.Look(normals="best")  # wrong
-ps.Look(shading="fong")  # wrong
-ps.Look(flyng="snap")  # wrong
+ps.Appearance(normals="best")  # wrong
+ps.Appearance(shading="fong")  # wrong
+ps.Appearance(flyng="snap")  # wrong
 ps.Material(shinines=3)  # wrong
-ps.Finish(background=3)  # wrong
-ps.Finish(exposure="bright")  # wrong
+ps.OutputSettings(background=3)  # wrong
+ps.OutputSettings(exposure="bright")  # wrong
 ps.View(picture_size="quarter")  # wrong
 ps.View(light)  # wrong
 ps.Light(positon=[0, 0, 1])  # wrong

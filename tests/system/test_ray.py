@@ -37,7 +37,7 @@ def views():
 def test_pictures_are_those_of_a_single_process_in_order(cluster, renderer, views):
     sources = [*views, "nowhere", views[1:3]]
     *drawn, lost, merged = ps.batch.map(
-        sources, ps.Look(shading="flat"), LIT, ray="local", workers=2, num_gpus=1, return_exceptions=True
+        sources, ps.Appearance(shading="flat"), LIT, ray="local", workers=2, num_gpus=1, return_exceptions=True
     )
     assert len({picture.tobytes() for picture in drawn}) == len(views)
     for frame, picture in zip(views, drawn, strict=True):

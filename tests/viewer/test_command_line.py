@@ -13,7 +13,7 @@ from typer.main import get_command
 import pointshade_gl as ps
 from pointshade_gl.cli import main as cli
 from pointshade_gl.cli.command_lines import Typed, render_line, words_of
-from pointshade_gl.cli.option_groups import LookGroup
+from pointshade_gl.cli.option_groups import AppearanceGroup
 from pointshade_gl.cli.options import FrameOptions, ViewOptions
 from pointshade_gl.files.frame_sources import load_any, open_source
 from pointshade_gl.scene.orbit import State
@@ -126,7 +126,7 @@ class TestVase:
         assert "shadow=yes" in words[words.index("--light") + 1]
 
     def test_with_an_unusual_look(self, open_viewer, again):
-        look = ps.Look(
+        look = ps.Appearance(
             ps.Material(0.3, 0.7, 0.5, 12.5), "central", "flat", 1.5, splat="round", max_depth_step="2%", noise=0.002,
             flying="snap", unlight=True, remove_highlights=True,
         )  # fmt: skip
@@ -134,13 +134,13 @@ class TestVase:
         assert {"--splat", "--flying", "--unlight", "--remove-highlights", "--max-depth-step"} <= set(words)
 
     @pytest.mark.parametrize(
-        "look", [ps.Look(splat="mesh", shading="gouraud"), ps.Look(point_size="fill", noise="kinect")]
+        "look", [ps.Appearance(splat="mesh", shading="gouraud"), ps.Appearance(point_size="fill", noise="kinect")]
     )
     def test_as_a_mesh_and_filled(self, open_viewer, again, look):
         again(open_vase(open_viewer, state=State(look=look)))
 
     def test_unlit(self, open_viewer, again):
-        viewer = open_vase(open_viewer, state=State(look=ps.Look(unlight=True)))
+        viewer = open_vase(open_viewer, state=State(look=ps.Appearance(unlight=True)))
         drag(viewer, (160, 120), (190, 100))
         press(viewer, "B")
         words = again(viewer)
@@ -156,7 +156,7 @@ class TestVase:
 
     @pytest.mark.parametrize("presses", [1, 2, 3])
     def test_where_colours_are_no_light(self, open_viewer, again, presses):
-        viewer = open_vase(open_viewer, state=State(look=ps.Look(shading="gouraud", unlight=True)))
+        viewer = open_vase(open_viewer, state=State(look=ps.Appearance(shading="gouraud", unlight=True)))
         drag(viewer, (160, 120), (190, 100))
         press(viewer, *["V"] * presses)
         words = again(viewer)
@@ -165,7 +165,9 @@ class TestVase:
 
     @pytest.mark.system
     def test_under_an_environment(self, open_viewer, again, tmp_path):
-        finish = ps.Finish(environment="sky", environment_intensity=0.7, ambient_occlusion=False, tone="neutral")
+        finish = ps.OutputSettings(
+            environment="sky", environment_intensity=0.7, ambient_occlusion=False, tone="neutral"
+        )
         viewer = open_vase(open_viewer, state=State(finish=finish))
         drag(viewer, (100, 100), (160, 100), "right")
         words = again(viewer)
@@ -179,7 +181,7 @@ class TestVase:
         assert words[words.index("--environment") + 1] == "a.hdr"
 
     def test_what_no_words_say_about_an_environment_is_told(self, open_viewer, typed):
-        unnamed = ps.Finish(environment=np.ones((4, 8, 3)), environment_rotation=np.eye(3))
+        unnamed = ps.OutputSettings(environment=np.ones((4, 8, 3)), environment_rotation=np.eye(3))
         viewer = open_vase(open_viewer, state=State(finish=unnamed))
         press(viewer, "P")
         assert "it leaves out: its environment; how its environment is turned" in viewer.messages.text
@@ -284,7 +286,7 @@ class TestFrames:
     @pytest.mark.system
     def test_merged_and_aligned(self, open_viewer, again, tmp_path):
         walk = write_views(tmp_path / "walk", disturbed(views(corner(), 3), 0.02, 0.5))
-        state = State(look=ps.Look(align=True))
+        state = State(look=ps.Appearance(align=True))
         viewer = self.open(open_viewer, walk, views=2, state=state)
         while viewer.document.playback.is_merging:
             viewer.step()
@@ -335,7 +337,7 @@ def test_a_program_that_names_no_input_gets_the_file_only(open_viewer, tmp_path,
     assert viewer.messages.text == f"saved {tmp_path / 'pointshade_0001.png'}"
 
 
-@pytest.mark.parametrize("group", [FrameOptions, LookGroup, ViewOptions])
+@pytest.mark.parametrize("group", [FrameOptions, AppearanceGroup, ViewOptions])
 def test_words_of_options_are_options_of_render(group):
     known = {name for one in get_command(cli.command_line()).commands["render"].params for name in one.opts}
     for field in fields(group):

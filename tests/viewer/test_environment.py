@@ -23,7 +23,7 @@ TRIANGLE = ps.Mesh([(-1, -1, 3), (1, -1, 3), (0, 1, 3)], [(0, 1, 2)])
 
 
 def under(**finish):
-    return Control(Snapshot(State(finish=ps.Finish(**finish)), STAGE, OWN_LIGHT, ()))
+    return Control(Snapshot(State(finish=ps.OutputSettings(**finish)), STAGE, OWN_LIGHT, ()))
 
 
 def after(control, *events):
@@ -57,7 +57,9 @@ class TestKeys:
         turned, _ = after(under(environment="sky"), key("LEFT", shift=True))
         assert turned.environment_rotation == 345
         finish, effects = after(under(), key("RIGHT", shift=True))
-        assert finish == ps.Finish() and effects[0] == ShowMessage("there is no environment to turn: E gives one")
+        assert finish == ps.OutputSettings() and effects[0] == ShowMessage(
+            "there is no environment to turn: E gives one"
+        )
 
     @pytest.mark.parametrize(
         ("before", "following", "word"),
@@ -118,10 +120,10 @@ class Ui:
 
 class TestPanel:
     def test_it_changes_all_of_it(self):
-        state = State(finish=ps.Finish(environment="sky"))
+        state = State(finish=ps.OutputSettings(environment="sky"))
         made = {"environment": "studio", "brightness": 0.5, "turned": 90.0, "occlusion": "no"}
         finish = show_environment(Ui(**made), state, True).finish
-        assert finish == ps.Finish(
+        assert finish == ps.OutputSettings(
             environment="studio", environment_intensity=0.5, environment_rotation=90, ambient_occlusion=False
         )
         assert show_environment(Ui(environment="none"), state, True).finish.environment is None
@@ -129,10 +131,10 @@ class TestPanel:
     @pytest.mark.parametrize(
         ("finish", "names"),
         [
-            (ps.Finish(), {"environment": "none", "occlusion": "auto"}),
-            (ps.Finish(environment=OWN, ambient_occlusion=0.25), {"environment": "own", "occlusion": "0.25"}),
-            (ps.Finish(environment="sky", environment_rotation=np.eye(3)), {"environment": "sky"}),
-            (ps.Finish(environment="sky", environment_rotation=-30, environment_intensity=50), {"turned": -30}),
+            (ps.OutputSettings(), {"environment": "none", "occlusion": "auto"}),
+            (ps.OutputSettings(environment=OWN, ambient_occlusion=0.25), {"environment": "own", "occlusion": "0.25"}),
+            (ps.OutputSettings(environment="sky", environment_rotation=np.eye(3)), {"environment": "sky"}),
+            (ps.OutputSettings(environment="sky", environment_rotation=-30, environment_intensity=50), {"turned": -30}),
         ],
     )
     def test_untouched_it_changes_nothing(self, finish, names):
@@ -153,12 +155,12 @@ class TestWindow:
         drag(viewer, (100, 100), (160, 100), "right")
         assert viewer.state.finish.environment_rotation == 30 and (shown(quiet(viewer)) != lit).any()
         viewer.handle(Event("key", "Z", ctrl=True))
-        assert viewer.state.finish == ps.Finish(environment="sky")
+        assert viewer.state.finish == ps.OutputSettings(environment="sky")
         viewer.handle(Event("key", "Z", ctrl=True))
-        assert viewer.state.finish == ps.Finish() and (shown(quiet(viewer)) == plain).all()
+        assert viewer.state.finish == ps.OutputSettings() and (shown(quiet(viewer)) == plain).all()
         viewer.handle(Event("key", "Y", ctrl=True))
         press(viewer, "R")
-        assert viewer.state.finish == ps.Finish()
+        assert viewer.state.finish == ps.OutputSettings()
 
     def test_a_scenes_own_environment_can_be_switched_off(self, open_viewer):
         scene = ps.Scene([ps.Node(TRIANGLE)], environment=OWN)
@@ -172,9 +174,9 @@ class TestWindow:
         assert viewer.state.finish.environment is OWN
 
     def test_the_finish_of_the_window_is_its_own_otherwise(self, open_viewer):
-        finish = ps.Finish(7, "white", True, environment="sky", ambient_occlusion=False)
+        finish = ps.OutputSettings(7, "white", True, environment="sky", ambient_occlusion=False)
         request = open_viewer(state=State(finish=finish)).picture.request(3)
-        assert request.finish == ps.Finish(
+        assert request.finish == ps.OutputSettings(
             3, exposure=request.finish.exposure, environment="sky", ambient_occlusion=False
         )
 
@@ -191,16 +193,16 @@ class TestWindow:
         monkeypatch.setattr("pointshade_gl.viewer.Viewer", open_window)
         with pytest.raises(Opened):
             cli.command_line()(["view", "vase", "--environment", "studio", "--ao", "no"], standalone_mode=False)
-        assert opened == [ps.Finish(environment="studio", ambient_occlusion=False)]
+        assert opened == [ps.OutputSettings(environment="studio", ambient_occlusion=False)]
 
 
 class TestRest:
     """What hides light from all around is found for each frame of a stream, and for each view of a scene."""
 
-    MUCH = ps.Look(ps.Material(ambient=0.8))
+    MUCH = ps.Appearance(ps.Material(ambient=0.8))
 
     def request(self, content, rests, plays=False, **finish):
-        state = State(look=self.MUCH, finish=ps.Finish(**finish))
+        state = State(look=self.MUCH, finish=ps.OutputSettings(**finish))
         picture = ShownPicture(Snapshot(state, STAGE, OWN_LIGHT, ()), content, content.camera, plays=plays)
         return picture.request(1, rests).finish.ambient_occlusion
 

@@ -233,7 +233,7 @@ class TestPivot:
         "source",
         [
             lambda: (frames.sphere_before_wall(), {}),
-            lambda: (frames.sphere_before_wall(), {"state": State(look=ps.Look(splat="mesh", shading="flat"))}),
+            lambda: (frames.sphere_before_wall(), {"state": State(look=ps.Appearance(splat="mesh", shading="flat"))}),
             lambda: (SCENE, {}),
             lambda: ([seen_from(pose_at(yaw)) for yaw in (0, 15)], {"views": "all"}),
         ],
@@ -486,7 +486,7 @@ class TestDrop:
         one.drop(folder)
         viewer = one.viewer
         assert viewer.frame.depth == pytest.approx(ps.load_frame(folder).depth)
-        assert viewer.state == State(look=ps.Look(shading="flat", missing="complete"))
+        assert viewer.state == State(look=ps.Appearance(shading="flat", missing="complete"))
         assert (seen(one) > 40).any(-1).mean() > 0.9  # the wall
         one.key("z", "Control_L")
         assert viewer.messages.text == "nothing to undo"

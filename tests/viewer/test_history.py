@@ -233,7 +233,12 @@ class TestEverything:
     def test_no_field_is_forgotten(self):
         named = {name for name, _ in EVERYTHING}
         assert {field.name for field in fields(State)} == {*OTHERS, "look", "finish", "help", "panel", "readout"}
-        assert {field.name for field in fields(ps.Look)} == {*LOOKS, "upsample", "normals_at", "temporal"}  # no switch
+        assert {field.name for field in fields(ps.Appearance)} == {
+            *LOOKS,
+            "upsample",
+            "normals_at",
+            "temporal",
+        }  # no switch
         assert named >= set(Snapshot._fields) - {"state", "stage", "switches"}
 
     def test_views_and_nodes_that_are_off_come_back_and_clouds_look_as_before(self):

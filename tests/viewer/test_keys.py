@@ -40,7 +40,7 @@ class TestKeys:
         assert seen[:-1] == list(ESTIMATORS[1:]) and viewer.state.look.normals == "auto"
 
     def test_a_mesh_has_no_point_size(self, open_viewer):
-        viewer = open_viewer(state=State(look=ps.Look(splat="mesh")))
+        viewer = open_viewer(state=State(look=ps.Appearance(splat="mesh")))
         press(viewer, "+")
         assert viewer.state.look.point_size is None and "no point size" in viewer.messages.text
 

@@ -38,7 +38,7 @@ def test_colours_are_seen_without_shading_but_not_in_the_photograph(open_viewer,
 
 
 def test_without_shading_there_is_nothing_to_compare(open_viewer):
-    viewer = open_viewer(state=State(look=ps.Look(shading="none")))
+    viewer = open_viewer(state=State(look=ps.Appearance(shading="none")))
     press(viewer, "B")
     assert viewer.state.lit and "unlit picture already" in viewer.messages.text
 
@@ -68,7 +68,7 @@ def test_the_ends_of_the_point_sizes_are_said(open_viewer):
 
 
 def test_a_flat_mesh_does_not_show_its_estimator(open_viewer):
-    viewer = open_viewer(state=State(look=ps.Look(splat="mesh", shading="flat")))
+    viewer = open_viewer(state=State(look=ps.Appearance(splat="mesh", shading="flat")))
     before = shown(quiet(viewer))
     press(viewer, "N")
     assert "normals of their own" in viewer.messages.text

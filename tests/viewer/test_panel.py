@@ -72,7 +72,7 @@ class TestPanel:
         assert set(viewer.renderer.steps.laps) >= {"surface", "splats", "resolve"}
 
     def test_it_keeps_what_its_sliders_cannot_show(self, open_viewer):
-        look = ps.Look(ps.Material(0.1, 7, 0.3, 900), point_size=0.01, max_depth_step=0.07)
+        look = ps.Appearance(ps.Material(0.1, 7, 0.3, 900), point_size=0.01, max_depth_step=0.07)
         state = State(look=look, light_intensity=9)
         viewer = open_viewer(state=replace(state, panel=True))
         for _ in range(4):
@@ -182,7 +182,7 @@ class TestKeys:
 class TestDoubleClick:
     @pytest.mark.system
     def test_on_a_name_it_brings_back_the_usual_value(self, open_viewer):
-        look = ps.Look(ps.Material(0.4, 0.5, 0.6, 70), shading="flat", missing="complete")
+        look = ps.Appearance(ps.Material(0.4, 0.5, 0.6, 70), shading="flat", missing="complete")
         state = State(look=look, light_intensity=3, light_reach=2, light_color=(1, 0, 0))
         viewer = open_viewer(state=state, window_size=(640, 480), panel=True)
         usual = State()

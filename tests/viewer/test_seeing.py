@@ -85,7 +85,7 @@ class TestModes:
 
     @pytest.mark.parametrize("shading", ["none", "flat", "gouraud"])
     def test_the_shading_of_the_light_does_not_change_them(self, open_viewer, shading):
-        viewer, plain = open_viewer(state=State(look=ps.Look(shading=shading))), open_viewer()
+        viewer, plain = open_viewer(state=State(look=ps.Appearance(shading=shading))), open_viewer()
         for one in (viewer, plain):
             press(one, "V")
         assert (seen(viewer) == seen(plain)).all()

@@ -35,7 +35,7 @@ from ...scene.viewpoint import View, check_turntable, moves_camera
 from .. import options
 from ..help import complete_input
 from ..inputs import check_look, view_of
-from ..option_groups import LookGroup, cli_option, option_info
+from ..option_groups import AppearanceGroup, cli_option, option_info
 from ..options import Kind
 from ..output import SOFTWARE, complain, print_line, progress
 
@@ -104,7 +104,7 @@ class BatchCommand:
     how: BatchOptions
     reading: options.ReadingOptions
     cloud: options.CloudGroup
-    look: LookGroup
+    look: AppearanceGroup
     place: options.ViewOptions
     picture: options.PictureOptions
     film: options.FilmOptions
@@ -178,7 +178,7 @@ def plan_batch(asked: BatchCommand) -> tuple[Sequence[Planned], list[Failure]]:
 
 def _check_kinds(asked: BatchCommand, kinds: set[Kind]) -> None:
     """Raises ValueError for options that what is drawn has not."""
-    look, plain = asked.look.look(), LookGroup().look()
+    look, plain = asked.look.look(), AppearanceGroup().look()
     if Kind.SCENE in kinds:
         check_look(look, plain)
     if Kind.CLOUD in kinds:

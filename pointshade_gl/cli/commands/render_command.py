@@ -29,7 +29,7 @@ from ...scene.viewpoint import View, check_turntable, moves_camera
 from .. import options
 from ..command_lines import page_line
 from ..inputs import Inputs, Loaded, albedo_of, check_align, check_stream, load, load_photographs, view_of
-from ..option_groups import LookGroup, NormalOptions, check_folders, cli_option
+from ..option_groups import AppearanceGroup, NormalOptions, check_folders, cli_option
 from ..output import explainer, new_beside, open_renderer, print_line, progress, report, spinner, warn_skipped
 from ..written import write_cloud, write_files
 
@@ -39,7 +39,7 @@ class RenderCommand:
     """What was typed."""
 
     frame: options.FrameOptions
-    look: LookGroup
+    look: AppearanceGroup
     place: options.ViewOptions
     picture: options.PictureOptions
     film: options.FilmOptions
@@ -128,7 +128,7 @@ class RenderCommand:
             with self.renderer() as renderer:
                 loaded = Loaded(replace(photos[0], color=albedo_of(renderer, photos, self.explain)))
         else:
-            loaded = self.inputs.load(view.look, LookGroup().look(), sequence and self.film.turntable is None)
+            loaded = self.inputs.load(view.look, AppearanceGroup().look(), sequence and self.film.turntable is None)
         explain = explainer(self.explain, loaded.names)
         waiting = [self.save_poses] if self.save_poses is not None and loaded.frames else []
 

@@ -10,21 +10,21 @@ from typing import Any
 from ...files.access.content import check_not_read
 from ...notes.notes import print_note
 from ...notes.words import option
-from ...scene.appearance import Look
-from ...scene.settings import Finish
+from ...scene.appearance import Appearance
+from ...scene.settings import OutputSettings
 from ...scene.viewpoint import View
 from .. import options
 from ..command_lines import Typed, render_line
 from ..inputs import Inputs, check_align, check_different, check_frame, check_stream, load_several
-from ..option_groups import LookGroup, check_folders, rates_from, size_from, views_from
+from ..option_groups import AppearanceGroup, check_folders, rates_from, size_from, views_from
 from ..output import announce
 
 
 @options.spread
 def view(
     frame: options.FrameOptions,
-    look: LookGroup,
-    around: options.EnvironmentOptions,
+    look: AppearanceGroup,
+    environment: options.EnvironmentOptions,
     place: options.PlaceOptions,
     window: options.WindowOptions,
     others: options.MoreOptions,
@@ -43,9 +43,9 @@ def view(
 
     if window.panel and find_spec("imgui_bundle") is None:
         raise ValueError(MISSING)
-    seen = window.values_of(Finish)
+    seen = window.values_of(OutputSettings)
     is_put = any(light.position or light.direction for light in look.lights()[:1])  # it stays where it was put
-    state = State(light_mode=not is_put, look=look.look(), finish=Finish(**around.chosen(), **seen))
+    state = State(light_mode=not is_put, look=look.look(), finish=OutputSettings(**environment.chosen(), **seen))
     size, more = size_from(window.window_size, "window_size"), others.more or []
     count = None if others.views is None else views_from(others.views) or "all"
     check_folders(more)
@@ -78,14 +78,14 @@ def view(
     viewer.run()
 
 
-def _read(inputs: Inputs, look: Look, merges: bool) -> tuple[bool, list[Any]]:
+def _read(inputs: Inputs, look: Appearance, merges: bool) -> tuple[bool, list[Any]]:
     """Whether a scene is shown, and what INPUT names, and MORE. merges: frames of a sequence, by the window."""
     frame, more = inputs.frame, inputs.others.more
     if more and merges:
         raise ValueError(f"several INPUTs are merged as they play: leave out {option('views')}")
     if merges:
         check_frame(frame)
-    plain = LookGroup().look()
+    plain = AppearanceGroup().look()
     look = replace(look, shading=plain.shading)  # that of scenes is the window's
     is_scene = not inputs.are_frames
     if more and not is_scene and not frame.frame:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ...notes.notes import Note
 from ...notes.words import shown
-from ...scene.appearance import NOT_LIT, SWITCHES, Look, Material
+from ...scene.appearance import NOT_LIT, SWITCHES, Appearance, Material
 from ...scene.frame import Frame
 from ...scene.objects import MOST_FRAMES, PointObject
 from ..access.atomic_write import FileSet
@@ -102,9 +102,11 @@ def _refer(frame: Frame, folder: Path) -> dict[str, Any] | None:
     return ours | named
 
 
-# options of a Look by their names in files
+# options of an Appearance by their names in files
 OBJECT_KEYS = {
-    "size" if name == "point_size" else name: name for name in Look().options if name not in (*SWITCHES, "material")
+    "size" if name == "point_size" else name: name
+    for name in Appearance().options
+    if name not in (*SWITCHES, "material")
 }
 KEYS = (*FRAME_KEYS, "frames", *OBJECT_KEYS, *SWITCHES, "material")
 
@@ -200,7 +202,7 @@ def write_points(
         if np.ndim(value):
             ours[key] = f"{names[0]}/{key}.npy"
             save_image(stage(ours[key]), np.asarray(value, np.float32))
-        elif value != getattr(Look(), name):
+        elif value != getattr(Appearance(), name):
             ours[key] = value
     ours |= {key: True for key in SWITCHES if getattr(points.look, key)}
     material = write_material(points.look.material)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...checks.arguments import check_choice, check_path, check_type
-from ...scene.appearance import Look, Material
+from ...scene.appearance import Appearance, Material
 from ...scene.cloud import PointCloud
 from ...scene.frame import NEUTRAL, Frame
 from ...scene.graph import Scene
@@ -61,8 +61,8 @@ class TriangleSurface(NamedTuple):
 def frame_surface(frame: Frame, most: int, step: Step | None = None, normals: Floats | None = None) -> TriangleSurface:
     """Return the triangles between pixels that lie on one surface, and their corners.
 
-    Of pictures with more pixels than `most` each second is left out, or more. step: see `Look.depth_step`; normals
-    (h, w, 3), camera axes: in place of those of the depth.
+    Of pictures with more pixels than `most` each second is left out, or more. step: see `Appearance.depth_step`;
+    normals (h, w, 3), camera axes: in place of those of the depth.
     """
     every = max(1, math.ceil(math.sqrt(frame.depth.size / most)))
     v, u = np.mgrid[every // 2 : frame.depth.shape[0] : every, every // 2 : frame.depth.shape[1] : every]
@@ -187,7 +187,7 @@ def write_fallback(
 
 
 def _triangles_of(
-    document: GltfDocument, frame: Frame, look: Look, ours: Mapping[str, Any], most: int
+    document: GltfDocument, frame: Frame, look: Appearance, ours: Mapping[str, Any], most: int
 ) -> dict[str, Any] | None:
     """Return the primitive of a frame's surface; None where no pixels lie on one, as in sparse depth."""
     normals = None if isinstance(look.normals, str) else np.asarray(look.normals, np.float32)
@@ -220,7 +220,7 @@ def _file_of(color: NDArray[np.uint8], ours: Mapping[str, Any], document: GltfDo
     return name if np.array_equal(read_color(path), color) else None
 
 
-def _points(document: GltfDocument, frame: Frame, look: Look, most: int) -> dict[str, Any]:
+def _points(document: GltfDocument, frame: Frame, look: Appearance, most: int) -> dict[str, Any]:
     """Return the primitive of a frame's points, whose normals no program needs."""
     v, u = np.nonzero(frame.depth)
     every = math.ceil(len(v) / most)
@@ -421,7 +421,7 @@ def _is_viewers(light: Light) -> bool:
 
 def _is_upside_down(scene: Scene) -> bool:
     """Return whether the world's y points down, where glTF's points up: in the picture, or by a cloud's own up."""
-    for placed in scene.things:
+    for placed in scene.instances:
         if isinstance(placed.content, PointCloud):
             up: NDArray[np.float64] = placed.rigid_axes[0][:3, :3] @ placed.content.up_direction
             return bool(up[1] < -_LEANING)

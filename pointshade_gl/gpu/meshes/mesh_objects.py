@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 import moderngl
 import numpy as np
 
-from ...scene.appearance import LIT_EARLY, NOT_LIT, Look, shader_model
+from ...scene.appearance import LIT_EARLY, NOT_LIT, Appearance, shader_model
 from ...scene.camera import Camera, Eye
 from ...scene.noise import Step
 from ...scene.objects import Mesh
@@ -71,12 +71,12 @@ class PlacedMesh(Parts, Drawable):
         passes.meshes.add_surface(target.surfaces, self, eye, number, lights)
 
 
-def joined(things: Iterable[_Thing]) -> Iterator[tuple[int, _Thing | PlacedMesh]]:
-    """Yield things with their numbers; copies of one mesh that follow each other as one, with the first one's number.
+def joined(instances: Iterable[_Thing]) -> Iterator[tuple[int, _Thing | PlacedMesh]]:
+    """Yield instances with their numbers; copies of one mesh that follow each other as one, with the first's number.
 
     They are drawn at once, and in the same order.
     """
-    runs = groupby(enumerate(things), lambda one: one[1].mesh if isinstance(one[1], PlacedMesh) else one[0])
+    runs = groupby(enumerate(instances), lambda one: one[1].mesh if isinstance(one[1], PlacedMesh) else one[0])
     for mesh, run in runs:
         copies: list[tuple[int, Any]] = list(run)
         if isinstance(mesh, Mesh) and len(copies) > 1:
@@ -450,6 +450,6 @@ class GridObjects(FullscreenPasses):
                 shadow.draw(tile.target, {"window_depths": image.depth}, first=tile.first)
 
 
-def depth_step(look: Look) -> Step:
+def depth_step(look: Appearance) -> Step:
     """Return by how much neighbours of one surface may differ: the look's step, else by their tangent planes."""
     return look.depth_step or BY_PLANES

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import moderngl
 import numpy as np
 
-from ...scene.appearance import LIT_EARLY, Look, shader_model
+from ...scene.appearance import LIT_EARLY, Appearance, shader_model
 from ...scene.camera import Camera
 from ...scene.noise import parse_max_depth_step
 from ..core.frame_textures import DepthTextures
@@ -173,7 +173,7 @@ def key_inputs(splats: SplatImage, look_up: bool) -> dict[str, Any]:
     return {"target_size": splats.size}
 
 
-def target_estimator(look: Look) -> Estimator | None:
+def target_estimator(look: Appearance) -> Estimator | None:
     """Return the estimator for normals in the view; None where those of the frames are averaged, or none are needed.
 
     It is the frames' own method. Their noise is not that of the merged depth, so that is measured.

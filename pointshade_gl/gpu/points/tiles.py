@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...estimation.noise_model import BLOCK_PATCHES, PATCH_PITCH, noise_grid
 from ...notes.words import option
-from ...scene.appearance import LIT_EARLY, SWITCHES, Look
+from ...scene.appearance import LIT_EARLY, SWITCHES, Appearance
 from ...scene.camera import Eye
 from ...scene.frame import Frame
 from ...scene.noise import Choice, Noise
@@ -46,7 +46,7 @@ class Tile(NamedTuple):
     drawn: Box
 
 
-def needs_tiles(frame: Frame, look: Look, largest_side: int) -> bool:
+def needs_tiles(frame: Frame, look: Appearance, largest_side: int) -> bool:
     """Return whether a frame is drawn in tiles: it has too many points, or is larger than textures may be.
 
     A mesh, colours of another size than the depth, and what looks at the frame as a whole are not cut: raises
@@ -102,7 +102,7 @@ def cut_frame(frame: Frame, box: Box) -> Frame:
     return part
 
 
-def cut_look(look: Look, box: Box) -> Look:
+def cut_look(look: Appearance, box: Box) -> Appearance:
     """Return the look for a part of a frame: options that are arrays are cut, too."""
     left, top, width, height = box
     cut, arrays = np.s_[top : top + height, left : left + width], look.options.items()
@@ -154,7 +154,7 @@ class TiledPoints(Versioned, Drawable):
     choice  which method estimated the normals, and why
     """
 
-    def __init__(self, store: TileStore, frame: Frame, look: Look, pose: np.ndarray, scale: float):
+    def __init__(self, store: TileStore, frame: Frame, look: Appearance, pose: np.ndarray, scale: float):
         self.frame, self.look, self.pose, self.scale = frame, look, pose, scale
         self.choice = Choice("")  # nothing yet
         self._store = store
@@ -247,7 +247,7 @@ class TileStore:
         self._known: list[TiledPoints] = []
         self.largest_side: int = context.info["GL_MAX_TEXTURE_SIZE"]
 
-    def points_of(self, frame: Frame, look: Look, pose: np.ndarray, scale: float) -> TiledPoints:
+    def points_of(self, frame: Frame, look: Appearance, pose: np.ndarray, scale: float) -> TiledPoints:
         """Return a frame's points: the same object again if nothing has changed, so that steps recognise it."""
         for known in self._known:
             is_same = known.frame is frame and known.look is look and known.scale == scale
@@ -272,7 +272,7 @@ class TileStore:
         finally:
             depth.release()
 
-    def put(self, frame: Frame, look: Look, noise: Noise | None) -> tuple[FrameTextures, DrawnPoints]:
+    def put(self, frame: Frame, look: Appearance, noise: Noise | None) -> tuple[FrameTextures, DrawnPoints]:
         """Upload a tile in place of the last one."""
         if self._textures is None or not self._textures.fits(frame):
             self.release()

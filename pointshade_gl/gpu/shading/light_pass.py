@@ -10,7 +10,7 @@ import numpy as np
 from ...estimation.environment_light import nearest_lobe
 from ...scene.camera import Camera
 from ..core.programs import FullscreenPasses, data_texture
-from .light_set import Lighting, around_inputs, environment_of
+from .light_set import Lighting, environment_inputs, environment_of
 
 SURELY_HELD = 1024  # rows of a texture, by every driver
 
@@ -42,7 +42,7 @@ class LightPass(FullscreenPasses):
         has_eye_dome  some pixels have negative material numbers: see shaders/common/eye_dome.glsl
         """
         eye, scale = (np.zeros(3), 1.0) if points is None else points
-        inputs = self.inputs(lighting, True) | around_inputs(lighting)
+        inputs = self.inputs(lighting, True) | environment_inputs(lighting)
         inputs |= {"intrinsics": camera.intrinsics, "eye": tuple(eye.tolist())}
         if len(materials) > 1:
             inputs["materials"] = self._table("materials", _with_lobes(materials, lighting))
@@ -102,7 +102,7 @@ class LightPass(FullscreenPasses):
 
 def _with_lobes(materials: np.ndarray, lighting: Lighting) -> np.ndarray:
     """Return (m, n, 4) rows of materials, with the numbers of their maps of an environment."""
-    lobes = lighting.around and lighting.around.lobes
+    lobes = lighting.environment and lighting.environment.lobes
     if not lobes:
         return materials[:, None]
     numbers = [(nearest_lobe(lobes.exponents, shininess), 0.0, 0.0, 0.0) for *_, shininess in materials]

@@ -104,7 +104,7 @@ class Lobes(NamedTuple):
     intensity: float = 1.0  # factor on the maps
 
 
-class AroundLookUp(NamedTuple):
+class EnvironmentLookUp(NamedTuple):
     """The inputs with which shaders look up an environment."""
 
     bands: np.ndarray  # (9, 3), see `turned_bands`, in the surfaces' axes
@@ -125,7 +125,7 @@ class AroundLookUp(NamedTuple):
 
 
 HIGHLIGHTS = "lobe_map", "lobe_gain", "lobes", "to_sky"  # the inputs of an environment that only these need
-DARK = AroundLookUp(np.zeros((9, 3)), np.eye(3), None)
+DARK = EnvironmentLookUp(np.zeros((9, 3)), np.eye(3), None)
 
 
 class Lighting(NamedTuple):
@@ -134,7 +134,7 @@ class Lighting(NamedTuple):
     rows: np.ndarray  # (n, 5, 4) float32, see `light_rows`
     ambient: tuple[float, float, float]
     shadows: ShadowLookUp | None  # None: no light is a spot or casts a shadow
-    around: AroundLookUp | None = None  # an environment, in place of the ambient light
+    environment: EnvironmentLookUp | None = None  # an environment, in place of the ambient light
 
 
 class LightSet(NamedTuple):
@@ -146,7 +146,7 @@ class LightSet(NamedTuple):
     spans: Sequence[Span | None] | None = None  # which of the views are each light's
     shadow_map: ShadowMap | None = None  # None: the lights are plain, no spot and no shadow among them
     gain: float = 1.0  # factor on all light
-    around: AroundLookUp | None = None  # an environment, in world axes
+    environment: EnvironmentLookUp | None = None  # an environment, in world axes
 
     def seen_from(self, axes: np.ndarray) -> Lighting:
         """Return the lights in the axes of a camera with this pose (4, 4)."""
@@ -154,12 +154,12 @@ class LightSet(NamedTuple):
         shadows = shadow_map and ShadowLookUp(shadow_map, shadow_map.rows(self.views, axes), axes[:3, :3])
         rows[:, 1, :3] *= self.gain
         red, green, blue = (self.gain * channel for channel in self.ambient)
-        if self.around is None:
+        if self.environment is None:
             return Lighting(rows, (red, green, blue), shadows)
-        turn, around = axes[:3, :3], self.around
-        bands = self.gain * sh_rotation(around.bands, turn)
-        lobes = around.lobes and around.lobes._replace(intensity=self.gain * around.lobes.intensity)
-        return Lighting(rows, (0.0, 0.0, 0.0), shadows, AroundLookUp(bands, around.to_sky @ turn, lobes))
+        turn, environment = axes[:3, :3], self.environment
+        bands = self.gain * sh_rotation(environment.bands, turn)
+        lobes = environment.lobes and environment.lobes._replace(intensity=self.gain * environment.lobes.intensity)
+        return Lighting(rows, (0.0, 0.0, 0.0), shadows, EnvironmentLookUp(bands, environment.to_sky @ turn, lobes))
 
 
 def environment_of(inputs: dict[str, Any]) -> dict[str, int]:
@@ -167,9 +167,9 @@ def environment_of(inputs: dict[str, Any]) -> dict[str, int]:
     return {"ENVIRONMENT": 2 if "lobe_map" in inputs else 1} if "first_bands" in inputs else {}
 
 
-def around_inputs(lighting: Lighting) -> dict[str, Any]:
+def environment_inputs(lighting: Lighting) -> dict[str, Any]:
     """Return the uniforms of shaders/shading/around.glsl, if there is an environment."""
-    return {} if lighting.around is None else lighting.around.inputs
+    return {} if lighting.environment is None else lighting.environment.inputs
 
 
 class EnvironmentMaps(Owner):
@@ -180,20 +180,20 @@ class EnvironmentMaps(Owner):
         self._steps = steps
         self._texture: moderngl.Texture | None = None
 
-    def find(self, around: EnvironmentLight, exponents: Sequence[float]) -> AroundLookUp | None:
+    def find(self, light: EnvironmentLight, exponents: Sequence[float]) -> EnvironmentLookUp | None:
         """Return what shaders look up, in world axes; None without an environment.
 
         exponents  of the highlights in a picture
         """
-        if around.environment is None:
+        if light.environment is None:
             return None
-        to_sky, wanted = np.array(around.to_sky), tuple(exponents)
-        up = None if around.floor_in_sky is None else tuple(around.floor_in_sky.tolist())
-        bands = self._steps.run("environment", _bands, around.environment, up)
-        lobes = self._steps.run("lobes", self._fill, around.environment, up, wanted) if wanted else None
-        if lobes is not None and around.intensity != 1:
-            lobes = lobes._replace(intensity=around.intensity)
-        return AroundLookUp(around.intensity * sh_rotation(bands, to_sky), to_sky, lobes)
+        to_sky, wanted = np.array(light.to_sky), tuple(exponents)
+        up = None if light.floor_in_sky is None else tuple(light.floor_in_sky.tolist())
+        bands = self._steps.run("environment", _bands, light.environment, up)
+        lobes = self._steps.run("lobes", self._fill, light.environment, up, wanted) if wanted else None
+        if lobes is not None and light.intensity != 1:
+            lobes = lobes._replace(intensity=light.intensity)
+        return EnvironmentLookUp(light.intensity * sh_rotation(bands, to_sky), to_sky, lobes)
 
     def _fill(self, environment: Environment, up: tuple[float, ...] | None, exponents: tuple[float, ...]) -> Lobes:
         picture = environment.picture if up is None else above_horizon(environment.picture, np.array(up))

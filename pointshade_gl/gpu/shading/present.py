@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene.camera import Camera
-from ...scene.settings import Finish
+from ...scene.settings import OutputSettings
 from ...scene.values import SHOWS, ColorScale
 from ..context.caller_state import BLEND, enabled
 from ..core.images import Fitted, Image, allocate, empty
@@ -62,7 +62,7 @@ class ResolveSamplesPass(FullscreenPasses):
         """What samples are drawn on, to be added up: the surfaces, or the ground, of SampleSums."""
         return Canvas(sums.target, self._adding)
 
-    def resolve(self, target: Target, finish: Finish) -> None:
+    def resolve(self, target: Target, finish: OutputSettings) -> None:
         """Average the samples into the picture."""
         behind = (0.0,) * 4 if finish.behind is None else (*finish.behind, 1.0)
         sums = {"sums": target.samples.surfaces.texture}

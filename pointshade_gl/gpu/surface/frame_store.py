@@ -11,7 +11,7 @@ import moderngl
 
 from ...notes.notes import print_note
 from ...notes.words import option
-from ...scene.appearance import Look
+from ...scene.appearance import Appearance
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ...scene.noise import Choice, Noise, parse_max_depth_step, parse_noise
@@ -124,7 +124,7 @@ class FrameStore(Owner):
             textures.release()
         return wanted
 
-    def find_normals(self, textures: FrameTextures, frame: Frame, look: Look, place: int = 0) -> None:
+    def find_normals(self, textures: FrameTextures, frame: Frame, look: Appearance, place: int = 0) -> None:
         """Write the surface of a frame's points, with estimated normals or the caller's own.
 
         place  which of the streams the frame belongs to, if it is filtered over time
@@ -147,7 +147,7 @@ class FrameStore(Owner):
         return self._surface.measure_noise(depth, camera)
 
     def find_points(
-        self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera, place: int = 0
+        self, textures: FrameTextures, frame: Frame, look: Appearance, camera: Camera, place: int = 0
     ) -> DrawnPoints:
         """Return a frame's points with their normals, at the size of `camera`, which is the frame's own, resized."""
         self.find_normals(textures, frame, look, place)
@@ -217,7 +217,7 @@ class FrameStore(Owner):
         super().release()
 
 
-def _estimator(frame: Frame, look: Look) -> Estimator | None:
+def _estimator(frame: Frame, look: Appearance) -> Estimator | None:
     """What estimates the normals, as `SurfacePass.run` takes it; None for the caller's own."""
     if not isinstance(look.normals, str):
         return None

@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene.appearance import Look
+from ...scene.appearance import Appearance
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..core.frame_textures import Colors, FrameTextures, PointSurface
@@ -36,7 +36,9 @@ class SourceColors(Owner):
 
         return StreamLights()
 
-    def find(self, textures: FrameTextures, frame: Frame, look: Look, surface: PointSurface, camera: Camera) -> Colors:
+    def find(
+        self, textures: FrameTextures, frame: Frame, look: Appearance, surface: PointSurface, camera: Camera
+    ) -> Colors:
         """Return the colours with which a frame is drawn.
 
         surface  the frame's, at the size at which it is drawn

@@ -134,7 +134,7 @@ class Scene(Value, Preview):
 
     @property
     def things(self) -> tuple[Placed, ...]:
-        """The older name of `instances`."""
+        """Older name of `instances`."""
         note_new_name("Scene.things", "Scene.instances")
         return self.instances
 

@@ -1,6 +1,7 @@
 """A caller's OpenGL context: nothing that is set in it changes our pictures, and all of it is afterwards as it was."""
 
 import ctypes
+import gc
 from functools import cache
 
 import moderngl
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.gpu.context.caller_state import managed
 from pointshade_gl.scene import shadow_cameras as shadow_views
 
 from ..support import frames
@@ -403,3 +405,26 @@ def test_a_window_stays_current_beside_a_context_of_our_own(display, expected):
             assert gl.state() == before
     finally:
         window.release()
+
+
+def test_what_was_never_left_does_nothing_later():
+    """A signal's handler may raise inside `__enter__`: the collector must not run the end amid another call."""
+    ended = []
+
+    @managed
+    def inside(name):
+        try:
+            yield name
+        finally:
+            ended.append(name)
+
+    abandoned = inside("abandoned")
+    assert abandoned.__enter__() == "abandoned"
+    del abandoned
+    gc.collect()
+    assert ended == []
+    with inside("left"):
+        assert ended == []
+    with pytest.raises(ValueError, match="failed"), inside("failed"):
+        raise ValueError("failed")
+    assert ended == ["left", "failed"]

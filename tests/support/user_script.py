@@ -81,43 +81,72 @@ of_light = light.position, light.direction, light.color, light.intensity, light.
 switches = light.shadow, light.radius, light.angle, light.is_spot, light.is_soft, light.is_area, light.size
 material = ps.Material(ambient=0.2, diffuse=1, specular=0, shininess=10)
 strengths = material.ambient, material.diffuse, material.specular, material.shininess, material.strengths
-look = ps.Appearance(material, normals="star", shading="flat", point_size="fill", splat="mesh", max_depth_step="3%")
+appearance = ps.Appearance(
+    material, normals="star", shading="flat", point_size="fill", splat="mesh", max_depth_step="3%"
+)
 other = ps.Appearance(
     noise="kinect", upsample="none", normals_at="target", flying="snap", missing="photo", temporal=True
 )
 other = ps.Appearance(
     normals=np.zeros((2, 2, 3)), point_size=[[1, 2]], noise=0.01, unlight=True, remove_highlights=True
 )
-of_look = look.material, look.shading, look.splat, look.upsample, look.normals_at, look.flying, look.missing
-values = look.normals, look.point_size, look.max_depth_step, look.depth_step, look.noise
-asked = look.temporal, look.unlight, look.remove_highlights, look.align
-checks = (
-    look.has_own_sizes,
-    look.is_uniform,
-    look.fills,
-    look.completes,
-    look.farthest_reach,
-    look.is_plain,
-    look.finds_light,
+of_look = (
+    appearance.material,
+    appearance.shading,
+    appearance.splat,
+    appearance.upsample,
+    appearance.normals_at,
+    appearance.flying,
+    appearance.missing,
 )
-looks = [look.alone, look.as_taken, look.of_points, look.for_frame(frame.depth)]
-sizes, options = look.sizes_for(frame.depth), look.options
-finish = ps.OutputSettings(16, "white", ground=True, ground_height=-1.2)
+values = appearance.normals, appearance.point_size, appearance.max_depth_step, appearance.depth_step, appearance.noise
+asked = appearance.temporal, appearance.unlight, appearance.remove_highlights, appearance.align
+checks = (
+    appearance.has_own_sizes,
+    appearance.is_uniform,
+    appearance.fills,
+    appearance.completes,
+    appearance.farthest_reach,
+    appearance.is_plain,
+    appearance.finds_light,
+)
+looks = [appearance.alone, appearance.as_taken, appearance.of_points, appearance.for_frame(frame.depth)]
+sizes, options = appearance.sizes_for(frame.depth), appearance.options
+output_settings = ps.OutputSettings(16, "white", ground=True, ground_height=-1.2)
 mixed = (
     ps.OutputSettings(background=(0, 0, 1), ground=[0, 1, 0]),
     ps.OutputSettings(background=np.ones(3), ground=np.ones(3)),
 )
-shown_as, no_light, is_light = ps.OutputSettings(show="depth"), finish.of_numbers, (finish.is_light, finish.show)
-of_finish = finish.samples, finish.background, finish.ground, finish.ground_height, finish.exposure
-vectors, changed, plainly = (finish.behind, finish.up), finish.options, finish.is_plain
-brighter = ps.OutputSettings(exposure=1.5, tone="neutral"), ps.OutputSettings(exposure="auto"), finish.tone
+shown_as, no_light, is_light = (
+    ps.OutputSettings(show="depth"),
+    output_settings.of_numbers,
+    (output_settings.is_light, output_settings.show),
+)
+of_finish = (
+    output_settings.samples,
+    output_settings.background,
+    output_settings.ground,
+    output_settings.ground_height,
+    output_settings.exposure,
+)
+vectors, changed, plainly = (
+    (output_settings.behind, output_settings.up),
+    output_settings.options,
+    output_settings.is_plain,
+)
+brighter = ps.OutputSettings(exposure=1.5, tone="neutral"), ps.OutputSettings(exposure="auto"), output_settings.tone
 environment = ps.Environment(np.ones((4, 8, 3)), name="dim")
 environments = [ps.load_environment(folder / "studio.hdr", max_pixels=1e8), ps.Environment([[[1, 1, 1]]])]
 skies = environment.of("studio"), ps.Environment.of("sky"), environment.picture[0, 0], environment.name
 around = ps.OutputSettings(environment="sky", environment_intensity=2, environment_rotation=90, ambient_occlusion=True)
 others = ps.OutputSettings(environment=environment, environment_rotation=np.eye(3), ambient_occlusion=0.2)
-of_around = finish.environment, finish.environment_intensity, finish.environment_rotation, finish.ambient_occlusion
-view = ps.View([light], matrix, picture_size="half", look=look, finish=finish)
+of_around = (
+    output_settings.environment,
+    output_settings.environment_intensity,
+    output_settings.environment_rotation,
+    output_settings.ambient_occlusion,
+)
+view = ps.View([light], matrix, picture_size="half", look=appearance, finish=output_settings)
 views = ps.View((light, sun), yaw=10, pitch=5, dolly=0.1, picture_size=(640, 480)), ps.View(pose=rows)
 of_view = view.lights, view.pose, view.yaw, view.pitch, view.dolly, view.picture_size, view.look, view.finish
 arguments = view.of(frame, pivot=[0, 0, 1])
@@ -132,10 +161,10 @@ moved_node = ps.Node(transform=tensor)
 of_mesh = mesh.positions, mesh.faces, mesh.normals, mesh.uv, mesh.texture, mesh.corners
 kept = mesh.color, mesh.material, mesh.shading
 point_object = ps.PointObject(frame, splat="round", normals=np.zeros((2, 2, 3)))
-several = ps.PointObject([frame, plain], look=look), ps.PointObject(frame, material, others=(plain,))
+several = ps.PointObject([frame, plain], look=appearance), ps.PointObject(frame, material, others=(plain,))
 of_object = point_object.frame, point_object.look, point_object.others, point_object.frames, point_object.members
 counts = point_object.is_single, point_object.points_known, point_object.scale
-of_look = point_object.shading, point_object.material, point_object.is_alike_from_everywhere
+of_frames = point_object.shading, point_object.material, point_object.is_alike_from_everywhere
 of_boxes = point_object.corners, point_object.main_corners, point_object.pose_in_node, point_object.up_direction
 of_drawn = mesh.main_corners, mesh.pose_in_node, mesh.up_direction, mesh.frames, mesh.is_single
 node = ps.Node(point_object, "vase", rows, [ps.Node(light)], visible=True, shadow=False)
@@ -147,7 +176,6 @@ below_a_sky = ps.Scene(environment="sky"), ps.Scene(environment=np.ones((4, 8, 3
 of_scene = scene.nodes, scene.camera, scene.pose[:3, 3], scene.ambient, scene.bounds, scene.extent, scene.scale
 lights, names, boxes = scene.lights, scene.light_names, scene.boxes
 placed, instances, count = list(scene.placed()), scene.instances, scene.points_known
-older = scene.things
 framed, pivot, upright = scene.framed(), scene.pivot, scene.upright
 hidden = scene.with_node((0, 1), visible=False, transform=matrix)
 bare = scene.with_every_node(lambda each: {"shadow": each.name != "floor"})
@@ -271,7 +299,7 @@ real_sense_source.close()
 
 # batches and the window
 if __name__ == "__main__":
-    for result in ps.batch.map("folder", look, view, workers=2, device=0):
+    for result in ps.batch.map("folder", appearance, view, workers=2, device=0):
         print(result)
     for result in ps.batch.map(["a", folder, frame, [frame, plain], scene], ray="local", num_gpus=0.25):
         print(result.shape)
@@ -279,7 +307,7 @@ if __name__ == "__main__":
         print(result.shape)
     for outcome in ps.batch.map([frame], return_exceptions=True):
         print(outcome)
-    stage = ps.batch.Stage(look, view, camera)
+    stage = ps.batch.Stage(appearance, view, camera)
     rows_drawn = stage({"path": ["a", "b"]})
 event = Event("key", "N")
 viewer = Viewer(source, title="a", window_size=(640, 480), lights=[light], others=[frames], fps=[30, None], views="all")

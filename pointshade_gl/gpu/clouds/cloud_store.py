@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Generator, Iterable, Iterator
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from ...estimation.cloud_estimates import estimate_spacing
 from ...scene.cloud import PointCloud
 from ...scene.visible import points_at
+from ..context.caller_state import managed
 from ..core.images import Owner
 from .cloud_planes import WIDEST, FitRadius, find_planes
 
@@ -56,8 +56,8 @@ class CloudPoints(Owner):
             self.discs = self._buffers(vertices[:discs])
             self.others = self._buffers(vertices[discs:])
 
-    @contextmanager
-    def complete(self, cloud: PointCloud) -> Iterator[CloudPoints]:
+    @managed
+    def complete(self, cloud: PointCloud) -> Generator[CloudPoints, None, None]:
         """Have all points of this cloud, `cloud` or one that looks otherwise, on the GPU."""
         if self.count == len(cloud):
             yield self

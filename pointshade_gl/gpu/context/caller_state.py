@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import partial
-from typing import Any, NamedTuple
+from collections.abc import Callable, Generator
+from contextlib import AbstractContextManager
+from functools import partial, wraps
+from typing import Any, Generic, NamedTuple, ParamSpec, TypeVar
 
 import moderngl
 
@@ -316,6 +316,50 @@ def image_units(gl: GL) -> StatePart:
 AGAIN = {0x0500: ("Enable", 0), 0x0501: ("Viewport", 0, 0, -1, -1), 0x0502: ("BindVertexArray", 0xFFFFFFFF)}
 
 
+_P = ParamSpec("_P")
+_Given = TypeVar("_Given")
+_begun: set[Generator[Any, None, None]] = set()  # what is inside, or was never left
+
+
+class _Managed(AbstractContextManager[_Given], Generic[_Given]):
+    def __init__(self, run: Generator[_Given, None, None]):
+        self._run = run
+
+    def __enter__(self) -> _Given:
+        _begun.add(self._run)
+        try:
+            return next(self._run)
+        except BaseException:
+            if self._run.gi_frame is None:  # type: ignore[attr-defined]
+                _begun.discard(self._run)
+            raise
+
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
+        _begun.discard(self._run)
+        if error is None:
+            next(self._run, None)
+            return
+        try:
+            self._run.throw(error)
+        except BaseException as raised:
+            if raised is not error:
+                raise
+
+
+def managed(work: Callable[_P, Generator[_Given, None, None]]) -> Callable[_P, AbstractContextManager[_Given]]:
+    """As contextmanager, for what changes the state of OpenGL: its end never runs late.
+
+    A signal's handler that raises may end a `with` statement on its way in. The collector then closes the generator at
+    any time, and its end would restore states or free textures in the middle of another call, even of another context.
+    """
+
+    @wraps(work)
+    def opened(*args: _P.args, **options: _P.kwargs) -> AbstractContextManager[_Given]:
+        return _Managed(work(*args, **options))
+
+    return opened
+
+
 class CallersState:
     """The OpenGL state of a context that the caller also uses."""
 
@@ -325,8 +369,8 @@ class CallersState:
         self._parts = all_parts(self._gl, context)
         self._noted: set[int] = set()  # errors that there was a warning about
 
-    @contextmanager
-    def set_aside(self) -> Iterator[None]:
+    @managed
+    def set_aside(self) -> Generator[None, None, None]:
         """Set GL's defaults inside; restore everything afterwards, including the errors that GL has noted."""
         context, errors = self._context, list[int]()
         while (error := self._gl.GetError()) and error not in errors:  # a lost context says so for ever
@@ -353,8 +397,8 @@ class CallersState:
                 print_warning(f"OpenGL had noted error {error:#06x} before this call")
 
 
-@contextmanager
-def enabled(context: moderngl.Context, *switches: int) -> Iterator[None]:
+@managed
+def enabled(context: moderngl.Context, *switches: int) -> Generator[None, None, None]:
     """Enable switches of GL inside, and disable them afterwards. What moderngl has noted of them stays."""
     for switch in switches:
         context.enable_direct(switch)

@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import cache, partial
 from importlib import import_module
@@ -17,7 +17,7 @@ import moderngl
 
 from ...notes.errors import SPAWN, ContextError, check_process
 from ...notes.words import option
-from .caller_state import CallersState
+from .caller_state import CallersState, managed
 from .software_driver import is_software, keep_freed_memory, return_freed_memory
 
 
@@ -85,8 +85,8 @@ def loader_of(context: moderngl.Context) -> str:
     return type(context.mglo._context).__module__  # type: ignore[attr-defined]
 
 
-@contextmanager
-def kept(loader: str | None) -> Iterator[None]:
+@managed
+def kept(loader: str | None) -> Generator[None, None, None]:
     """Restore what is current at the end; inside, contexts of this window system, or any, can be made current."""
     systems = window_systems()
     before = {name: system.held() for name, system in systems.items() if system.context()}
@@ -175,8 +175,8 @@ class Context:
         """
         return self._in_use
 
-    @contextmanager
-    def _made_current(self) -> Iterator[None]:
+    @managed
+    def _made_current(self) -> Generator[None, None, None]:
         """Make the context current inside; afterwards the previous one."""
         if self.identity is not None and self.identity == current_context():
             yield
@@ -186,8 +186,8 @@ class Context:
                 raise ContextError("the OpenGL context cannot be made current: another thread uses it, or it is gone")
             yield
 
-    @contextmanager
-    def _set_aside(self) -> Iterator[None]:
+    @managed
+    def _set_aside(self) -> Generator[None, None, None]:
         """Set GL's default state inside; restore a caller's afterwards."""
         if self._callers is not None:
             with self._callers.set_aside():
@@ -231,6 +231,8 @@ class Context:
             return
         self.is_released = True
         if self.owned:
+            if self.is_here and self.identity is not None and self.identity == current_context():
+                window_systems()[self.identity[0]].let_go()  # a signal has ended a call before it could let go
             self.gl.release()
         return_freed_memory()
 
@@ -269,11 +271,14 @@ class InUse:
         context = self._context
         if self._screen is None or current_context():
             return False
-        context.gl.__enter__()
-        if current_context() == context.identity:
-            return True
-        context.gl.__exit__(None, None, None)
-        return False
+        is_entered = False
+        try:
+            context.gl.__enter__()
+            is_entered = current_context() == context.identity
+        finally:
+            if not is_entered:  # also where a signal's handler has raised
+                context.gl.__exit__(None, None, None)
+        return is_entered
 
     def _entered(self) -> ExitStack:
         with ExitStack() as inside:
@@ -290,8 +295,10 @@ class InUse:
         if self._inside is not None:
             self._inside.__exit__(*error)
         elif self._screen is not None:
-            self._screen.use()  # so that nothing of ours is bound when it is freed
-            self._context.gl.__exit__(*error)
+            try:
+                self._screen.use()  # so that nothing of ours is bound when it is freed
+            finally:
+                self._context.gl.__exit__(*error)
 
 
 def _is_there(library: str) -> bool:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Generator
 from functools import cached_property
 from typing import Any, Generic, ParamSpec, TypeVar
 
 import moderngl
 import numpy as np
 
-from ..context.caller_state import DEPTH_TEST, enabled
+from ..context.caller_state import DEPTH_TEST, enabled, managed
 from .steps import Versioned
 
 _Item = TypeVar("_Item")
@@ -37,8 +36,8 @@ class Owner:
         self._made.append(item)
         return item
 
-    @contextmanager
-    def _all_or_nothing(self, kept: int = 0) -> Iterator[None]:
+    @managed
+    def _all_or_nothing(self, kept: int = 0) -> Generator[None, None, None]:
         """Frees what was made when something inside fails: for constructors, after which nobody else could.
 
         kept  how many of the things that were made before stay
@@ -184,8 +183,8 @@ def confine(target: moderngl.Framebuffer, window: Box | None) -> None:
     target.scissor = window  # type: ignore[assignment]  # None is allowed, its annotation forgets it
 
 
-@contextmanager
-def depth_tested(context: moderngl.Context, target: moderngl.Framebuffer, window: Box) -> Iterator[None]:
+@managed
+def depth_tested(context: moderngl.Context, target: moderngl.Framebuffer, window: Box) -> Generator[None, None, None]:
     """Draw on a window of the target inside, where only the nearest stays."""
     confine(target, window)
     with enabled(context, DEPTH_TEST):

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Generator, Sequence
 from ctypes import byref, c_int
 from functools import cache
 from marshal import dumps
@@ -16,7 +15,7 @@ import numpy as np
 
 from ...notes.errors import ShaderError
 from ...scene.camera import Camera
-from ..context.caller_state import BLEND, GL, UNITS
+from ..context.caller_state import BLEND, GL, UNITS, managed
 from ..context.context import signals_later
 from ..context.software_driver import IMAGE_2D, IMAGES, by_flat_inputs, by_images, reads_images, wants_software
 from .images import Owner, allocate
@@ -242,8 +241,8 @@ class AdditiveBlend:
         self._context, self._gl = context, GL(context)
         self._is_indexed = context.version_code >= 400  # each buffer has its own
 
-    @contextmanager
-    def on(self) -> Iterator[None]:
+    @managed
+    def on(self) -> Generator[None, None, None]:
         """Add draws to their target inside the context."""
         before = [[self._asked(name, k) for name in (*FACTORS, *EQUATIONS)] for k in range(BUFFERS)]
         for k in range(BUFFERS):

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Generator
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -12,7 +11,7 @@ import numpy as np
 
 from ...scene.camera import Eye
 from ...scene.noise import Choice
-from ..context.caller_state import DEPTH_TEST, enabled
+from ..context.caller_state import DEPTH_TEST, enabled, managed
 from .images import R32F, RGBA16F, RGBA32F, Box, Image, Images, check_memory, confine, empty, read_texture
 from .programs import AdditiveBlend
 from .steps import Parts
@@ -306,8 +305,8 @@ class Canvas(NamedTuple):
     def linear(self) -> bool:
         return self.adding is not None
 
-    @contextmanager
-    def opened(self, window: Box) -> Iterator[moderngl.Framebuffer]:
+    @managed
+    def opened(self, window: Box) -> Generator[moderngl.Framebuffer, None, None]:
         """Let a pass draw on this window of the image inside the context."""
         if self.adding is None:
             empty(self.image, window)

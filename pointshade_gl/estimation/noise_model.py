@@ -277,8 +277,10 @@ def find_noise(
     jumps = (counts[..., 1] > 0) & (counts[..., 2] < 0.9) & seen
     plateaus = (counts[..., 1] * jumps).sum() > JUMP_SHARE * blocks
     if not step_z and not plateaus and np.count_nonzero(raw * z > worth) < 0.01 * blocks:
-        middle = np.sort(np.stack([raw * z, raw * z * z]).reshape(2, -1))[:, z.size // 2]
-        return Noise(float(middle[1]), float(middle[0]), 0.0, "", 0.0, 0.0, 0.0, None, (0.0, 0.0))
+        of_z, of_w = (raw * z * z).ravel(), (raw * z).ravel()
+        of_z.sort()
+        of_w.sort()
+        return Noise(float(of_z[z.size // 2]), float(of_w[z.size // 2]), 0.0, "", 0.0, 0.0, 0.0, None, (0.0, 0.0))
 
     coarse_levels, coarse_counts = measure_coarse()
     misplaced = misplaced_pixels(coarse_counts[..., 0])

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
+import moderngl
 import numpy as np
 
 from ..gpu.core.steps import Steps
@@ -17,7 +18,7 @@ from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import Lighting, LightSet, environment_inputs
 from ..gpu.shading.occlusion import ViewVisibilityPass
 from ..gpu.shading.present import SurfaceColorsPass
-from ..scene.appearance import Material
+from ..scene.appearance import LIT_EARLY, Material
 from ..scene.camera import Eye, view_matrix
 from ..scene.visible import VisibleScene, looking_distance
 
@@ -38,21 +39,22 @@ class FramePass:
 
     def draw(
         self, target: Target, canvas: Canvas, visible: VisibleScene, drawables: Drawables, light_set: LightSet
-    ) -> None:
-        """Draw one sample of the picture onto a canvas."""
+    ) -> Sequence[Material] | None:
+        """Draw one sample of the picture onto a canvas. If another light would only need `light_pixels`, return the
+        materials for it."""
         if single := single_object(visible, drawables, light_set):
-            self._draw_single_object(target, canvas, single, visible, light_set)
-        else:
-            self.draw_surfaces(target, visible, drawables, light_set)
-            if visible.scale is not None:
-                colored = target.surfaces, visible.eye.camera, visible.scale
-                self._steps.always("colors", self._colors.draw, canvas, *colored)
-                return
-            numbered = visible.materials  # by the numbers of surfaces: of each object one where they hide each other
-            if visible.environment_light.occlusion:
-                rows = joined(drawables[p] for p in visible.shown)
-                numbered = [visible.shown[first].content.material for first, _ in rows]
-            self._light_pixels(target, canvas, visible, light_set, numbered)
+            return self.draw_single_object(target, canvas, single, visible, light_set)
+        self.draw_surfaces(target, visible, drawables, light_set)
+        if visible.scale is not None:
+            colored = target.surfaces, visible.eye.camera, visible.scale
+            self._steps.always("colors", self._colors.draw, canvas, *colored)
+            return None
+        numbered = visible.materials  # by the numbers of surfaces: of each object one where they hide each other
+        if visible.environment_light.occlusion:
+            rows = joined(drawables[p] for p in visible.shown)
+            numbered = [visible.shown[first].content.material for first, _ in rows]
+        self.light_pixels(target, canvas, visible, light_set, numbered)
+        return None if any(p.content.shading in LIT_EARLY for p in visible.shown) else numbered
 
     def keep_surfaces(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
         """Draw the surfaces of a picture that `draw` has drawn: they are there already in most cases."""
@@ -83,9 +85,9 @@ class FramePass:
         self._steps.run("lit splats", draw, target, thing.points, thing.colors, visible.eye)
         return counts["lit splats"] > before
 
-    def _draw_single_object(
+    def draw_single_object(
         self, target: Target, canvas: Canvas, thing: ShownPoints | ShownGrid, visible: VisibleScene, light_set: LightSet
-    ) -> None:
+    ) -> Sequence[Material] | None:
         """Draw a single point object. A new view is lit in the same pass: most views see only one light."""
         run, always, points, eye = self._steps.run, self._steps.always, self._objects.kind_of(thing), visible.eye
         before = target.splats.version
@@ -100,7 +102,9 @@ class FramePass:
             always("resolve", points.draw_lit, canvas, *looking, lights)
         else:
             run("resolve", points.draw_surface, target.surfaces, *looking)
-            self._light_pixels(target, canvas, visible, light_set, visible.materials)
+            self.light_pixels(target, canvas, visible, light_set, visible.materials)
+            return visible.materials
+        return None
 
     def draw_surfaces(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
         """Draw the visible surfaces of all objects (normal, depth, albedo), with the numbers of their materials.
@@ -138,7 +142,15 @@ class FramePass:
             self._objects.add_surface(target, thing, eye, number, lights)
         surfaces.raise_version()
 
-    def _light_pixels(
+    def light_again(self, image: moderngl.Framebuffer) -> bool:
+        """Light the pixels of a picture as they are, if they were lit last. Return whether that was so."""
+        last = self._light.last
+        if last is None or last[1] is not image or not last[0].holds_inputs:
+            return False
+        self._steps.always("light", last[0].draw_again, image)
+        return True
+
+    def light_pixels(
         self, target: Target, canvas: Canvas, visible: VisibleScene, light_set: LightSet, numbered: Sequence[Material]
     ) -> None:
         """Light the visible surfaces onto the canvas. numbered: their materials."""

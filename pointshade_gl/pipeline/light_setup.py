@@ -49,11 +49,16 @@ class LightSetup(Owner):
         Spots, area lights, corners of meshes and a ground need a map even without shadows: only shaders that look it up
         know them.
         """
-        lights, exponents = visible.lights, exponents_of(visible.materials)
-        environment = self._environments.find(visible.environment_light, exponents)
-        early = any(not p.content.frames and p.content.shading in LIT_EARLY for p in visible.shown)
-        lies_under = visible.environment_light.on_ground and visible.environment_light.occlusion
-        if not (early or lies_under or any(light.shadow or light.is_spot or light.is_area for light in lights)):
+        lights, light = visible.lights, visible.environment_light
+        environment = None
+        if light.environment is not None:
+            environment = self._environments.find(light, exponents_of(visible.materials))
+        needs_map = bool(light.on_ground and light.occlusion)
+        for one in lights:
+            needs_map = needs_map or one.shadow or one.is_spot or one.is_area
+        for p in visible.shown:
+            needs_map = needs_map or (p.content.shading in LIT_EARLY and not p.content.frames)
+        if not needs_map:
             return LightSet(lights, visible.scene.ambient, gain=visible.gain, environment=environment)
         views, spans = shadow_views(lights, visible.scene.extent, light_part(visible.sample))
         if views:
@@ -114,7 +119,7 @@ def environment_light_of(
     environment = cast("Environment | None", finish.environment) or scene.environment
     wanted = finish.ambient_occlusion
     if wanted is None:
-        wanted = environment is not None or any(_reflects_environment(scene, lights, one) for one in materials)
+        wanted = environment is not None or _is_mostly_ambient(scene, lights, materials)
     occlusion = FAR_AS_SEEN if wanted is True else float(wanted)
     on_ground = finish.ground is not False
     if environment is None:
@@ -146,10 +151,16 @@ def standing(up: np.ndarray, degrees: float, pose: np.ndarray) -> tuple[Row, Row
     return _row(cosine * x - sine * z), _row(up), _row(sine * x + cosine * z)
 
 
-def _reflects_environment(scene: Scene, lights: Sequence[Light], material: Material) -> bool:
-    ambient = material.ambient * max(scene.ambient)
-    direct = material.diffuse * sum(_arriving(light, scene) for light in lights)
-    return ambient > MIN_AMBIENT_SHARE * (ambient + direct) * (1 + 1e-6)
+def _is_mostly_ambient(scene: Scene, lights: Sequence[Light], materials: Sequence[Material]) -> bool:
+    """Return whether ambient light is more than MIN_AMBIENT_SHARE of what reaches the eye from some material."""
+    brightest, arriving = max(scene.ambient), 0.0
+    for light in lights:
+        arriving += _arriving(light, scene)
+    for material in materials:
+        ambient, direct = material.ambient * brightest, material.diffuse * arriving
+        if ambient > MIN_AMBIENT_SHARE * (ambient + direct) * (1 + 1e-6):
+            return True
+    return False
 
 
 def _arriving(light: Light, scene: Scene) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -20,22 +20,23 @@ from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.points.rasterizers import Rasterizers
 from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass
+from ..gpu.shading.light_set import LightSet
 from ..gpu.shading.occlusion import ViewVisibilityPass
 from ..gpu.shading.present import SurfaceColorsPass
 from ..notes.errors import check_function
-from ..scene.appearance import Appearance
-from ..scene.camera import Camera
+from ..scene.appearance import LIT_EARLY, Appearance, Material
+from ..scene.camera import Camera, Eye
 from ..scene.environment import NO_ENVIRONMENT
 from ..scene.frame import Frame
 from ..scene.graph import Scene
-from ..scene.light import Light
+from ..scene.light import Light, at_upper_left
 from ..scene.node import Matrix, Placed
 from ..scene.settings import SIMPLE, OutputSettings
 from ..scene.values import CERTAINTY, ColorScale, scale_of_depths
-from ..scene.visible import VisibleScene, compose, composed_again
+from ..scene.visible import VisibleScene, compose, composed_again, is_alone
 from .accumulation import Accumulator, ExposureMeter, SharedSamples
 from .aligned_poses import Aligned, Aligner, alignment_steps
-from .frame_pass import FramePass
+from .frame_pass import FramePass, single_object
 from .gpu_scene import GpuScene, merged_frames
 from .light_setup import LightSetup, environment_light_of
 
@@ -53,6 +54,32 @@ class LitPoints(NamedTuple):
     frame: Frame
     surface: NDArray[np.float32]
     light: NDArray[np.float32]
+
+
+@dataclass
+class Plan:
+    """What the last picture was made of, so that the same one is not made again, and another light only lights it."""
+
+    scene: Scene
+    source: Frame | Scene | None
+    finish: OutputSettings
+    camera: Camera
+    pose: bytes
+    forgotten: int  # `Steps.forgotten`
+    lights: Sequence[Light]  # as they were given
+    visible: VisibleScene
+    drawables: Drawables
+    target: Target
+    is_alone: bool  # a frame, of which every view shows all
+    light_set: LightSet
+    has_places: bool  # all lights have a place or a direction: they stay where they are when the viewer moves
+    versions: tuple[int, int] = (-1, -1)  # of its splats and its surfaces
+    numbered: Sequence[Material] | None = None  # of its surfaces; None: they were not drawn
+
+    def shows(self, scene: Scene, source: Frame | Scene | None, finish: OutputSettings, camera: Camera) -> bool:
+        """Whether a picture of this scene differs in who looks from where, and in its lights, at most."""
+        is_same = scene is self.scene and source is self.source and (finish is self.finish or finish == self.finish)
+        return is_same and (camera is self.camera or camera == self.camera)
 
 
 class Pipeline(Owner):
@@ -89,6 +116,7 @@ class Pipeline(Owner):
         self.environment_light = NO_ENVIRONMENT  # of it
         self.scale: ColorScale | None = None  # of its colours, if they are no light
         self._stands: tuple[Hashable, tuple[np.ndarray, bool]] | None = None  # the last stream, and where up is in it
+        self._plan: Plan | None = None  # of the last picture
 
     def draw(
         self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: OutputSettings = SIMPLE,
@@ -99,6 +127,12 @@ class Pipeline(Owner):
         source    of which the scene was made; None is the scene itself
         progress  told of each frame of several that is prepared and compared, and of each sample
         """
+        plan = self._plan
+        if plan is not None and progress is None and plan.shows(scene, source, finish, camera):
+            is_kept = plan.forgotten == self.steps.forgotten and self.gpu_scene.drawn is plan.drawables
+            if is_kept and plan.target is self._target and self._draw_again(plan, lights, pose):
+                return plan.target
+        self._plan = None
         count, given = self._count(progress, scene, camera, pose, finish.samples), scene
         uploads = self.steps.counts["upload"]
         scene = self._aligner.aligned(scene, count)
@@ -106,7 +140,9 @@ class Pipeline(Owner):
         environment_light = environment_light_of(
             finish, source or given, scene, lights, visible.materials, self._upright
         )
-        self.environment_light, visible = environment_light, visible._replace(environment_light=environment_light)
+        self.environment_light = environment_light
+        if environment_light != visible.environment_light:
+            visible = visible._replace(environment_light=environment_light)
         drawables = self.gpu_scene.prepare(visible, count if progress else None)
         if self._drawn is not scene:
             self.steps.forget("exposure")
@@ -115,25 +151,86 @@ class Pipeline(Owner):
         if self.gpu_scene.drawn is not drawables:  # it has looked from elsewhere
             drawables = self.gpu_scene.prepare(visible)
         self._aligner.watch(drawables)
-        visible = visible._replace(gain=2.0**self.exposure)
+        if self.exposure:
+            visible = visible._replace(gain=2.0**self.exposure)
         target = self._fit_target(camera)
         if target.samples.content and target.samples.content[0] is not scene:
             self._accumulator.forget(target)
         self.scale = self._scale_of(finish, target, visible, drawables)
-        self._seen = visible = visible._replace(scale=self.scale)
+        if self.scale is not None:
+            visible = visible._replace(scale=self.scale)
+        self._seen = visible
         self._has_surfaces = self.scale is not None
-        finish = finish if visible.is_lit else replace(finish, tone="none")
+        given_finish = finish
+        if finish.tone != "none" and not visible.is_lit:
+            finish = replace(finish, tone="none")
         if not finish.is_plain:
             self._accumulator.draw(target, visible, drawables, finish, count)
             return target
         light_set, before = self._light_setup.prepare(visible, drawables), target.surfaces.version
-        if not self._frame_pass.draw_lit_splats(target, visible, drawables, light_set):
-            self._light_setup.light_points(visible, drawables, light_set)
-            self._frame_pass.draw(target, Canvas(target.picture), visible, drawables, light_set)
+        content = scene.instances[0].content if is_alone(scene.instances) else None
+        is_whole = content is not None and content.is_alike_from_everywhere
+        state = pose.tobytes(), self.steps.forgotten, lights, visible, drawables, target, is_whole, light_set
+        plan = Plan(scene, source, given_finish, camera, *state, has_places=visible.lights == [*lights])
+        self._draw_planned(plan)
         if self.steps.counts["upload"] > uploads and target.surfaces.version == before:
             target.surfaces.free()  # new frames are lit as they are drawn: a third of a stream's memory
+        self._plan = plan if scene is given else None
         count.step()
         return target
+
+    def _draw_planned(self, plan: Plan) -> None:
+        target, visible, drawables, light_set = plan.target, plan.visible, plan.drawables, plan.light_set
+        plan.numbered, canvas = None, Canvas(target.picture)
+        single = single_object(visible, drawables, light_set)
+        if single is not None and single.shading not in LIT_EARLY:
+            plan.numbered = self._frame_pass.draw_single_object(target, canvas, single, visible, light_set)
+        elif not self._frame_pass.draw_lit_splats(target, visible, drawables, light_set):
+            self._light_setup.light_points(visible, drawables, light_set)
+            plan.numbered = self._frame_pass.draw(target, canvas, visible, drawables, light_set)
+        plan.versions = target.splats.version, target.surfaces.version
+
+    def _draw_again(self, plan: Plan, lights: Sequence[Light], pose: Matrix) -> bool:
+        """Draw what a plan shows, also from another place or under other lights, unless that needs more than drawing.
+
+        Return whether it was drawn.
+        """
+        visible, target, place = plan.visible, plan.target, pose.tobytes()
+        is_lit, is_there = lights == plan.lights, place == plan.pose
+        if is_lit and is_there and self._frame_pass.light_again(target.picture):
+            self.gpu_scene.photo_lights = []
+            return True
+        if not (plan.is_alone or is_there) or (not is_lit and isinstance(plan.finish.exposure, str)):
+            return False
+        if not is_there:
+            visible = VisibleScene(Eye(plan.camera, pose, visible.eye.near), *visible[1:])
+        light_set, placed = plan.light_set, visible.lights
+        if not is_lit or not plan.has_places:
+            placed = [at_upper_left(light, pose) for light in lights]
+        if not is_lit or placed != visible.lights:
+            for light in (*lights, *plan.lights):
+                if light.shadow:
+                    return False
+            visible = visible._replace(lights=placed)
+            found = plan.finish, plan.source or plan.scene, visible.scene, lights, visible.materials, self._upright
+            if environment_light_of(*found) != visible.environment_light:
+                return False
+            light_set = self._light_setup.prepare(visible, plan.drawables)
+        self._plan = None  # stays so if it fails
+        plan.visible, plan.light_set, plan.lights, plan.pose = visible, light_set, lights, place
+        plan.has_places = placed == [*lights]
+        self._seen = visible
+        if plan.is_alone:
+            self.gpu_scene.photo_lights = []
+        else:
+            self.gpu_scene.prepare(visible)
+        is_drawn = is_there and (target.splats.version, target.surfaces.version) == plan.versions
+        if is_drawn and plan.numbered is not None and light_set.shadow_map is None:
+            self._frame_pass.light_pixels(target, Canvas(target.picture), visible, light_set, plan.numbered)
+        else:
+            self._draw_planned(plan)
+        self._plan, self._has_surfaces = plan, False
+        return True
 
     def _scale_of(
         self, finish: OutputSettings, target: Target, visible: VisibleScene, drawables: Drawables
@@ -268,7 +365,7 @@ class Pipeline(Owner):
         self.steps.forget()
         if self._target is not None:
             self._target.release()
-        self._target = self._drawn = self._seen = self._composed = None
+        self._target = self._drawn = self._seen = self._composed = self._plan = None
         super().release()
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..checks.arguments import Progress, check_choice, check_count, check_type, is_a
 from ..checks.foreign_arrays import Exporter, Numbers
+from ..gpu.context.caller_state import textures
 from ..gpu.context.context import Context
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Drawable
@@ -243,7 +244,7 @@ class Renderer(Estimates):
             ).as_shown  # fmt: skip
             scene = self._scenes.of(request)
             place = None if out is None else output_array(out, request.seen_by(scene)[0])
-            with self._in_use():
+            with self._guard:
                 self._draw(request, scene, progress)
                 picture = self._pipeline.read(place)
             return picture.view(Picture) if place is None else picture
@@ -274,8 +275,10 @@ class Renderer(Estimates):
                 frame, light=light, material=material, camera=camera, pose=pose, normals=normals, shading=shading,
                 point_size=point_size, **options,
             ).as_shown  # fmt: skip
-            with self._in_use():
-                return self._draw(request, self._scenes.of(request), progress)
+            with self._guard:
+                texture = self._draw(request, self._scenes.of(request), progress)
+                textures.program = None  # a caller may bind it, and draw on it
+                return texture
 
     def _draw(self, request: RenderRequest, scene: Scene, progress: Progress | None) -> moderngl.Texture:
         """Draw the scene that was made of a request's source."""

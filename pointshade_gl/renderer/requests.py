@@ -23,7 +23,7 @@ from ..scene.appearance import (
     NamedOptions,
     SurfaceOptions,
 )
-from ..scene.camera import Camera
+from ..scene.camera import Camera, check_pose
 from ..scene.cloud import PointCloud
 from ..scene.environment import Environment, check_environment
 from ..scene.frame import Frame
@@ -98,24 +98,39 @@ class RenderRequest:
         A request is returned as it is; a path or a built-in name is read. Raises TypeError or ValueError for anything
         that does not fit, OSError for a path that cannot be read.
         """
-        other = [(name, value) for name, value in options.items() if value is not _DEFAULTS.get(name)]
-        given: dict[str, Any] = {name: value for name, value in other if _is_given(name, value)}
-        if isinstance(source, RenderRequest):
+        given: dict[str, Any] = {}
+        for name, value in options.items():  # this runs for each picture, so it calls next to nothing
+            default = _DEFAULTS[name]
+            if value is default or (value is None and name == "material"):
+                continue
+            kind = type(value)
+            if (kind is not str and kind is not Material) or value != default:
+                given[name] = value
+        if type(source) is RenderRequest:
             if given:
                 raise TypeError(f"a request has all its options: leave out {', '.join(given)}")
             return source
-        source = check_source(loaded(source))
+        if type(source) is not Frame:
+            source = check_source(loaded(source))
         if "environment" in given:
             given["environment"] = _found(given["environment"])
         if isinstance(source, PointCloud):
             source = styled(source, {name: given.pop(name) for name in [*given] if name in _NAMES[Appearance]})
-        look, view, finish = (_made_of(group, given) for group in GROUPS)
-        if isinstance(source, Scene) and look is not _PLAIN[Appearance]:
+        look, view, finish = _PLAIN[Appearance], _PLAIN[View], _PLAIN[OutputSettings]
+        if not given.keys() <= _OF_NO_GROUP:
+            view = _made_of(View, given)
+            if not given.keys() <= _OF_VIEW:
+                look, finish = _made_of(Appearance, given), _made_of(OutputSettings, given)
+        if look is not _PLAIN[Appearance] and isinstance(source, Scene):
             names = (name for name in given if name in _NAMES[Appearance])
             raise ValueError(f"the objects of a scene have a look of their own: leave out {', '.join(names)}")
         lights = check_lights(given["light"]) if "light" in given else None
         camera = check_type(given["camera"], Camera, "camera") if "camera" in given else None
-        return cls(source, lights, look, camera, view.pose, (view.yaw, view.pitch, view.dolly), finish)
+        turns = (view.yaw, view.pitch, view.dolly) if view.yaw or view.pitch or view.dolly else STRAIGHT
+        request = cls(source, lights, look, camera, view.pose, turns, finish)
+        if type(source) is Frame:
+            request.__dict__["frames"] = (source,)
+        return request
 
     @classmethod
     def seen(
@@ -147,7 +162,7 @@ class RenderRequest:
     @property
     def as_shown(self) -> RenderRequest:
         """Return the request for what is drawn: surfaces with their normals, where colours are no light."""
-        if self.finish.is_light:
+        if self.finish.show == "light":
             return self
         source, look = self.source, replace(self.look.as_taken, shading="phong")
         if look.missing == "photo":  # which has no surface
@@ -177,7 +192,11 @@ class RenderRequest:
 
     def seen_by(self, scene: Scene) -> tuple[Camera, NDArray[np.float64]]:
         """Return who looks at the scene that was made of the source. Raises TypeError or ValueError."""
-        camera = check_type(scene.camera if self.camera is None else self.camera, Camera, "camera")
+        camera = scene.camera if self.camera is None else self.camera
+        if type(camera) is not Camera:
+            camera = check_type(camera, Camera, "camera")
+        if self.turns is STRAIGHT and self.pose is not None:
+            return camera, check_pose(self.pose)
         return camera, viewing_pose(self.subject(scene), self.pose, *self.turns)
 
     @property
@@ -200,7 +219,9 @@ class Scenes:
 
     def of(self, request: RenderRequest) -> Scene:
         """Return what a request draws, with a camera."""
-        source = request.source
+        source, last = request.source, self._last
+        if last is not None and last[0][0] is source and not last[0][1:] and last[1] is request.look:
+            return last[2]
         if isinstance(source, Scene):
             return source.framed()
         return self.of_cloud(source) if isinstance(source, PointCloud) else self.of_frames(request.frames, request.look)
@@ -249,17 +270,13 @@ def check_source(source: Any) -> Frame | Sequence[Frame] | Scene | PointCloud:
     raise TypeError(f"{expected}, got {shown(source)}")
 
 
-_DEFAULTS: dict[str, Any] = {one.name: one.default for group in GROUPS for one in fields(group)}
+_DEFAULTS: dict[str, Any] = dict.fromkeys(RequestOptions.__annotations__) | {
+    one.name: one.default for group in GROUPS for one in fields(group)
+}
 _NAMES = {group: [one.name for one in fields(group)] for group in GROUPS}
-_PLAIN = {group: group() for group in GROUPS}  # shared, so that a picture without options makes none
-
-
-def _is_given(name: str, value: Any) -> bool:
-    """Whether a value is another than the default."""
-    default = _DEFAULTS.get(name)
-    if value is default or (value is None and name == "material"):
-        return False
-    return not (isinstance(value, str | Material) and value == default)
+_PLAIN: dict[type, Any] = {group: group() for group in GROUPS}  # shared: a picture without options makes none
+_OF_NO_GROUP = {"light", "camera"}
+_OF_VIEW = {*_OF_NO_GROUP, "pose", "yaw", "pitch", "dolly"}
 
 
 def _made_of(group: type, given: dict[str, Any]) -> Any:

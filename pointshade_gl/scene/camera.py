@@ -314,18 +314,36 @@ def check_pose(pose: AnyArray | None, name: str = "pose") -> NDArray[np.float64]
     """
     if pose is None:
         return IDENTITY
-    known = _proved[id(pose)]() if id(pose) in _proved else None
+    key = id(pose)
+    known = _proved[key]() if key in _proved else None
     if known is not None and known is pose:
         return known
-    matrix = check_matrix(pose, name)
-    rotation = matrix[:3, :3]
-    if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-6 or not is_orthogonal(rotation, 0.01):
-        raise ValueError(f"{name} must be camera-to-world: a rotation and a translation above the row (0, 0, 0, 1)")
-    if np.linalg.det(rotation) < 0:
-        raise ValueError(f"{name} mirrors: its rotation has determinant -1; OpenCV axes are x right, y down, z forward")
+    matrix = _surely_pose(pose) if type(pose) is np.ndarray else None
+    if matrix is None:
+        matrix = check_matrix(pose, name)
+        rotation = matrix[:3, :3]
+        if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-6 or not is_orthogonal(rotation, 0.01):
+            raise ValueError(f"{name} must be camera-to-world: a rotation and a translation above the row (0, 0, 0, 1)")
+        if np.linalg.det(rotation) < 0:
+            axes = "OpenCV axes are x right, y down, z forward"
+            raise ValueError(f"{name} mirrors: its rotation has determinant -1; {axes}")
     key = id(matrix)
     _proved[key] = ref(matrix, lambda _: _proved.pop(key, None))
     return frozen(matrix)
+
+
+def _surely_pose(pose: NDArray[Any]) -> NDArray[np.float64] | None:
+    """Return a copy of what is a pose beyond doubt, else None: each new view pays for this, and NumPy takes longer."""
+    if pose.shape != (4, 4) or pose.dtype != np.float64:
+        return None
+    (a, b, c, x), (d, e, f, y), (g, h, i, z), last = pose.tolist()
+    lengths = a * a + d * d + g * g, b * b + e * e + h * h, c * c + f * f + i * i
+    angles = a * b + d * e + g * h, a * c + d * f + g * i, b * c + e * f + h * i
+    volume = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    is_sure = last == [0, 0, 0, 1] and volume > 0.9
+    for length, angle, place in zip(lengths, angles, (x, y, z), strict=True):
+        is_sure = is_sure and 0.995 < length < 1.005 and -0.005 < angle < 0.005 and -LARGEST < place < LARGEST
+    return pose.copy() if is_sure else None
 
 
 def view_matrix(source_pose: NDArray[np.float64], target_pose: NDArray[np.float64]) -> NDArray[np.float64]:

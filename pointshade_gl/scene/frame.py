@@ -403,7 +403,7 @@ class Frame(Value, Preview):
 def _box_of(known: NDArray[Any]) -> tuple[int, int, int, int]:
     """Return left, top, right and bottom of what is not 0, the last two exclusive; all 0 without any."""
     height, width = known.shape
-    if all(edge.any() for edge in (known[0], known[-1], known[:, 0], known[:, -1])):
+    if known[0].any() and known[-1].any() and known[:, 0].any() and known[:, -1].any():
         return 0, 0, width, height
     rows, columns = (np.flatnonzero(known.any(axis)) for axis in (1, 0))
     if not len(rows):

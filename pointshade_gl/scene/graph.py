@@ -16,7 +16,7 @@ from ..checks.foreign_arrays import Numbers
 from ..notes.notes import note_new_name
 from ..notes.words import counted, option
 from .appearance import Appearance
-from .camera import Camera, check_pose, orbit_pose
+from .camera import IDENTITY, Camera, check_pose, orbit_pose
 from .cloud import CLOUD_SHADINGS, SAMPLE, STRAY, USUAL_FRONT, CloudStyle, PointCloud, direction_of
 from .environment import Environment, EnvironmentName, check_environment
 from .frame import Preview
@@ -74,7 +74,8 @@ class Scene(Value, Preview):
     def __post_init__(self) -> None:
         object.__setattr__(self, "nodes", check_nodes(self.nodes, "scene nodes"))
         object.__setattr__(self, "pose", check_pose(self.pose, "scene pose"))
-        object.__setattr__(self, "ambient", check_color(self.ambient, "scene ambient"))
+        if self.ambient is not Scene.ambient:
+            object.__setattr__(self, "ambient", check_color(self.ambient, "scene ambient"))
         object.__setattr__(self, "environment", check_environment(self.environment))
         if self.camera is not None:
             check_type(self.camera, Camera, "scene camera")
@@ -106,7 +107,7 @@ class Scene(Value, Preview):
         found: list[Placed] = []
         above: set[int] = set()  # ids of the nodes on the way down
         stack: list[tuple[Node, Matrix | None, Way]] = []  # without a matrix: the way up, past the node
-        stack.extend((node, np.eye(4), (None, k)) for k, node in reversed(list(enumerate(self.nodes))))
+        stack.extend((node, IDENTITY, (None, k)) for k, node in reversed(list(enumerate(self.nodes))))
         while stack:
             node, parent, way = stack.pop()
             if parent is None:
@@ -118,7 +119,7 @@ class Scene(Value, Preview):
                 continue
             above.add(id(node))
             stack.append((node, None, way))
-            world = parent @ node.transform
+            world = parent @ node.transform if node.transform is not IDENTITY else parent
             found.extend(Placed(content, world, node, way) for content in contents_of(node))
             stack.extend((child, world, (way, k)) for k, child in reversed(list(enumerate(node.children))))
         return tuple(found)

@@ -211,11 +211,13 @@ def _size(size: Numbers) -> tuple[float, float]:
 
 def check_lights(light: Light | Sequence[Light] | None) -> tuple[Light, ...]:
     """One light, several, or the default one for None, as a tuple. Raises TypeError if one is not a Light."""
+    if type(light) is Light:
+        return (light,)
     given: Any = Light() if light is None else light
-    items = items_of(given)
-    lights = (given,) if items is None else tuple(items)
+    items = given if given.__class__ is tuple else items_of(given)
+    lights: tuple[Any, ...] = (given,) if items is None else tuple(items)
     for one in lights:
-        if not isinstance(one, Light):
+        if type(one) is not Light and not isinstance(one, Light):
             got = shown(one)
             raise TypeError(f"light must be a Light or several of them, got {got}: try Light(position=(x, y, z))")
     return lights
@@ -251,19 +253,21 @@ def light_rows(
     direction of a spot or an area light and its first shadow view; cosines of the cone, the number of views, and 1 of
     an area light.
     """
-    rows = np.zeros((len(lights), 5, 4))
-    for row, light, span in zip(rows, lights, spans or [None] * len(lights), strict=True):
+    count = len(lights)
+    rows = np.zeros((count, 5, 4))
+    for row, light, span in zip(rows, lights, spans or [None] * count, strict=True):
         if light.position is not None:
             row[0] = [*(axes[:3, :3].T @ (np.array(light.position) - axes[:3, 3])), 1]
         else:
             row[0, :3] = axes[:3, :3].T @ _shortened(light.direction)
         row[1, :3] = np.array(light.color) * light.intensity
         row[2, :3] = light.attenuation
-        if light.is_spot or light.is_area:
+        is_area = light.size is not None
+        if is_area or (light.position is not None and light.direction is not None):
             row[3, :3] = axes[:3, :3].T @ unit(light.direction)
             row[4, :2] = np.cos(np.radians(light.cone))
         row[3, 3], row[4, 2] = span or (-1, 0)
-        row[4, 3] = light.is_area
+        row[4, 3] = is_area
     return rows.astype(np.float32)
 
 

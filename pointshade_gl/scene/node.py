@@ -74,20 +74,21 @@ class Node(Value):
         ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
-        where = self.title
         if not is_a(self.name, str):
-            raise TypeError(f"{where}: its name must be a text")
+            raise TypeError(f"{self.title}: its name must be a text")
         if isinstance(self.content, list):
             object.__setattr__(self, "content", tuple(self.content))
         for item in contents_of(self):
             if not is_a(item, PointObject, PointCloud, Mesh, Light, type(None)):
                 known = "a PointObject, a PointCloud, a Mesh, a Light or several"
-                raise TypeError(f"{where}: its content must be {known}, got {shown(item)}")
+                raise TypeError(f"{self.title}: its content must be {known}, got {shown(item)}")
         if self.transform is not IDENTITY:
-            object.__setattr__(self, "transform", _check_transform(self.transform, where))
-        object.__setattr__(self, "children", check_nodes(self.children, f"{where}: its children"))
+            object.__setattr__(self, "transform", _check_transform(self.transform, self.title))
+        if self.children != ():
+            object.__setattr__(self, "children", check_nodes(self.children, f"{self.title}: its children"))
         for name in ("visible", "shadow"):
-            object.__setattr__(self, name, check_flag(getattr(self, name), f"{where}: {name}"))
+            if getattr(self, name) is not True:
+                object.__setattr__(self, name, check_flag(getattr(self, name), f"{self.title}: {name}"))
 
     def __repr__(self) -> str:
         """`Node('vase', PointObject(...), 2 children)`."""
@@ -203,6 +204,8 @@ class Placed:
 
         Raises ValueError for what a point object cannot have: a scale that differs by axis, a shear, a mirror.
         """
+        if self.world is IDENTITY:
+            return frozen(self.axes.copy()), 1.0
         linear = self.world[:3, :3]
         scale = float(np.cbrt(np.linalg.det(linear)))
         if scale <= 0 or not is_rotation(linear / scale, 0.01):

@@ -245,7 +245,7 @@ class PointObject(DrawnValue):
     @cached_property
     def scale(self) -> float:
         """Return the frame's scale; of several frames the median."""
-        return median([frame.scale for frame in self.frames])
+        return median([frame.scale for frame in self.frames]) if self.others else self.frame.scale
 
 
 def uniform(look: Appearance) -> Appearance:
@@ -259,7 +259,9 @@ def check_frames(frames: Frame | Sequence[Frame]) -> tuple[Frame, ...]:
     """One frame or several as a tuple. Raises TypeError for anything else, ValueError for none or too many."""
     if type(frames) is Frame:
         return (frames,)
-    items = [frames] if isinstance(frames, Frame) else frames
+    items: Any = [frames] if isinstance(frames, Frame) else frames
+    if items.__class__ is tuple and items and type(items[0]) is Frame and not items[1:]:
+        return (items[0],)
     if any(isinstance(one, PointCloud) for one in (items if is_a(items, Sequence) else [items])):
         raise TypeError("a point cloud is no frame: draw it alone, or put it into a Node of a Scene as it is")
     if not is_a(items, Sequence) or is_a(items, str, bytes):

@@ -85,15 +85,18 @@ class View(Options):
     def __post_init__(self) -> None:
         object.__setattr__(self, "lights", check_lights(self.lights))
         object.__setattr__(self, "pose", None if self.pose is None else check_pose(self.pose))
-        turns = _check_one_way(self.pose, self.yaw, self.pitch, self.dolly)
-        for name, turn in zip(("yaw", "pitch", "dolly"), turns, strict=True):
-            object.__setattr__(self, name, turn)
-        size, name = self.picture_size, option("picture_size")
-        if isinstance(size, str):
-            check_choice(name, size, SIZES)
-        elif size is not None:
-            object.__setattr__(self, "picture_size", check_size(size, name))
-        check_type(self.look, Appearance, "look")
+        if self.yaw is not View.yaw or self.pitch is not View.pitch or self.dolly is not View.dolly:
+            turns = _check_one_way(self.pose, self.yaw, self.pitch, self.dolly)
+            for name, turn in zip(("yaw", "pitch", "dolly"), turns, strict=True):
+                object.__setattr__(self, name, turn)
+        if self.picture_size is not None:
+            size, name = self.picture_size, option("picture_size")
+            if isinstance(size, str):
+                check_choice(name, size, SIZES)
+            else:
+                object.__setattr__(self, "picture_size", check_size(size, name))
+        if type(self.look) is not Appearance:
+            check_type(self.look, Appearance, "look")
 
     def of(self, frame: Frame | Scene, pivot: Numbers | None = None) -> dict[str, Any]:
         """Return the arguments of `Renderer.render` for a frame or a scene.

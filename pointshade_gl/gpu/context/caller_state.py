@@ -316,6 +316,13 @@ def image_units(gl: GL) -> StatePart:
 AGAIN = {0x0500: ("Enable", 0), 0x0501: ("Viewport", 0, 0, -1, -1), 0x0502: ("BindVertexArray", 0xFFFFFFFF)}
 
 
+class BoundTextures:
+    """Whose textures are bound, of all contexts in all threads."""
+
+    program: Any = None  # the last that has bound some; None is not known
+
+
+textures = BoundTextures()
 _P = ParamSpec("_P")
 _Given = TypeVar("_Given")
 _begun: set[Generator[Any, None, None]] = set()  # what is inside, or was never left

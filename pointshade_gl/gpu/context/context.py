@@ -17,7 +17,7 @@ import moderngl
 
 from ...notes.errors import SPAWN, ContextError, check_process
 from ...notes.words import option
-from .caller_state import CallersState, managed
+from .caller_state import CallersState, managed, textures
 from .software_driver import is_software, keep_freed_memory, return_freed_memory
 
 
@@ -74,8 +74,9 @@ def window_systems() -> dict[str, WindowSystem]:
 
 def current_context() -> tuple[str, int] | None:
     """Return the name of the window system and the context that is current in it; None where neither has one."""
-    for name, system in window_systems().items():
-        if context := system.context():
+    systems = window_systems()
+    for name in systems:
+        if context := systems[name].context():
             return name, context
     return None
 
@@ -215,7 +216,8 @@ class Context:
 
     def check(self) -> None:
         """Raise ContextError where the context cannot be used: GL would draw garbage there, or nothing."""
-        if self.is_here and not self.is_released and not self.is_gone:
+        is_here = os.getpid() == self._process and threading.get_ident() == self._thread  # every call pays for this
+        if is_here and not self.is_released and type(self.gl.mglo) is not moderngl.InvalidObject:
             return
         check_process(self._process, "Renderer")
         if not self.is_here:
@@ -262,25 +264,22 @@ class InUse:
         self._inside: ExitStack | None = None  # None: the usual case
 
     def __enter__(self) -> None:
-        self._context.check()
+        context = self._context
+        context.check()
         if not self._depth:
-            self._inside = None if self._is_entered_alone() else self._entered()
+            is_entered = False
+            if self._screen is not None and not current_context():
+                try:
+                    context.gl.__enter__()
+                    is_entered = current_context() == context.identity
+                finally:
+                    if not is_entered:  # also where a signal's handler has raised
+                        context.gl.__exit__(None, None, None)
+            self._inside = None if is_entered else self._entered()
         self._depth += 1
 
-    def _is_entered_alone(self) -> bool:
-        context = self._context
-        if self._screen is None or current_context():
-            return False
-        is_entered = False
-        try:
-            context.gl.__enter__()
-            is_entered = current_context() == context.identity
-        finally:
-            if not is_entered:  # also where a signal's handler has raised
-                context.gl.__exit__(None, None, None)
-        return is_entered
-
     def _entered(self) -> ExitStack:
+        textures.program = None  # a caller may have bound others
         with ExitStack() as inside:
             inside.enter_context(self._context._made_current())
             inside.enter_context(self._context._set_aside())

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...notes.errors import ShaderError
 from ...scene.camera import Camera
-from ..context.caller_state import BLEND, GL, UNITS, managed
+from ..context.caller_state import BLEND, GL, UNITS, managed, textures
 from ..context.context import signals_later
 from ..context.software_driver import IMAGE_2D, IMAGES, by_flat_inputs, by_images, reads_images, wants_software
 from .images import Owner, allocate
@@ -143,24 +143,36 @@ def set_uniforms(program: moderngl.Program | moderngl.ComputeShader, **values: A
 
     Nobody else sets them. What was set is kept to the bit: 0.0 is not -0.0.
     """
-    before: dict[str, Any] = program.extra
-    if before is None:
-        before = program.extra = {}
+    before: dict[str, Any] = program.extra or _known_of(program)
     for name, value in values.items():
+        if name in before and before[name][0] is value:
+            continue
         known = value if type(value) is bytes or type(value) is int else dumps(value, 2)
-        if name in before and before[name] == known:
+        if name in before and before[name][1] == known:
             continue
         uniform = program[name]
         if type(value) is bytes:
             uniform.write(value)  # type: ignore[union-attr]
         else:
             uniform.value = value  # type: ignore[union-attr]
-        before[name] = known
+        before[name] = None if type(value) in (list, np.ndarray) else value, known  # those may be written into
 
 
 def source_and_target(source: Camera, target: Camera, view: np.ndarray) -> dict[str, Any]:
     """Return the uniforms of every warp; view (4, 4) takes source axes to target axes."""
-    return {"source": source.intrinsics, "target": target.intrinsics, "view": view.T.astype("f4").tobytes()}
+    global _last_way
+    last = _last_way  # other threads have theirs
+    if last[0] is not source or last[1] is not target or last[2] is not view or view.flags.writeable:
+        way = {
+            "source": last[3]["source"] if last[0] is source else source.intrinsics,
+            "target": last[3]["target"] if last[1] is target else target.intrinsics,
+            "view": view.T.astype("f4").tobytes(),
+        }
+        last = _last_way = source, target, view, way
+    return {**last[3]}
+
+
+_last_way: tuple[Any, Any, Any, dict[str, Any]] = None, None, None, {}  # several programs ask for one after the other
 
 
 class FullscreenPass(Owner):
@@ -176,8 +188,17 @@ class FullscreenPass(Owner):
     def draw(self, target: moderngl.Framebuffer, textures: dict[str, moderngl.Texture], /, **uniforms: Any) -> None:
         """Draw onto the target. textures: by the names of their samplers; they may also be among the uniforms."""
         set_inputs(self._program, textures | uniforms)
+        self.draw_again(target)
+
+    def draw_again(self, target: moderngl.Framebuffer) -> None:
+        """Draw with the inputs of the last time, while `holds_inputs`."""
         target.use()
         self._array.render(moderngl.TRIANGLES, 3)
+
+    @property
+    def holds_inputs(self) -> bool:
+        """Return whether no other program has bound textures since this was drawn."""
+        return textures.program is self._program
 
 
 class FullscreenPasses(Owner):
@@ -198,12 +219,17 @@ class FullscreenPasses(Owner):
 
 
 def set_inputs(program: moderngl.Program | moderngl.ComputeShader, inputs: dict[str, Any]) -> None:
-    """Set uniforms by name. Every texture among them is bound, and the number of its unit put in its place."""
-    unit = 0
+    """Set uniforms by name. Every texture among them is bound, as a sampler or as an image, and the number of its unit
+    put in its place."""
+    textures.program = program
+    unit, images = 0, (program.extra or _known_of(program))[""]
     for name, value in inputs.items():
         if type(value) is moderngl.Texture:
             assert unit < UNITS, "more textures than a caller's state is kept for"
-            bind_texture(program, name, value, unit)
+            if name in images:
+                _bind_image(program, name, value, unit)
+            else:
+                value.use(unit)
             inputs[name] = unit
             unit += 1
     set_uniforms(program, **inputs)
@@ -213,12 +239,28 @@ def bind_texture(
     program: moderngl.Program | moderngl.ComputeShader, name: str, texture: moderngl.Texture, unit: int
 ) -> None:
     """Bind a texture as the program reads it: as a sampler, or as an image."""
-    if name in IMAGES and program[name].gl_type == IMAGE_2D:  # type: ignore[union-attr]
-        is_as_said = IMAGES[name] == "rgba"[: texture.components] + {"f4": "32f", "f2": "16f"}.get(texture.dtype, "")
-        assert is_as_said, f"{name} must be {IMAGES[name]}: software drivers read it as an image"
-        texture.bind_to_image(unit, read=True, write=False)
+    textures.program = None
+    if name in _known_of(program)[""]:
+        _bind_image(program, name, texture, unit)
     else:
         texture.use(unit)
+
+
+def _bind_image(
+    program: moderngl.Program | moderngl.ComputeShader, name: str, texture: moderngl.Texture, unit: int
+) -> None:
+    if name not in program.extra:  # for the first time
+        is_as_said = IMAGES[name] == "rgba"[: texture.components] + {"f4": "32f", "f2": "16f"}.get(texture.dtype, "")
+        assert is_as_said, f"{name} must be {IMAGES[name]}: software drivers read it as an image"
+    texture.bind_to_image(unit, read=True, write=False)
+
+
+def _known_of(program: moderngl.Program | moderngl.ComputeShader) -> dict[str, Any]:
+    """Return the values of a program's uniforms that were set; under no name, those that it reads as images."""
+    if program.extra is None:
+        images = [name for name in program if name in IMAGES and getattr(program[name], "gl_type", 0) == IMAGE_2D]
+        program.extra = {"": images}
+    return program.extra
 
 
 def data_texture(context: moderngl.Context, width: int, height: int, components: int) -> moderngl.Texture:

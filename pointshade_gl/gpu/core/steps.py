@@ -169,7 +169,12 @@ def _alike(before: list[Any], now: list[Any]) -> bool:
     for one, other in zip(before, now, strict=True):
         if one is other:
             continue
-        arrays = isinstance(one, np.ndarray) + isinstance(other, np.ndarray)
-        if arrays == 1 or not (np.array_equal(one, other) if arrays else one == other):
+        is_array = _KINDS.get(type(one)) is np.ndarray
+        if is_array is not (_KINDS.get(type(other)) is np.ndarray):
+            return False
+        if is_array:
+            if one.shape != other.shape or one.dtype != other.dtype or one.tobytes() != other.tobytes():
+                return False
+        elif one != other:
             return False
     return True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from contextlib import AbstractContextManager, nullcontext
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -305,15 +306,17 @@ class Canvas(NamedTuple):
     def linear(self) -> bool:
         return self.adding is not None
 
-    @managed
-    def opened(self, window: Box) -> Generator[moderngl.Framebuffer, None, None]:
+    def opened(self, window: Box) -> AbstractContextManager[moderngl.Framebuffer]:
         """Let a pass draw on this window of the image inside the context."""
-        if self.adding is None:
-            empty(self.image, window)
-            yield self.image
-            return
+        if self.adding is not None:
+            return self._opened(self.adding, window)
+        empty(self.image, window)
+        return nullcontext(self.image)
+
+    @managed
+    def _opened(self, adding: AdditiveBlend, window: Box) -> Generator[moderngl.Framebuffer, None, None]:
         confine(self.image, window)
         if self.is_masked:
             self.image.depth_mask = False
-        with self.adding.on(), enabled(self.image.ctx, *[DEPTH_TEST] * self.is_masked):
+        with adding.on(), enabled(self.image.ctx, *[DEPTH_TEST] * self.is_masked):
             yield self.image

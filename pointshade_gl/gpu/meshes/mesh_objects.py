@@ -29,7 +29,7 @@ from ..core.programs import (
 from ..core.steps import Parts
 from ..core.view_images import Canvas, Drawable, ShownFrame, SplatImage, SurfaceImage, Target
 from ..points.point_objects import model_view
-from ..points.rasterizers import MOST_GROUPS, RimList, clear_nearest, no_rims, read_window
+from ..points.rasterizers import MOST_GROUPS, RimList, clear_nearest, head_of, no_rims, window_of
 from ..points.set_merge import shared_variant
 from ..shading.light_set import DARK, HIGHLIGHTS, ShadowTile, environment_of
 
@@ -272,7 +272,7 @@ class ComputedDepths(Owner):
         ends = {"near": listed["near"], "surface_map": grid.surface.texture}
         self._run_list(rims, rim_list, way | ends | no_rims())
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        image.window = read_window(self._window, *image.size) if self._is_software else (0, 0, *image.size)
+        image.window = window_of(head_of(self._window), *image.size) if self._is_software else (0, 0, *image.size)
         image.raise_version()
 
     def _run_list(self, program: moderngl.ComputeShader, listed: moderngl.Buffer, inputs: dict[str, Any]) -> None:

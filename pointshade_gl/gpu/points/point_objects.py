@@ -262,11 +262,12 @@ class PointObjects(FullscreenPasses):
 def model_view(pose: np.ndarray, scale: float, eye: Eye) -> np.ndarray:
     """Return (4, 4) from the axes of a frame's camera to those of the eye, in the frame's own unit."""
     global _last_view
-    if _last_view[0] is not pose or _last_view[1] is not eye or _last_view[2] != scale:
+    last = _last_view  # other threads have theirs
+    if last[0] is not pose or last[1] is not eye or last[2] != scale:
         view = np.linalg.inv(eye.pose) @ pose
         view[:3, 3] /= scale
-        _last_view = pose, eye, scale, frozen(view)
-    return _last_view[3]
+        last = _last_view = pose, eye, scale, frozen(view)
+    return last[3]
 
 
 _last_view: tuple[Any, Any, float, Any] = None, None, 0.0, None  # for whom it was found, which is asked again at once

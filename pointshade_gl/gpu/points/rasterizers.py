@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -52,6 +53,8 @@ class Splats(NamedTuple):
 
 def union(windows: Sequence[Box]) -> Box:
     """Return the smallest box round all boxes that are not empty."""
+    if not windows[1:]:
+        return windows[0]
     boxes = [(x, y, x + w, y + h) for x, y, w, h in windows if w > 0 and h > 0] or [(0, 0, 0, 0)]
     edges = zip(*boxes, strict=True)
     left, top, right, bottom = (pick(edge) for pick, edge in zip((min, min, max, max), edges, strict=True))
@@ -190,34 +193,42 @@ class ComputeSplatPass(Owner):
         known = points.known_rims
         masked = 0 if image.active is None else 1 + image.is_listed
         program = self._program("points/splats.comp", is_set, masked)
-        if masked < 2:
-            set_uniforms(program, corner=corner)
         if image.active is not None and masked == 1:
             bind_texture(program, "active_map", image.active, unit=2)
             set_uniforms(program, active_map=2)
-        set_inputs(program, inputs)  # binds the textures for the lists' programs, too
-        set_uniforms(program, **listed, most_groups=MOST_GROUPS, known_rims=-1 if known is None else known.number)
+        own = inputs | listed | ({"corner": corner} if masked < 2 else {})
+        own |= {"most_groups": MOST_GROUPS, "known_rims": -1 if known is None else known.number}
+        set_inputs(program, own)
+        for name in inputs:
+            inputs[name] = own[name]  # the lists' programs find the textures at the same units
         image.nearest.bind_to_storage_buffer(0)
         across, down = -(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK)
         pixels = points.size[0] * points.size[1]
         most = pixels // 8 if self._is_software else pixels
         rims = self._draw_most(program, (across, down), image, most)
-        if self._is_software and (found := _count(rims, 4)) > most:
-            rims = self._draw_most(program, (across, down), image, found)  # again, with room for all rims
+        rim_groups, rim_count = -1, 0
+        if self._is_software:  # which has run its shaders: nobody waits
+            rim_groups, *_, rim_count = struct.unpack("5I", rims.read(20))
+        if rim_count > most:
+            rims = self._draw_most(program, (across, down), image, rim_count)  # again, with room for all rims
+            rim_groups, *_, rim_count = struct.unpack("5I", rims.read(20))
         if known:
             self._draw_known(known, inputs | {"near": splats.near}, is_set)
-        elif not self._is_empty(rims):
-            self._draw_rims(points, rims, inputs | {"near": splats.near}, is_set)
-        if not self._is_empty(self._large):
+        elif rim_groups:
+            self._draw_rims(points, rims, rim_count, inputs | {"near": splats.near}, is_set)
+        if not self._is_software:
             self._run_list("points/large_splats.comp", self._large, inputs | listed, is_set)
-        return read_window(self._large, *image.size) if self._is_software else (0, 0, *image.size)
+            return 0, 0, *image.size
+        if (head := head_of(self._large))[0]:
+            self._run_list("points/large_splats.comp", self._large, inputs | listed, is_set)
+            head = head_of(self._large)
+        return window_of(head, *image.size)
 
     def _draw_most(
         self, program: moderngl.ComputeShader, groups: tuple[int, int], image: SplatImage, most: int
     ) -> moderngl.Buffer:
         """Draws all but large splats and rims, and lists these. Returns the list of rims, which has room for `most`."""
-        indirect = 0, 1 + image.size[0] * image.size[1] // PIXELS_A_GROUP, 1, 0
-        self._large.write(np.array([*indirect, *[0] * 5], np.int32))
+        self._large.write(struct.pack("9i", 0, 1 + image.size[0] * image.size[1] // PIXELS_A_GROUP, 1, *[0] * 6))
         self._large.bind_to_storage_buffer(1)
         rims = self._rims.emptied(most, place=2)
         self._run_blocks(program, groups, image)
@@ -235,9 +246,13 @@ class ComputeSplatPass(Owner):
             self._chosen.emptied(groups[0] * GROUP * groups[1], place=3)
             program.run(*groups)
 
-    def _draw_rims(self, points: PointSurface, rims: moderngl.Buffer, inputs: dict[str, Any], is_set: bool) -> None:
-        """Draw the rims on the list. On software drivers the second view of the points keeps what it finds of them."""
-        count = _count(rims, 4) if self._is_software else 0
+    def _draw_rims(
+        self, points: PointSurface, rims: moderngl.Buffer, count: int, inputs: dict[str, Any], is_set: bool
+    ) -> None:
+        """Draw the rims on the list. On software drivers the second view of the points keeps what it finds of them.
+
+        count  of the rims there; 0 on hardware, where it is not known
+        """
         room = points.room_for_rims(count) if count else None
         if room is not None:
             room.bind_to_image(KEPT)
@@ -267,19 +282,10 @@ class ComputeSplatPass(Owner):
             self._programs[key] = self._keep(build_compute(self._context, name, **constants))
         return self._programs[key]
 
-    def _is_empty(self, listed: moderngl.Buffer) -> bool:
-        """Return whether a list is known to be empty: a software driver has run its shaders, nobody waits for them."""
-        return self._is_software and _count(listed, 0) == 0
-
 
 def no_rims(keeps: bool = False) -> dict[str, Any]:
     """Return the uniforms of rims.comp while no rims are known. keeps: whether it keeps those that it finds."""
     return {"known_rims": -1, "keeps": keeps}
-
-
-def _count(listed: moderngl.Buffer, place: int) -> int:
-    """Return a number at the head of a list, see compute_raster.glsl."""
-    return int(np.frombuffer(listed.read(4, offset=4 * place), np.uint32)[0])
 
 
 def clear_nearest(context: moderngl.Context, image: SplatImage, is_software: bool) -> None:
@@ -291,10 +297,22 @@ def clear_nearest(context: moderngl.Context, image: SplatImage, is_software: boo
     image.nearest.clear()
 
 
-def read_window(drawn: moderngl.Buffer, width: int, height: int) -> Box:
-    """Return the part of the view in which the compute shaders have drawn, to which later passes are confined."""
-    to_left, up, right, down = np.frombuffer(drawn.read(16, offset=16), np.int32).tolist()
-    return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
+def head_of(listed: moderngl.Buffer) -> tuple[int, ...]:
+    """Return the first eight numbers of a list, see compute_raster.glsl."""
+    return struct.unpack("8i", listed.read(32))
+
+
+def window_of(head: Sequence[int], width: int, height: int) -> Box:
+    """Return the part of the view in which the compute shaders have drawn, to which later passes are confined.
+
+    head  of the list of large splats, see compute_raster.glsl
+    """
+    to_left, up, right, down = head[4:8]
+    across, down = right + to_left - width, down + up - height
+    return width - to_left, height - up, across if across > 0 else 0, down if down > 0 else 0
+
+
+EMPTY_LIST = struct.pack("5i", 0, 1, 1, 0, 0)
 
 
 class RimList(Owner):
@@ -309,7 +327,7 @@ class RimList(Owner):
             self.release()
             self._buffer = self._allocate(self._context.buffer, reserve=4 * (5 + most))
             self._most = most
-        self._buffer.write(np.array([0, 1, 1, 0, 0], np.int32))
+        self._buffer.write(EMPTY_LIST)
         return self.bound(place)
 
     def bound(self, place: int) -> moderngl.Buffer:
@@ -329,13 +347,18 @@ class Rasterizers:
         self._context, self.is_software = context, is_software
         self.can_compute, self._merge = can_compute, merge
         self._made: dict[bool, PointSplatPass | ComputeSplatPass] = {}
+        self._last: tuple[Any, str, PointSplatPass | ComputeSplatPass | None] = None, "", None
 
     def choose(self, sizes: np.ndarray, splat: str) -> PointSplatPass | ComputeSplatPass:
         """Return the rasteriser for splats of these sizes, (1,) or (h*w,) in source pixels, and of this shape."""
+        last = self._last
+        if last[0] is sizes and last[1] == splat and last[2] is not None:
+            return last[2]  # asked several times for one draw
         computed = self.can_compute and has_rims(sizes, splat)
         if computed not in self._made:
             made = ComputeSplatPass(self._context, self._merge, self.is_software) if computed else None
             self._made[computed] = made or PointSplatPass(self._context)
+        self._last = sizes, splat, None if sizes.flags.writeable else self._made[computed]
         return self._made[computed]
 
     def release(self) -> None:

@@ -9,9 +9,12 @@ import numpy as np
 
 from ...estimation.environment_light import nearest_lobe
 from ...scene.camera import Camera
-from ..core.programs import FullscreenPasses, data_texture
-from .light_set import Lighting, environment_inputs, environment_of
+from ..core.programs import FullscreenPass, FullscreenPasses, data_texture
+from .light_set import Lighting
 
+CONSTANTS = (  # of shaders/shading/light.frag
+    "POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL", "VISIBILITY", "SPLIT", "ENVIRONMENT"
+)  # fmt: skip
 SURELY_HELD = 1024  # rows of a texture, by every driver
 
 
@@ -21,6 +24,7 @@ class LightPass(FullscreenPasses):
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         self._tables: dict[str, moderngl.Texture] = {}
+        self.last: tuple[FullscreenPass, moderngl.Framebuffer] | None = None  # what was drawn last, and where
 
     def draw(
         self, image: moderngl.Framebuffer, surface: moderngl.Texture, albedo: moderngl.Texture, camera: Camera,
@@ -41,30 +45,37 @@ class LightPass(FullscreenPasses):
         visibility  what is seen of the light from all around: see shaders/common/surroundings.glsl
         has_eye_dome  some pixels have negative material numbers: see shaders/common/eye_dome.glsl
         """
-        eye, scale = (np.zeros(3), 1.0) if points is None else points
-        inputs = self.inputs(lighting, True) | environment_inputs(lighting)
-        inputs |= {"intrinsics": camera.intrinsics, "eye": tuple(eye.tolist())}
+        inputs = self.inputs(lighting, True)
+        if lighting.environment is not None:
+            inputs |= lighting.environment.inputs
+        inputs["intrinsics"] = camera.intrinsics
+        inputs["eye"] = (0.0, 0.0, 0.0) if points is None else tuple(points[0].tolist())
         if len(materials) > 1:
             inputs["materials"] = self._table("materials", _with_lobes(materials, lighting))
         else:
             inputs["material"] = tuple(materials[0].tolist())
         if points is not None:
-            inputs["scale"] = scale
+            inputs["scale"] = points[1]
         if certainty is not None:
             inputs["certainty_map"] = certainty
         if visibility is not None:
             inputs["visibility_map"] = visibility
-        kind = {
-            "POINTS": points is not None, "SHADOWS": lighting.shadows.kind if lighting.shadows else 0,
-            "MATERIALS": len(materials) > 1, "LINEAR": linear, "ALONE": "only_light" in inputs,
-            "CERTAINTY": has_doubts or certainty is not None, "EDL": has_eye_dome,
-            "VISIBILITY": visibility is not None, "SPLIT": split,
-        }  # fmt: skip
-        constants = {name: int(value) for name, value in kind.items()} | environment_of(inputs)
-        light = self.fullscreen("shading/light.frag", None, **constants)
+        kind = (
+            points is not None, lighting.shadows.kind if lighting.shadows else 0, "materials" in inputs, linear,
+            "only_light" in inputs, has_doubts or certainty is not None, has_eye_dome, visibility is not None, split,
+            0 if lighting.environment is None else 2 if "lobe_map" in inputs else 1,
+        )  # fmt: skip
+        light = self._passes.get(kind) or self._pass_of(kind)
         colors = "albedo_map" if points is None else "color_map"
         maps = {"surface_map": surface} if split and len(materials) == 1 else {"surface_map": surface, colors: albedo}
         light.draw(image, maps, **inputs)
+        self.last = light, image
+
+    def _pass_of(self, kind: tuple[int, ...]) -> FullscreenPass:
+        constants = {name: int(value) for name, value in zip(CONSTANTS, kind, strict=True)}
+        constants |= {} if constants.pop("ENVIRONMENT") == 0 else {"ENVIRONMENT": kind[-1]}
+        self._passes[kind] = found = self.fullscreen("shading/light.frag", None, **constants)
+        return found
 
     def inputs(self, lighting: Lighting, may_be_alone: bool = False) -> dict[str, Any]:
         """Return the inputs of shaders/common/lights.glsl, or with shadows of shadowed_lights.glsl, by the names of the

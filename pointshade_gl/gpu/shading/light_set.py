@@ -150,12 +150,12 @@ class LightSet(NamedTuple):
 
     def seen_from(self, axes: np.ndarray) -> Lighting:
         """Return the lights in the axes of a camera with this pose (4, 4)."""
-        rows, shadow_map = light_rows(self.lights, axes, self.spans), self.shadow_map
+        rows, shadow_map, gain = light_rows(self.lights, axes, self.spans), self.shadow_map, self.gain
         shadows = shadow_map and ShadowLookUp(shadow_map, shadow_map.rows(self.views, axes), axes[:3, :3])
-        rows[:, 1, :3] *= self.gain
-        red, green, blue = (self.gain * channel for channel in self.ambient)
+        rows[:, 1, :3] *= gain
         if self.environment is None:
-            return Lighting(rows, (red, green, blue), shadows)
+            red, green, blue = self.ambient
+            return Lighting(rows, (gain * red, gain * green, gain * blue), shadows)
         turn, environment = axes[:3, :3], self.environment
         bands = self.gain * sh_rotation(environment.bands, turn)
         lobes = environment.lobes and environment.lobes._replace(intensity=self.gain * environment.lobes.intensity)

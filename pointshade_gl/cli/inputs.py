@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..files.access.known_names import Kind
 from ..notes.words import option
 from ..renderer.renderer import Renderer
 from ..scene.appearance import Appearance
@@ -21,7 +22,7 @@ from ..scene.objects import PointObject
 from ..scene.settings import FILM, STILL
 from ..scene.viewpoint import View
 from .option_groups import AppearanceGroup, frames_from, views_from
-from .options import FrameOptions, Kind, MoreOptions, PictureOptions, ViewOptions
+from .options import FrameOptions, MoreOptions, PictureOptions, ViewOptions
 from .output import explainer, spinner
 
 PLAIN = Appearance()
@@ -134,7 +135,7 @@ def load(frame: FrameOptions, sequence: bool = False, scene: bool = False, pose:
     from ..files.frame_sources import load_any, open_source
     from ..files.frames.frame_files import load_frame
 
-    kind = Kind.of(frame.input) if scene else check_frame(frame)
+    kind = frame.kind if scene else check_frame(frame)
     frame.check_exist()
     source, options = frame.named.input, frame.load_options | ({} if pose is None else {"pose": pose})
     if kind is not Kind.FRAMES:
@@ -149,7 +150,7 @@ def load(frame: FrameOptions, sequence: bool = False, scene: bool = False, pose:
 
 def check_frame(frame: FrameOptions) -> Kind:
     """Return what it is. Raises ValueError for a scene, and for a point cloud."""
-    kind = Kind.of(frame.input)
+    kind = frame.kind
     if kind is not Kind.FRAMES:
         raise ValueError(f"{frame.input} is {kind.value}, expected a frame: pass it to `pointshade render` or `view`")
     return kind

@@ -21,7 +21,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from ..checks.arguments import check_path
 from ..files.access.content import split_numbers
-from ..files.access.known_names import FRAMES, SCENES
+from ..files.access.known_names import FRAMES, SCENES, Kind
 from ..notes.words import did_you_mean, listed_beside, meant_option, near_path, option, shown
 from ..scene.appearance import Appearance, Material
 from ..scene.light import Light
@@ -256,13 +256,11 @@ def check_folders(inputs: Sequence[str]) -> None:
 
     FileNotFoundError if it does not exist.
     """
-    from ..files.frame_sources import is_cloud
-
     for path in inputs:
         is_path = split_numbers(path) is None and not _LIGHT_WORD.search(path) and path not in (*FRAMES, *SCENES)
         if is_path and not Path(path).exists():
             raise FileNotFoundError(f"{path} does not exist{near_path(Path(path)) or listed_beside(Path(path))}")
-        if not (Path(path).is_dir() or is_cloud(path)):
+        if not Path(path).is_dir() and Kind.of(path) is not Kind.CLOUD:
             raise ValueError(f"more INPUTs must be folders of frames, or point clouds, got {path}: {_way_out(path)}")
 
 

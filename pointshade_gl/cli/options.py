@@ -9,7 +9,6 @@ import inspect
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
-from enum import Enum
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast, get_type_hints
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast, get_type_hints
 import typer
 
 from ..files.access.content import MAX_PIXELS, allow_overwriting
-from ..files.access.known_names import DEPTH_MAPS, FILMS, FOUND_POSES, FRAMES, IMAGES, NORMALS, POINTS, RENDERED
+from ..files.access.known_names import DEPTH_MAPS, FILMS, FOUND_POSES, FRAMES, IMAGES, NORMALS, POINTS, RENDERED, Kind
 from ..files.clouds.cloud_columns import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
 from ..files.depth.scale_over_time import SCALES
@@ -93,18 +92,6 @@ class RunOptions:
     overwrite: Overwrite = False
     device: Device = 0
     quiet: Quiet = False
-
-
-class Kind(Enum):
-    """What an INPUT is, by its name; the values are in words."""
-
-    FRAMES, SCENE, CLOUD = "a frame", "a scene", "a point cloud"
-
-    @classmethod
-    def of(cls, path: str | None) -> Kind:
-        from ..files.frame_sources import is_cloud, is_scene
-
-        return cls.SCENE if is_scene(path) else cls.CLOUD if is_cloud(path) else cls.FRAMES
 
 
 @dataclass(frozen=True)
@@ -211,9 +198,9 @@ class FrameOptions(CloudGroup, ReadingOptions, InputOptions):
         return str(named.input or named.depth or named.color)
 
     @property
-    def is_cloud(self) -> bool:
-        """Whether INPUT is a point cloud."""
-        return Kind.of(self.input) is Kind.CLOUD
+    def kind(self) -> Kind:
+        """What INPUT is."""
+        return Kind.of(self.input)
 
     def check_exist(self) -> None:
         """Raises FileNotFoundError if one of the files does not exist."""

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.cloud import SAMPLE, PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, unit
 from ..scene.node import Placed
-from ..scene.objects import PointObject
 
 Points = NDArray[np.float64]  # (n, 3)
 
@@ -217,11 +215,10 @@ def up_and_floor(source: Frame | Scene) -> tuple[NDArray[np.float64], bool]:
     camera, pose = source.camera, np.asarray(source.pose)
     assert camera is not None, "only scenes without a frame have none"
     up = np.array([0, -np.sign(camera.fy), 0])
-    if isinstance(source, Frame):
-        floor = shown_floor(source, up, GUESSED)
+    if source.upright is None:
+        floor = shown_floor(cast("Frame", source), up, GUESSED)
         return unit(pose[:3, :3] @ (up if floor is None else floor[:3])), floor is not None
-    up, upright = pose[:3, :3] @ up, source.upright
-    return unit(up if upright is None else upright if upright @ up > 0 else -upright), False
+    return unit(source.upright if source.upright @ (pose[:3, :3] @ up) > 0 else -source.upright), False
 
 
 def ground_under(scene: Scene, up: tuple[float, float, float], height: float | None = None) -> NDArray[np.float64]:
@@ -234,8 +231,7 @@ def ground_under(scene: Scene, up: tuple[float, float, float], height: float | N
     normal = unit(up)
     if height is not None:
         return np.append(normal, -height)
-    members = [placed.members if isinstance(placed.content, PointObject) else (placed,) for placed in scene.instances]
-    found = [_under(member, normal) for several in members for member in several]
+    found = [_under(member, normal) for placed in scene.instances for member in placed.members]
     return min(found, key=lambda one: one[0], default=(0.0, np.append(normal, 0.0)))[1]
 
 
@@ -243,19 +239,12 @@ def _under(placed: Placed, up: NDArray[np.float64]) -> tuple[float, NDArray[np.f
     """Return the lowest position of a frame, a mesh or a cloud along up, world units (0 without points), and the ground
     plane under it, (4,)."""
     along, shift = placed.axes[:3, :3].T @ up, up @ placed.axes[:3, 3]
-    if isinstance(cloud := placed.content, PointCloud):
-        lowest = float(shift)
-        if len(cloud):  # but for stray points
-            some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
-            below = cloud.reach(0.5) * float(np.linalg.norm(along)) if cloud.splat == "ball" else 0.0
-            lowest += float(np.quantile(some @ along, SUNK) + cloud.origin @ along) - below
-    elif not isinstance(placed.content, PointObject):
-        lowest = float((placed.content.positions @ along).min(initial=0.0) + shift)
-    elif (floor := _floor(placed, up)) is not None:
+    is_frame = bool(placed.content.frames)
+    if is_frame and (floor := _floor(placed, up)) is not None:
         middle = placed.corners.mean(0)
         return up @ middle - (floor[:3] @ middle + floor[3]) / (floor[:3] @ up), floor
-    else:
-        lowest = float(lowest_point(placed.content.frame, along) + shift)
+    own = lowest_point(placed.content.frame, along) if is_frame else placed.content.lowest(along)
+    lowest = float(own + shift)
     return lowest, np.append(up, -lowest)
 
 

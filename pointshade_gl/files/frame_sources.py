@@ -10,7 +10,7 @@ from contextvars import copy_context
 from functools import partial
 from itertools import islice, repeat
 from os import PathLike
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import TYPE_CHECKING, Any, TypeGuard, cast
 
 import numpy as np
 
@@ -24,8 +24,8 @@ from ..scene.graph import Scene
 from ..scene.objects import MOST_FRAMES
 from ..scene.option_fields import takes
 from .access.content import FilePath
-from .access.known_names import SCENE_SUFFIXES, SCENES, builtin_folder, builtin_name
-from .clouds.load_cloud import AnyOptions, check_cloud_options, check_fitting, check_frame_options, is_cloud, load_cloud
+from .access.known_names import SCENE_SUFFIXES, SCENES, Kind, builtin_folder, builtin_name
+from .clouds.load_cloud import AnyOptions, check_cloud_options, check_fitting, check_frame_options, load_cloud
 from .frames.frame_files import load_frame
 from .frames.frame_parts import LoadOptions, ReadOptions
 from .frames.sequences import FrameSequence, first_readable, open_frames
@@ -93,13 +93,14 @@ def load_any(source: FilePath | None, **load_options: Unpack[AnyOptions]) -> Fra
         As `load_frame`, `load_cloud` and `load_scene`.
     """
     options: dict[str, Any] = {name: value for name, value in load_options.items() if value is not None}
-    if is_scene(source):
+    kind, file = Kind.of(source), cast("FilePath", source)
+    if kind is Kind.SCENE:
         check_fitting(options, (), f"{source} is a scene, which names the files of its frames")
-        return load_scene(source, **options)
-    if is_cloud(source):
-        check_cloud_options(options, source)
+        return load_scene(file, **options)
+    if kind is Kind.CLOUD:
+        check_cloud_options(options, file)
         options.pop("allow_outside", None)
-        return load_cloud(source, **options)
+        return load_cloud(file, **options)
     check_frame_options(options, source)
     return load_frame(source, **options)
 

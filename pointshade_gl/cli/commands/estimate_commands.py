@@ -13,7 +13,7 @@ import typer
 from numpy.typing import NDArray
 
 from ...estimation.pose_search import FoundPose
-from ...files.access.known_names import first_of, is_numbered
+from ...files.access.known_names import Kind, first_of, is_numbered
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing import maps_and_points as files
 from ...notes.notes import once, print_note
@@ -47,7 +47,7 @@ def normals(
     """
     from ..written import check_cloud_output, write_cloud, write_files
 
-    if frame.is_cloud:
+    if frame.kind is Kind.CLOUD:
         check_cloud_output(output, axes)
         if bits != 8:
             raise ValueError(f"{option('bits')} is of pictures, and {frame.input} is a point cloud: leave it out")

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from ...files.access.known_names import Kind
 from ...files.clouds.load_cloud import check_cloud_options, check_frame_options, cloud_facts
 from ...files.depth.depth_kinds import METRIC
 from ...files.frames.frame_files import examine, facts
@@ -33,7 +34,7 @@ def info(
 ) -> None:
     """Print what is in a file or folder, and how it would be read; without INPUT, what draws: GL vendor, limits."""
     if frame.named is frame:
-        if frame.is_cloud:
+        if frame.kind is Kind.CLOUD:
             show_cloud(frame, output, as_json)
         else:
             check_frame(frame)

@@ -79,22 +79,12 @@ class Inputs:
             )
         return kinds[0]
 
-    @property
-    def are_clouds(self) -> bool:
-        """Whether INPUT is a point cloud, or several are."""
-        return self.kind is Kind.CLOUD
-
-    @property
-    def are_frames(self) -> bool:
-        """Whether INPUT is a frame or a sequence, or several are."""
-        return self.kind is Kind.FRAMES
-
     def load(self, look: Appearance, plain: Appearance, sequence: bool = False) -> Loaded:
         """Read what is drawn; a scene and point clouds with the options of a look that were given.
 
         plain  the look without options. Raises ValueError for options that the objects have not.
         """
-        if self.are_clouds:
+        if self.kind is Kind.CLOUD:
             clouds = [load(replace(self.frame, input=path), scene=True) for path in self.paths]
             given, names = given_by(look, plain), [Path(str(path)).stem for path in self.paths]
             return Loaded(scene_of(*(styled(cloud, given) for cloud in clouds), names=names))

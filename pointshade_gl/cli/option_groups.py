@@ -76,11 +76,18 @@ def typed(group: type, *panels: str, is_needed: bool = True, **defaults: Any) ->
 class FieldOptions:
     """The options that were typed, and the values that they stand for."""
 
+    about, way_out = "picture", ""  # what has them, and how else to go on
+
     @property
     def changed(self) -> list[str]:
         """Return the names of those that differ from their defaults."""
         own: Any = self
         return [one.name for one in fields(own) if getattr(self, one.name) != one.default]
+
+    def check_none(self, output: Path) -> None:
+        """Raises ValueError if one was given for an output that is not what they are about."""
+        if given := self.changed:
+            raise ValueError(f"{output} is no {self.about}: leave out {', '.join(map(option, given))}{self.way_out}")
 
     def values_of(self, group: type) -> dict[str, Any]:
         """Return what was typed for a dataclass, by the names of its fields. Raises ValueError."""

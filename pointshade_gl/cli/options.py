@@ -311,15 +311,12 @@ class PictureOptions(groups.group_of(typed(OutputSettings, panels.PICTURE, is_ne
             chosen.setdefault("background", _OPAQUE.get(suffix))
         return OutputSettings(**{"exposure": "sensor", **chosen})
 
-    def check_none(self, output: Path) -> None:
-        """Raises ValueError if one was given for an output that is no picture."""
-        if given := self.changed:
-            raise ValueError(f"{output} is no picture: leave out {', '.join(map(option, given))}")
-
 
 @dataclass(frozen=True)
 class PageOptions(FieldOptions):
     """How a page is written."""
+
+    about, way_out = "page", ", or write an .html"
 
     quality: str | None = cli_option(
         "Of an .html: exact, or small (a third smaller, colours as JPEG).", Cli(panels.PAGE, "NAME", QUALITIES)
@@ -330,11 +327,6 @@ class PageOptions(FieldOptions):
     def exactness(self) -> QualityName:
         """The quality that was typed, or the first."""
         return cast("QualityName", self.quality or QUALITIES[0])
-
-    def check_none(self, output: Path) -> None:
-        """Raises ValueError if one was given for an output that is no page."""
-        if given := self.changed:
-            raise ValueError(f"{output} is no page: leave out {', '.join(map(option, given))}, or write an .html")
 
 
 @dataclass(frozen=True)

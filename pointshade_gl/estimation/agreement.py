@@ -287,17 +287,11 @@ class _Projected(NamedTuple):
 
 def _project(points: PlacedFrame, target: ReducedFrame, pose: Array) -> _Projected:
     turn, place = pose[:3, :3].astype(np.float32), pose[:3, 3].astype(np.float32)
-    camera, at = target.camera, (points.points - place) @ turn
-    with np.errstate(all="ignore"):
-        u, v = camera.pixel_at(at[:, 0], at[:, 1], at[:, 2])
-        inside = (at[:, 2] > 0) & (u > -0.5) & (v > -0.5) & (u < camera.width - 0.5) & (v < camera.height - 0.5)
-    some: NDArray[np.intp] = np.flatnonzero(inside)
-    pixels = np.rint(v[some]).astype(np.intp) * camera.width + np.rint(u[some]).astype(np.intp)
-    depth = target.points[pixels, 2]
-    known = np.flatnonzero(depth > 0)
-    some, pixels = some[known], pixels[known]
-    at = at[some]
-    return _Projected(some, pixels, at, at[:, 2] / depth[known] - 1)
+    at = (points.points - place) @ turn
+    pixels, inside = target.pixels(at)
+    some: NDArray[np.intp] = np.flatnonzero(inside & (target.points[pixels, 2] > 0))
+    pixels, at = pixels[some], at[some]
+    return _Projected(some, pixels, at, at[:, 2] / target.points[pixels, 2] - 1)
 
 
 def _brighter(own: Array, target: ReducedFrame, level: int, pixels: NDArray[np.intp], at: Array) -> tuple[Array, Array]:

@@ -347,11 +347,9 @@ class Fit(NamedTuple):
 
 
 def align(
-    frames: Sequence[ReducedFrame],
-    poses: Sequence[Matrix],
-    advance: Callable[[], object] = lambda: None,
-    known: int = 1,
-) -> list[Fit]:
+    frames: Sequence[ReducedFrame], poses: Sequence[Matrix],
+    advance: Callable[[], object] = lambda: None, known: int = 1,
+) -> list[Fit]:  # fmt: skip
     """Correct the poses of frames of one thing; the first keeps its own.
 
     Frames are compared in pairs that show the same: by how far the points of one lie off the planes of the other

@@ -89,7 +89,7 @@ def depth(
     view = place.view(surface.look())
     named = inputs.Inputs(frame, options.MoreOptions())
     loaded = named.load(view.look, inputs.PLAIN, sequence=is_numbered(output))
-    if named.are_clouds:
+    if named.kind is Kind.CLOUD:
         inputs.check_look(view.look)
     note = once(print_note)
     if output.suffix.lower() == ".png":

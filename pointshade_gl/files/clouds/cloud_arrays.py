@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from ...notes.notes import Note
 from ...notes.words import shown
 from ...scene.cloud import UPS, PointCloud, axes_in_words, front_in_words
-from ..access.content import FILE_BYTES, FilePath, check_limit, naming, open_regular, read_bytes, split_numbers
+from ..access.content import FILE_BYTES, FilePath, check_limit, naming, read_bytes, split_numbers
 from ..arrays.compression import Archive
-from ..arrays.numpy_files import BROKEN, NpzArray, is_named, list_arrays, read_exactly, read_header
+from ..arrays.numpy_files import NpyArray, NpzArray, is_named, list_arrays
 from ..arrays.ply_and_pcd import read_pcd, read_ply
 from .cloud_columns import COUNTS, FoundPoints, check_points, found_by_number, found_in, side_by_side
 from .placing import is_before_camera
@@ -37,13 +37,10 @@ _SMALL = 2**26  # bytes that are unpacked whatever they were packed to
 
 def read_npy_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
     """The points of an .npy file. Raises ValueError for one that is broken, or of another shape."""
-    with open_regular(path) as file:
-        with naming(path, BROKEN):
-            shape, is_fortran, dtype = read_header(file, "biufV")
-        check_limit(math.prod(shape) * dtype.itemsize, f"{path} is an array {shown(shape)}", max_pixels, FILE_BYTES)
-        with naming(path, BROKEN, (ValueError,)):
-            array = read_exactly(file, math.prod(shape) * dtype.itemsize)
-    array = array.view(dtype).reshape(shape, order="F" if is_fortran else "C")
+    held = NpyArray(path, "biufV")
+    size = math.prod(held.shape) * held.dtype.itemsize
+    check_limit(size, f"{path} is an array {shown(held.shape)}", max_pixels, FILE_BYTES)
+    array = held.part(())
     with naming(path, "cannot be read as a point cloud", (ValueError,)):
         if array.dtype.names:
             rows = array.ravel()

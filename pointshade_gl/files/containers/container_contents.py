@@ -89,11 +89,7 @@ class ArrayItem:
     def size(self) -> tuple[int, int]:
         """Rows and columns of a picture."""
         sides = self.array.shape[self.lead or 0 :]
-        rows, columns, *_ = [
-            *(sides[1:] if len(sides) > 2 and sides[2] > 4 else sides),
-            1,
-            1,
-        ]  # channels first, or last
+        rows, columns, *_ = *(sides[1:] if len(sides) > 2 and sides[2] > 4 else sides), 1, 1  # channels first, or last
         return rows, columns
 
     def part(self, k: int, is_transposed: bool) -> NDArray[Any]:

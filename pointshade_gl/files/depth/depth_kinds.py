@@ -67,16 +67,9 @@ class Decoded(NamedTuple):
 
 @np.errstate(all="ignore")  # what overflows is infinite, and missing in the frame
 def to_metres(
-    raw: NDArray[Any],
-    camera: Camera,
-    kind: str,
-    scale: float | None,
-    baseline: float | None,
-    note: Note,
-    dtype: type[np.floating] = np.float64,
-    doffs: float = 0.0,
-    ends: tuple[float, float] | None = None,
-) -> NDArray[Any]:
+    raw: NDArray[Any], camera: Camera, kind: str, scale: float | None, baseline: float | None, note: Note,
+    dtype: type[np.floating] = np.float64, doffs: float = 0.0, ends: tuple[float, float] | None = None,
+) -> NDArray[Any]:  # fmt: skip
     """(h, w) z in metres of the type, 0 where missing, from raw values of one of KINDS.
 
     z          raw / scale is z along the optical axis; without a scale z up to scale and offset, laid from 1 to 10 m

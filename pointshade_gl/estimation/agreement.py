@@ -242,8 +242,7 @@ def placed(frame: ReducedFrame, pose: Array, step: int) -> PlacedFrame:
 
 def count_seen(points: PlacedFrame, target: ReducedFrame, pose: Array, gate: float) -> int:
     """Return how many points another frame should show, as `find_matches` counts them."""
-    found = _project(points, target, pose)
-    return int(np.count_nonzero(found.behind < gate))
+    return int(np.count_nonzero(_project(points, target, pose).behind < gate))
 
 
 def find_matches(

@@ -123,8 +123,7 @@ def _bottoms(depth: Array, x: Array, y: Array, up: Array, twice_focal: float) ->
     ends = np.zeros(depth.shape, bool)  # where a surface ends downwards: the next pixel is missing, or farther away
     ends[:-1] = (depth[:-1] > 0) & ((depth[1:] == 0) | (depth[1:] > (1 + STEP) * depth[:-1]))
     row, column = np.nonzero(ends)
-    heights = _heights_in_rows(depth, x, y, up, row, column)
-    first = np.argsort(heights)[: 4 * LOWEST]
+    first = np.argsort(_heights_in_rows(depth, x, y, up, row, column))[: 4 * LOWEST]
     row, column = row[first], column[first]
     beside = [_alike(depth[row + i, column + j], depth[row, column]) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j]
     kept = np.sum(beside, axis=0) >= BESIDE
@@ -138,8 +137,7 @@ def _bottoms(depth: Array, x: Array, y: Array, up: Array, twice_focal: float) ->
         rise = np.where(is_there, (_heights_in_rows(depth, x, y, up, row - k, column) - here) / k, rise)
     pixel = 2 * depth[row, column] / twice_focal
     straight = here - _edge(ends, row, column) * np.clip(rise, 0, STEEPEST * pixel)
-    bent = _round_bottom(depth, x, y, up, row, column, pixel)
-    return np.where(cut, here, np.fmin(straight, bent))
+    return np.where(cut, here, np.fmin(straight, _round_bottom(depth, x, y, up, row, column, pixel)))
 
 
 def _heights_in_rows(depth: Array, x: Array, y: Array, up: Array, row: Index, column: Index) -> Array:

@@ -191,8 +191,7 @@ def measure_bending(values: NDArray[Any], known: NDArray[np.bool_], zero: float 
     values, known = values[::step, ::step], known[::step, ::step]
     found = []
     for grid in _GRIDS:
-        means = _block_means(values, known, max(1, round(min(values.shape) / grid)))
-        bending = _bending(means, zero)
+        bending = _bending(_block_means(values, known, max(1, round(min(values.shape) / grid))), zero)
         found += [bending] if bending else []
     return min(found, key=lambda one: one.error, default=None)
 

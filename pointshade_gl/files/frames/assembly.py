@@ -156,8 +156,7 @@ def assemble(
     source = choose_camera(parts, options, note)
     raw = _read_raw(parts.depth, source, note, options.max_pixels)
     colors = read_colors_of(parts, options.max_pixels, *([note] if like is None else []))
-    hints = _hints_of(source, parts, options, raw)
-    decoded = decode(raw, parts.name or "depth", hints, note, like)
+    decoded = decode(raw, parts.name or "depth", _hints_of(source, parts, options, raw), note, like)
     stored, is_float = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}", raw.dtype.kind == "f"
     del raw
     size = decoded.values.shape[1], decoded.values.shape[0]

@@ -254,8 +254,8 @@ def _to_metres(
     """Return depth along the axis, and its coding: lengths of rays are those whose planes are flat only as such."""
     (values, coding), baseline, doffs = depth, _baseline(source, options), (source and source.doffs) or 0.0
     metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs, ends)
-    is_said = options.depth_kind is not None or (source is not None and source.depth_kind is not None)
-    if coding.kind != "z" or is_said or not first or not is_ray_length(metres, camera):
+    is_given = options.depth_kind is not None or (source is not None and source.depth_kind is not None)
+    if coding.kind != "z" or is_given or not first or not is_ray_length(metres, camera):
         return metres, coding
     way_out = f"pass {option('depth_kind', 'z')} if it is not"
     note(f"{name or 'depth'} is taken as lengths of rays: planes in it are flat only so; {way_out}")

@@ -123,7 +123,6 @@ def load(frame: FrameOptions, sequence: bool = False, scene: bool = False, pose:
     """
     from ..files.clouds.load_cloud import check_frame_options
     from ..files.frame_sources import load_any, open_source
-    from ..files.frames.frame_files import load_frame
 
     kind = frame.kind if scene else check_frame(frame)
     frame.check_exist()
@@ -131,11 +130,11 @@ def load(frame: FrameOptions, sequence: bool = False, scene: bool = False, pose:
     if kind is not Kind.FRAMES:
         if frame.frame is not None:
             raise ValueError(f"{option('frame')} is one of a sequence, and {source} is {kind.value}: leave it out")
-        return load_any(source, **options, **frame.cloud_options)
-    check_frame_options(frame.cloud_options, source)
-    if frame.frame is not None:
-        return _numbered(open_source(source, **options), frames_from(frame.frame, 1)[0])
-    return (open_source if sequence else load_frame)(source, **options)
+    elif sequence or frame.frame is not None:
+        check_frame_options(frame.cloud_options, source)
+        opened = open_source(source, **options)
+        return opened if frame.frame is None else _numbered(opened, frames_from(frame.frame, 1)[0])
+    return load_any(source, **options, **frame.cloud_options)
 
 
 def check_frame(frame: FrameOptions) -> Kind:

@@ -12,10 +12,11 @@ from ..files.access.atomic_write import naming_written, sha256_of
 from ..files.access.known_names import BATCH_FILMS as FILMS
 from ..files.access.known_names import BATCH_NORMALS as NORMALS
 from ..files.access.known_names import BATCH_PAGE as PAGE
-from ..files.access.known_names import Kind, builtin_folder
+from ..files.access.known_names import builtin_folder
 from ..files.frame_sources import load_any
 from ..files.frames.frame_parts import ReadOptions
 from ..files.frames.sequences import FrameSequence, first_readable, open_frames
+from ..files.input_kinds import Kind
 from ..files.pictures.picture_files import AxesName, save_image
 from ..files.writing.maps_and_points import save_normals
 from ..notes.notes import once, print_note, taken

@@ -24,9 +24,10 @@ from ..checks.arguments import (
     is_a,
 )
 from ..checks.foreign_arrays import way_to
-from ..files.access.known_names import Kind, builtin_folder, builtin_name
+from ..files.access.known_names import builtin_folder, builtin_name
 from ..files.frame_sources import open_source
 from ..files.frames.sequences import FrameSequence
+from ..files.input_kinds import Kind
 from ..notes.errors import Bug, ShaderError, check_function, error_text, is_expected
 from ..notes.notes import Note, once, print_note, taken
 from ..notes.words import shown

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files.access.known_names import Kind
+from ..files.input_kinds import Kind
 from ..scene.appearance import CLOUD_SPLATS
 from ..scene.camera import quaternion_of
 from ..scene.cloud import CLOUD_SHADINGS, PointCloud

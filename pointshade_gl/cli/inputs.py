@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files.access.known_names import Kind
+from ..files.input_kinds import Kind
 from ..notes.words import option
 from ..renderer.renderer import Renderer
 from ..scene.appearance import Appearance

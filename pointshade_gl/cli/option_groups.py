@@ -21,7 +21,8 @@ from typer.core import TyperCommand, TyperGroup
 
 from ..checks.arguments import check_path
 from ..files.access.content import split_numbers
-from ..files.access.known_names import FRAMES, SCENES, Kind
+from ..files.access.known_names import FRAMES, SCENES
+from ..files.input_kinds import Kind
 from ..notes.words import did_you_mean, listed_beside, meant_option, near_path, option, shown
 from ..scene.appearance import Appearance, Material
 from ..scene.light import Light

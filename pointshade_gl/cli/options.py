@@ -16,10 +16,11 @@ from typing import TYPE_CHECKING, Annotated, Any, cast, get_type_hints
 import typer
 
 from ..files.access.content import MAX_PIXELS, allow_overwriting
-from ..files.access.known_names import DEPTH_MAPS, FILMS, FOUND_POSES, FRAMES, IMAGES, NORMALS, POINTS, RENDERED, Kind
+from ..files.access.known_names import DEPTH_MAPS, FILMS, FOUND_POSES, FRAMES, IMAGES, NORMALS, POINTS, RENDERED
 from ..files.clouds.cloud_columns import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
 from ..files.depth.scale_over_time import SCALES
+from ..files.input_kinds import Kind
 from ..files.networks.model_options import PIXELS
 from ..files.writing.film import BACKGROUND
 from ..notes.notes import silence

@@ -31,13 +31,15 @@ def contradictions(comparisons: Mapping[Pair, Comparison], count: int) -> Contra
 
     Frames that agree form groups. A frame is wrong if it contradicts a group with more members than contradict it.
     """
-    contradicts = _contradicts(comparisons)
-    group_of = _groups([pair for pair, is_off in contradicts.items() if not is_off], count)
-    against = [(i, j) for (i, j), is_off in contradicts.items() if is_off and group_of[i] is not group_of[j]]
+    contradicts, agreed = _contradicts(comparisons), np.zeros((count, count), bool)
+    for pair, is_off in contradicts.items():
+        agreed[pair] = agreed[pair[::-1]] = not is_off
+    groups = _groups(agreed)
+    against = [pair for pair, is_off in contradicts.items() if is_off and not groups[pair]]
     wrong: set[int] = set()
-    for group in group_of:
-        opponents = {other for i, j in against for one, other in ((i, j), (j, i)) if one in group}
-        wrong |= opponents if len(group) > len(opponents) else set()
+    for group in groups:
+        opponents = {other for i, j in against for one, other in ((i, j), (j, i)) if group[one]}
+        wrong |= opponents if group.sum() > len(opponents) else set()
     return Contradictions(frozenset(wrong), any(i not in wrong and j not in wrong for i, j in against))
 
 
@@ -57,15 +59,12 @@ def _contradicts(comparisons: Mapping[Pair, Comparison]) -> dict[Pair, bool]:
     return dict(zip(known, (is_apart & (is_spread | (aparts > CLEARLY))).tolist(), strict=True))
 
 
-def _groups(pairs: Sequence[Pair], count: int) -> list[set[int]]:
-    """Return for each frame the set of frames that pairs connect it with, itself included."""
-    group_of = [{k} for k in range(count)]
-    for i, j in pairs:
-        if group_of[i] is not group_of[j]:
-            joined = group_of[i] | group_of[j]
-            for k in joined:
-                group_of[k] = joined
-    return group_of
+def _groups(linked: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return, (n, n), which of n things hang together, each with itself too. linked: (n, n), which pairs do."""
+    groups = np.eye(len(linked), dtype=bool) | linked
+    for _ in range(len(linked).bit_length()):
+        groups = groups @ groups
+    return groups
 
 
 LONGER_SIDE = 320  # pixels of the copy, about
@@ -416,10 +415,7 @@ def _better_half(values: Matrix) -> float:
 
 def connected(linked: NDArray[np.bool_], anchors: Collection[int]) -> NDArray[np.bool_]:
     """Return which of n things hang together with some of them. linked: (n, n)."""
-    groups = np.eye(len(linked), dtype=bool) | linked
-    for _ in range(len(linked).bit_length()):
-        groups = groups @ groups
-    return np.any(groups[list(anchors)], axis=0)
+    return np.any(_groups(linked)[list(anchors)], axis=0)
 
 
 def spread_of(values: Sequence[NDArray[np.floating]], least: float) -> float:

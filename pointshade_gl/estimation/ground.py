@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from functools import singledispatch
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene.cloud import SAMPLE, PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, unit
 from ..scene.node import Placed
+from ..scene.objects import Mesh, PointObject
 
 Points = NDArray[np.float64]  # (n, 3)
 
@@ -237,13 +240,31 @@ def _under(placed: Placed, up: NDArray[np.float64]) -> tuple[float, NDArray[np.f
     """Return the lowest position of a frame, a mesh or a cloud along up, world units (0 without points), and the ground
     plane under it, (4,)."""
     along, shift = placed.axes[:3, :3].T @ up, up @ placed.axes[:3, 3]
-    is_frame = bool(placed.content.frames)
-    if is_frame and (floor := _floor(placed, up)) is not None:
+    if placed.content.frames and (floor := _floor(placed, up)) is not None:
         middle = placed.corners.mean(0)
         return up @ middle - (floor[:3] @ middle + floor[3]) / (floor[:3] @ up), floor
-    own = lowest_point(placed.content.frame, along) if is_frame else placed.content.lowest(along)
-    lowest = float(own + shift)
+    lowest = float(_lowest(placed.content, along) + shift)
     return lowest, np.append(up, -lowest)
+
+
+@singledispatch
+def _lowest(points: PointObject, along: Array) -> float:
+    """Return the lowest position of a frame, a cloud but for stray points, or a mesh along an axis (3,) of its own."""
+    return lowest_point(points.frame, along)
+
+
+@_lowest.register
+def _(cloud: PointCloud, along: Array) -> float:
+    if not len(cloud):
+        return 0.0
+    some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
+    below = cloud.reach(0.5) * float(np.linalg.norm(along)) if cloud.splat == "ball" else 0.0
+    return float(np.quantile(some @ along, SUNK) + cloud.origin @ along) - below
+
+
+@_lowest.register
+def _(mesh: Mesh, along: Array) -> float:
+    return float((mesh.positions @ along).min(initial=0.0))
 
 
 def _floor(placed: Placed, up: NDArray[np.float64]) -> NDArray[np.float64] | None:

@@ -207,14 +207,6 @@ class PointCloud(DrawnValue):
         some = self.positions[:: -(-len(self) // SAMPLE) or 1]
         return np.quantile(some, (STRAY, 1 - STRAY), axis=0) if len(self) else np.zeros((2, 3))
 
-    def lowest(self, along: NDArray[np.float64]) -> float:
-        """Return the lowest position of all but stray points along an axis (3,), node axes; 0 without points."""
-        if not len(self):
-            return 0.0
-        some = self.positions[:: -(-len(self) // SAMPLE)]
-        below = self.reach(0.5) * float(np.linalg.norm(along)) if self.splat == "ball" else 0.0
-        return float(np.quantile(some @ along, STRAY) + self.origin @ along) - below
-
     @property
     def up_direction(self) -> NDArray[np.float64]:
         """Return the direction that is up, (3,) unit, node axes."""

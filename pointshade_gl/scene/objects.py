@@ -105,10 +105,6 @@ class Mesh(DrawnValue):
         texture = "" if self.texture is None else f", texture {self.texture.shape[1]}x{self.texture.shape[0]}"
         return f"Mesh({counted(len(self.positions), 'position')}, {counted(len(self.faces), 'triangle')}{texture})"
 
-    def lowest(self, along: NDArray[np.float64]) -> float:
-        """Return the lowest position along an axis (3,), node axes; 0 without one."""
-        return float((self.positions @ along).min(initial=0.0))
-
     @cached_property
     def corners(self) -> NDArray[np.float64]:
         """Return the (8, 3) corners of the box around all triangles, node axes; (0, 3) without a triangle."""

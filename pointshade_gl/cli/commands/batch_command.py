@@ -23,7 +23,7 @@ from ...files.access.atomic_write import check_place
 from ...files.access.content import check_not_read
 from ...files.access.folders import Listing
 from ...files.access.known_names import BATCH as KINDS
-from ...files.access.known_names import Kind
+from ...files.input_kinds import Kind
 from ...files.pictures.picture_files import check_writable
 from ...files.writing.film import check_film
 from ...files.writing.maps_and_points import check_normals_path

@@ -13,7 +13,8 @@ import typer
 from numpy.typing import NDArray
 
 from ...estimation.pose_search import FoundPose
-from ...files.access.known_names import Kind, first_of, is_numbered
+from ...files.access.known_names import first_of, is_numbered
+from ...files.input_kinds import Kind
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing import maps_and_points as files
 from ...notes.notes import once, print_note

@@ -9,10 +9,10 @@ from typing import Annotated, Any
 
 import typer
 
-from ...files.access.known_names import Kind
 from ...files.clouds.load_cloud import check_cloud_options, check_frame_options, cloud_facts
 from ...files.depth.depth_kinds import METRIC
 from ...files.frames.frame_files import examine, facts
+from ...files.input_kinds import Kind
 from ...files.pictures.picture_files import check_writable, save_image
 from ...notes.version import __version__
 from ...notes.words import counted, option

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from ...checks.arguments import Count
 from ...files.access import known_names as names
-from ...files.access.known_names import Kind, check_suffix, is_numbered
+from ...files.access.known_names import check_suffix, is_numbered
+from ...files.input_kinds import Kind
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing.film import check_series, is_series
 from ...files.writing.maps_and_points import check_points_path, check_poses_path, save_numbered_poses, save_points

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from ...files.access.content import check_not_read
-from ...files.access.known_names import Kind
+from ...files.input_kinds import Kind
 from ...notes.notes import print_note
 from ...notes.words import option
 from ...scene.appearance import Appearance

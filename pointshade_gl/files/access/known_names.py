@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import re
-from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
 
@@ -270,20 +269,6 @@ def builtin_scene(source: FilePath) -> Path:
     """The file of a built-in scene for its name; anything else is a path already."""
     name = builtin_name(source)
     return asset(SCENES[name]) if name in SCENES else check_path(source)
-
-
-class Kind(Enum):
-    """What an INPUT is, by its name; the values are in words."""
-
-    FRAMES, SCENE, CLOUD = "a frame", "a scene", "a point cloud"
-
-    @classmethod
-    def of(cls, source: FilePath | None) -> Kind:
-        """The kind of what a source names; of None that of the built-in frame."""
-        from ..clouds.load_cloud import is_cloud  # only here: they import the readers of all files
-        from ..frame_sources import is_scene
-
-        return cls.SCENE if is_scene(source) else cls.CLOUD if is_cloud(source) else cls.FRAMES
 
 
 def asset(name: str) -> Path:

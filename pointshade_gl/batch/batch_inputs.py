@@ -15,10 +15,10 @@ from ..files.access.content import MAX_PIXELS, note_read
 from ..files.access.folders import LEVELS, Folder, ListedFile, Listing, from_root, words_of
 from ..files.clouds.load_cloud import CLOUD_SUFFIXES, is_cloud
 from ..files.finding.folder_frames import check_folder, find_frames, is_container
-from ..files.frame_sources import is_scene
 from ..files.frames.frame_parts import ReadOptions
 from ..files.frames.sequences import open_frames
 from ..files.gltf.buffers import read_container
+from ..files.input_kinds import Kind
 
 _ALONE = (".r3d", ".heic", ".heif")  # files of which each is a source, where no depth lies beside them
 _OF_SEQUENCES = known.DEPTH | known.COLOR | known.SHOWN_DEPTH | known.NEITHER  # words for their folders
@@ -36,6 +36,10 @@ class Source(NamedTuple):
 
     path: str
     name: PurePosixPath
+
+    @property
+    def kind(self) -> Kind:
+        return Kind.of(self.path)
 
 
 def find_sources(inputs: Sequence[str], output: Path, listing: Listing) -> list[Source]:
@@ -200,7 +204,8 @@ def parts_of(source: Source, reading: dict[str, Any], output: Path, listing: Lis
     """
     named = [reading.get(name) for name in ("intrinsics", "depth_model")]
     given = [Path(one) for one in named if isinstance(one, str) and Path(one).is_file()]
-    if is_scene(source.path):
+    kind = source.kind
+    if kind is Kind.SCENE:
         path = known.builtin_scene(source.path)
         note_read([path, *given])
         if output.is_relative_to(path.parent.resolve()):  # its pictures may be in the way
@@ -208,7 +213,7 @@ def parts_of(source: Source, reading: dict[str, Any], output: Path, listing: Lis
                 read_container(path, MAX_PIXELS)
         return [SourcePart(None, str(path), _state([path, *given, *_beside_scene(path.parent, output, listing)]))]
     path = known.builtin_folder(source.path)
-    if is_cloud(path):
+    if kind is Kind.CLOUD:
         note_read([path])
         return [SourcePart(None, str(path), _state([Path(path)]))]
     frames = _frames_of(path, dict(reading), listing)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -13,9 +13,10 @@ from ..files.access.known_names import BATCH_FILMS as FILMS
 from ..files.access.known_names import BATCH_NORMALS as NORMALS
 from ..files.access.known_names import BATCH_PAGE as PAGE
 from ..files.access.known_names import builtin_folder
-from ..files.frame_sources import is_cloud, is_scene, load_any
+from ..files.frame_sources import load_any
 from ..files.frames.frame_parts import ReadOptions
 from ..files.frames.sequences import FrameSequence, first_readable, open_frames
+from ..files.input_kinds import Kind
 from ..files.pictures.picture_files import AxesName, save_image
 from ..files.writing.maps_and_points import save_normals
 from ..notes.notes import once, print_note, taken
@@ -25,7 +26,6 @@ from ..renderer.renderer import Renderer
 from ..renderer.requests import RenderRequest
 from ..renderer.series import jobs_of, write_series
 from ..scene.appearance import Appearance
-from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene, given_by, is_of_clouds, scene_of, shaded, styled
 from ..scene.viewpoint import View
@@ -65,6 +65,11 @@ class Job:
     bits: Literal[8, 16] = 8
     quality: QualityName = "exact"
     title: str | None = None
+
+    @cached_property
+    def reads(self) -> Kind:
+        """What the source is."""
+        return Kind.of(self.source)
 
 
 class LeftOut(ValueError):
@@ -116,20 +121,16 @@ def read(job: Job) -> Frame | Scene:
     A frame of a sequence is judged alone: it belongs to no stream.
     """
     source, look = _load(job), job.view.look
-    if isinstance(source, Scene):
+    if job.reads is Kind.SCENE:
         return shaded(source, None if look.shading == Appearance().shading else look.shading)
-    if isinstance(source, PointCloud):
+    if job.reads is Kind.CLOUD:
         return scene_of(styled(source, {name: one for name, one in given_by(look).items() if is_of_clouds(name)}))
     return source
 
 
-def _is_whole(job: Job) -> bool:
-    """Whether the source is no frames: a scene or a point cloud."""
-    return is_scene(job.source) or is_cloud(job.source)
-
-
-def _load(job: Job) -> Frame | Scene | PointCloud:
-    if _is_whole(job):
+def _load(job: Job) -> Any:
+    """A frame, or by the kind of the source a scene or a point cloud."""
+    if job.reads is not Kind.FRAMES:
         return load_any(job.source, **dict(job.reading))
     sequence, places = _opened(job.source, job.reading)
     if job.number is None:
@@ -176,9 +177,9 @@ def _write_page(job: Job, renderer: Renderer, source: Frame | Scene) -> None:
 
 def _write_normals(job: Job, device: int) -> str:
     renderer, source = renderer_here(device), _load(job)
-    if isinstance(source, Scene):
+    if job.reads is Kind.SCENE:
         raise ValueError(f"{job.source} is a scene: normals are estimated of frames")
-    if isinstance(source, Frame):
+    if job.reads is Kind.FRAMES:
         normals = renderer.estimate_normals(RenderRequest.seen(source, job.view))
         save_normals(job.path, normals, job.axes, job.bits)
     elif job.kind.endswith(".npy"):
@@ -191,7 +192,7 @@ def _write_normals(job: Job, device: int) -> str:
 
 def _write_film(job: Job, device: int) -> str:
     """By a renderer of its own: streams are filtered over time, and one must not begin with the end of another."""
-    if job.turntable is not None or _is_whole(job):
+    if job.turntable is not None or job.reads is not Kind.FRAMES:
         source = read(job)
     else:
         source = _open(job.source, job.reading)

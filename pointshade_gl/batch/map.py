@@ -25,8 +25,9 @@ from ..checks.arguments import (
 )
 from ..checks.foreign_arrays import way_to
 from ..files.access.known_names import builtin_folder, builtin_name
-from ..files.frame_sources import is_cloud, is_scene, open_source
+from ..files.frame_sources import open_source
 from ..files.frames.sequences import FrameSequence
+from ..files.input_kinds import Kind
 from ..notes.errors import Bug, ShaderError, check_function, error_text, is_expected
 from ..notes.notes import Note, once, print_note, taken
 from ..notes.words import shown
@@ -219,7 +220,7 @@ def _sources(frames: Iterable[Any] | FilePath, note: Note, count: Count) -> Iter
     """What is drawn, one after the other. `count` gets how many they are, if that is known."""
     count.all = len(frames) if isinstance(frames, Sized) and not is_a(frames, str) else 1
     if isinstance(frames, str | PathLike):
-        opened = frames if is_scene(frames) or is_cloud(frames) else open_source(frames, notes=note)
+        opened = open_source(frames, notes=note) if Kind.of(frames) is Kind.FRAMES else frames
         if isinstance(opened, FrameSequence):
             folder, count.all = str(builtin_folder(frames).absolute()), len(opened)
             yield from (Job(folder, Path(), number=one.number) for one in opened.parts)

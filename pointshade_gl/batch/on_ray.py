@@ -243,8 +243,7 @@ def run_all_on_ray(
     mark = hidden_beside(output.absolute() / "any")  # by it others find out whether they see this folder
     mark.touch()
     try:
-        make = partial(_make, mark=mark)
-        with closing(on_ray(make, jobs, address, workers, num_gpus, device)) as results:
+        with closing(on_ray(partial(_make, mark=mark), jobs, address, workers, num_gpus, device)) as results:
             for number, result in results:
                 outcome, content = (result, None) if isinstance(result, Exception) else result
                 if content is not None:

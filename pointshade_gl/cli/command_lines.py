@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..files.input_kinds import Kind
 from ..scene.appearance import CLOUD_SPLATS
 from ..scene.camera import quaternion_of
 from ..scene.cloud import CLOUD_SHADINGS, PointCloud
@@ -18,7 +19,7 @@ from ..scene.light import Light
 from ..scene.viewpoint import viewing_pose
 from .inputs import Inputs
 from .option_groups import AppearanceGroup, flag_of
-from .options import EnvironmentOptions, FrameOptions, Kind, PictureOptions, PlaceOptions
+from .options import EnvironmentOptions, FrameOptions, PictureOptions, PlaceOptions
 
 if TYPE_CHECKING:  # a picture without a window needs none of it
     from ..viewer.document import SavedPicture

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..files.input_kinds import Kind
 from ..notes.words import option
 from ..renderer.renderer import Renderer
 from ..scene.appearance import Appearance
@@ -21,7 +22,7 @@ from ..scene.objects import PointObject
 from ..scene.settings import FILM, STILL
 from ..scene.viewpoint import View
 from .option_groups import AppearanceGroup, frames_from, views_from
-from .options import FrameOptions, Kind, MoreOptions, PictureOptions, ViewOptions
+from .options import FrameOptions, MoreOptions, PictureOptions, ViewOptions
 from .output import explainer, spinner
 
 PLAIN = Appearance()
@@ -78,22 +79,12 @@ class Inputs:
             )
         return kinds[0]
 
-    @property
-    def are_clouds(self) -> bool:
-        """Whether INPUT is a point cloud, or several are."""
-        return self.kind is Kind.CLOUD
-
-    @property
-    def are_frames(self) -> bool:
-        """Whether INPUT is a frame or a sequence, or several are."""
-        return self.kind is Kind.FRAMES
-
     def load(self, look: Appearance, plain: Appearance, sequence: bool = False) -> Loaded:
         """Read what is drawn; a scene and point clouds with the options of a look that were given.
 
         plain  the look without options. Raises ValueError for options that the objects have not.
         """
-        if self.are_clouds:
+        if self.kind is Kind.CLOUD:
             clouds = [load(replace(self.frame, input=path), scene=True) for path in self.paths]
             given, names = given_by(look, plain), [Path(str(path)).stem for path in self.paths]
             return Loaded(scene_of(*(styled(cloud, given) for cloud in clouds), names=names))
@@ -132,24 +123,23 @@ def load(frame: FrameOptions, sequence: bool = False, scene: bool = False, pose:
     """
     from ..files.clouds.load_cloud import check_frame_options
     from ..files.frame_sources import load_any, open_source
-    from ..files.frames.frame_files import load_frame
 
-    kind = Kind.of(frame.input) if scene else check_frame(frame)
+    kind = frame.kind if scene else check_frame(frame)
     frame.check_exist()
     source, options = frame.named.input, frame.load_options | ({} if pose is None else {"pose": pose})
     if kind is not Kind.FRAMES:
         if frame.frame is not None:
             raise ValueError(f"{option('frame')} is one of a sequence, and {source} is {kind.value}: leave it out")
-        return load_any(source, **options, **frame.cloud_options)
-    check_frame_options(frame.cloud_options, source)
-    if frame.frame is not None:
-        return _numbered(open_source(source, **options), frames_from(frame.frame, 1)[0])
-    return (open_source if sequence else load_frame)(source, **options)
+    elif sequence or frame.frame is not None:
+        check_frame_options(frame.cloud_options, source)
+        opened = open_source(source, **options)
+        return opened if frame.frame is None else _numbered(opened, frames_from(frame.frame, 1)[0])
+    return load_any(source, **options, **frame.cloud_options)
 
 
 def check_frame(frame: FrameOptions) -> Kind:
     """Return what it is. Raises ValueError for a scene, and for a point cloud."""
-    kind = Kind.of(frame.input)
+    kind = frame.kind
     if kind is not Kind.FRAMES:
         raise ValueError(f"{frame.input} is {kind.value}, expected a frame: pass it to `pointshade render` or `view`")
     return kind

@@ -22,6 +22,7 @@ from typer.core import TyperCommand, TyperGroup
 from ..checks.arguments import check_path
 from ..files.access.content import split_numbers
 from ..files.access.known_names import FRAMES, SCENES
+from ..files.input_kinds import Kind
 from ..notes.words import did_you_mean, listed_beside, meant_option, near_path, option, shown
 from ..scene.appearance import Appearance, Material
 from ..scene.light import Light
@@ -76,11 +77,18 @@ def typed(group: type, *panels: str, is_needed: bool = True, **defaults: Any) ->
 class FieldOptions:
     """The options that were typed, and the values that they stand for."""
 
+    about, way_out = "picture", ""  # what has them, and how else to go on
+
     @property
     def changed(self) -> list[str]:
         """Return the names of those that differ from their defaults."""
         own: Any = self
         return [one.name for one in fields(own) if getattr(self, one.name) != one.default]
+
+    def check_none(self, output: Path) -> None:
+        """Raises ValueError if one was given for an output that is not what they are about."""
+        if given := self.changed:
+            raise ValueError(f"{output} is no {self.about}: leave out {', '.join(map(option, given))}{self.way_out}")
 
     def values_of(self, group: type) -> dict[str, Any]:
         """Return what was typed for a dataclass, by the names of its fields. Raises ValueError."""
@@ -256,13 +264,11 @@ def check_folders(inputs: Sequence[str]) -> None:
 
     FileNotFoundError if it does not exist.
     """
-    from ..files.frame_sources import is_cloud
-
     for path in inputs:
         is_path = split_numbers(path) is None and not _LIGHT_WORD.search(path) and path not in (*FRAMES, *SCENES)
         if is_path and not Path(path).exists():
             raise FileNotFoundError(f"{path} does not exist{near_path(Path(path)) or listed_beside(Path(path))}")
-        if not (Path(path).is_dir() or is_cloud(path)):
+        if not Path(path).is_dir() and Kind.of(path) is not Kind.CLOUD:
             raise ValueError(f"more INPUTs must be folders of frames, or point clouds, got {path}: {_way_out(path)}")
 
 

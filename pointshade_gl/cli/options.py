@@ -9,7 +9,6 @@ import inspect
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
-from enum import Enum
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast, get_type_hints
@@ -21,6 +20,7 @@ from ..files.access.known_names import DEPTH_MAPS, FILMS, FOUND_POSES, FRAMES, I
 from ..files.clouds.cloud_columns import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
 from ..files.depth.scale_over_time import SCALES
+from ..files.input_kinds import Kind
 from ..files.networks.model_options import PIXELS
 from ..files.writing.film import BACKGROUND
 from ..notes.notes import silence
@@ -93,18 +93,6 @@ class RunOptions:
     overwrite: Overwrite = False
     device: Device = 0
     quiet: Quiet = False
-
-
-class Kind(Enum):
-    """What an INPUT is, by its name; the values are in words."""
-
-    FRAMES, SCENE, CLOUD = "a frame", "a scene", "a point cloud"
-
-    @classmethod
-    def of(cls, path: str | None) -> Kind:
-        from ..files.frame_sources import is_cloud, is_scene
-
-        return cls.SCENE if is_scene(path) else cls.CLOUD if is_cloud(path) else cls.FRAMES
 
 
 @dataclass(frozen=True)
@@ -211,9 +199,9 @@ class FrameOptions(CloudGroup, ReadingOptions, InputOptions):
         return str(named.input or named.depth or named.color)
 
     @property
-    def is_cloud(self) -> bool:
-        """Whether INPUT is a point cloud."""
-        return Kind.of(self.input) is Kind.CLOUD
+    def kind(self) -> Kind:
+        """What INPUT is."""
+        return Kind.of(self.input)
 
     def check_exist(self) -> None:
         """Raises FileNotFoundError if one of the files does not exist."""
@@ -324,15 +312,12 @@ class PictureOptions(groups.group_of(typed(OutputSettings, panels.PICTURE, is_ne
             chosen.setdefault("background", _OPAQUE.get(suffix))
         return OutputSettings(**{"exposure": "sensor", **chosen})
 
-    def check_none(self, output: Path) -> None:
-        """Raises ValueError if one was given for an output that is no picture."""
-        if given := self.changed:
-            raise ValueError(f"{output} is no picture: leave out {', '.join(map(option, given))}")
-
 
 @dataclass(frozen=True)
 class PageOptions(FieldOptions):
     """How a page is written."""
+
+    about, way_out = "page", ", or write an .html"
 
     quality: str | None = cli_option(
         "Of an .html: exact, or small (a third smaller, colours as JPEG).", Cli(panels.PAGE, "NAME", QUALITIES)
@@ -343,11 +328,6 @@ class PageOptions(FieldOptions):
     def exactness(self) -> QualityName:
         """The quality that was typed, or the first."""
         return cast("QualityName", self.quality or QUALITIES[0])
-
-    def check_none(self, output: Path) -> None:
-        """Raises ValueError if one was given for an output that is no page."""
-        if given := self.changed:
-            raise ValueError(f"{output} is no page: leave out {', '.join(map(option, given))}, or write an .html")
 
 
 @dataclass(frozen=True)

@@ -66,15 +66,9 @@ def write_cloud(cloud: PointCloud, look: Appearance, output: Path, axes: Any, de
 
 
 def write_files(
-    loaded: Loaded,
-    view: View,
-    output: Path,
-    device: int,
-    draw: Callable[[Renderer, RenderRequest], Any],
-    save: Callable[[Path, Any], None],
-    what: Callable[[Any], str],
-    film: FilmOptions = NO_FILM,
-) -> None:
+    loaded: Loaded, view: View, output: Path, device: int, draw: Callable[[Renderer, RenderRequest], Any],
+    save: Callable[[Path, Any], None], what: Callable[[Any], str], film: FilmOptions = NO_FILM,
+) -> None:  # fmt: skip
     """Writes what `draw` makes of what was read to a file, or of each of its frames to a file with the frame's number.
 
     what  describes what was drawn, for the line that is printed

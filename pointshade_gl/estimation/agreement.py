@@ -31,13 +31,15 @@ def contradictions(comparisons: Mapping[Pair, Comparison], count: int) -> Contra
 
     Frames that agree form groups. A frame is wrong if it contradicts a group with more members than contradict it.
     """
-    contradicts = _contradicts(comparisons)
-    group_of = _groups([pair for pair, is_off in contradicts.items() if not is_off], count)
-    against = [(i, j) for (i, j), is_off in contradicts.items() if is_off and group_of[i] is not group_of[j]]
+    contradicts, agreed = _contradicts(comparisons), np.zeros((count, count), bool)
+    for pair, is_off in contradicts.items():
+        agreed[pair] = agreed[pair[::-1]] = not is_off
+    groups = _groups(agreed)
+    against = [pair for pair, is_off in contradicts.items() if is_off and not groups[pair]]
     wrong: set[int] = set()
-    for group in group_of:
-        opponents = {other for i, j in against for one, other in ((i, j), (j, i)) if one in group}
-        wrong |= opponents if len(group) > len(opponents) else set()
+    for group in groups:
+        opponents = {other for i, j in against for one, other in ((i, j), (j, i)) if group[one]}
+        wrong |= opponents if group.sum() > len(opponents) else set()
     return Contradictions(frozenset(wrong), any(i not in wrong and j not in wrong for i, j in against))
 
 
@@ -57,15 +59,12 @@ def _contradicts(comparisons: Mapping[Pair, Comparison]) -> dict[Pair, bool]:
     return dict(zip(known, (is_apart & (is_spread | (aparts > CLEARLY))).tolist(), strict=True))
 
 
-def _groups(pairs: Sequence[Pair], count: int) -> list[set[int]]:
-    """Return for each frame the set of frames that pairs connect it with, itself included."""
-    group_of = [{k} for k in range(count)]
-    for i, j in pairs:
-        if group_of[i] is not group_of[j]:
-            joined = group_of[i] | group_of[j]
-            for k in joined:
-                group_of[k] = joined
-    return group_of
+def _groups(linked: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return, (n, n), which of n things hang together, each with itself too. linked: (n, n), which pairs do."""
+    groups = np.eye(len(linked), dtype=bool) | linked
+    for _ in range(len(linked).bit_length()):
+        groups = groups @ groups
+    return groups
 
 
 LONGER_SIDE = 320  # pixels of the copy, about
@@ -242,8 +241,7 @@ def placed(frame: ReducedFrame, pose: Array, step: int) -> PlacedFrame:
 
 def count_seen(points: PlacedFrame, target: ReducedFrame, pose: Array, gate: float) -> int:
     """Return how many points another frame should show, as `find_matches` counts them."""
-    found = _project(points, target, pose)
-    return int(np.count_nonzero(found.behind < gate))
+    return int(np.count_nonzero(_project(points, target, pose).behind < gate))
 
 
 def find_matches(
@@ -287,17 +285,11 @@ class _Projected(NamedTuple):
 
 def _project(points: PlacedFrame, target: ReducedFrame, pose: Array) -> _Projected:
     turn, place = pose[:3, :3].astype(np.float32), pose[:3, 3].astype(np.float32)
-    camera, at = target.camera, (points.points - place) @ turn
-    with np.errstate(all="ignore"):
-        u, v = camera.pixel_at(at[:, 0], at[:, 1], at[:, 2])
-        inside = (at[:, 2] > 0) & (u > -0.5) & (v > -0.5) & (u < camera.width - 0.5) & (v < camera.height - 0.5)
-    some: NDArray[np.intp] = np.flatnonzero(inside)
-    pixels = np.rint(v[some]).astype(np.intp) * camera.width + np.rint(u[some]).astype(np.intp)
-    depth = target.points[pixels, 2]
-    known = np.flatnonzero(depth > 0)
-    some, pixels = some[known], pixels[known]
-    at = at[some]
-    return _Projected(some, pixels, at, at[:, 2] / depth[known] - 1)
+    at = (points.points - place) @ turn
+    pixels, inside = target.pixels(at)
+    some: NDArray[np.intp] = np.flatnonzero(inside & (target.points[pixels, 2] > 0))
+    pixels, at = pixels[some], at[some]
+    return _Projected(some, pixels, at, at[:, 2] / target.points[pixels, 2] - 1)
 
 
 def _brighter(own: Array, target: ReducedFrame, level: int, pixels: NDArray[np.intp], at: Array) -> tuple[Array, Array]:
@@ -423,10 +415,7 @@ def _better_half(values: Matrix) -> float:
 
 def connected(linked: NDArray[np.bool_], anchors: Collection[int]) -> NDArray[np.bool_]:
     """Return which of n things hang together with some of them. linked: (n, n)."""
-    groups = np.eye(len(linked), dtype=bool) | linked
-    for _ in range(len(linked).bit_length()):
-        groups = groups @ groups
-    return np.any(groups[list(anchors)], axis=0)
+    return np.any(_groups(linked)[list(anchors)], axis=0)
 
 
 def spread_of(values: Sequence[NDArray[np.floating]], least: float) -> float:

@@ -105,8 +105,7 @@ def solved_motions(matrices: Matrix, noises: Matrix, vector: Matrix) -> tuple[Ma
     for matrix, noise in zip(matrices, noises, strict=True):
         values, vectors = np.linalg.eigh(matrix - NOISE_SHARE * noise)
         informed += (vectors * np.maximum(values, 0)) @ vectors.T
-    lower = np.linalg.cholesky(whole + 1e-9 * scale * np.eye(len(whole)))
-    inverse = np.linalg.inv(lower)
+    inverse = np.linalg.inv(np.linalg.cholesky(whole + 1e-9 * scale * np.eye(len(whole))))
     shares, basis = np.linalg.eigh(inverse @ informed @ inverse.T)
     motions = basis.T @ inverse  # rows, of which each is a unit of the whole
     is_fixed = shares >= LEAST_FIXED
@@ -347,11 +346,9 @@ class Fit(NamedTuple):
 
 
 def align(
-    frames: Sequence[ReducedFrame],
-    poses: Sequence[Matrix],
-    advance: Callable[[], object] = lambda: None,
-    known: int = 1,
-) -> list[Fit]:
+    frames: Sequence[ReducedFrame], poses: Sequence[Matrix],
+    advance: Callable[[], object] = lambda: None, known: int = 1,
+) -> list[Fit]:  # fmt: skip
     """Correct the poses of frames of one thing; the first keeps its own.
 
     Frames are compared in pairs that show the same: by how far the points of one lie off the planes of the other

@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 TERMS = 6  # of a surface of second degree
+Positions = NDArray[np.floating[Any]]  # (n, 3)
+Normals = NDArray[np.float32]  # (n, 3)
+Numbers = NDArray[np.integer]  # of points
 
 
 def surface_residuals(
@@ -92,9 +95,7 @@ STEPS = 6  # from cells of 2 spacings to those of 64
 COMPARED = 3  # known points of a cell
 
 
-def outward(
-    positions: NDArray[np.floating[Any]], normals: NDArray[np.float32], up: NDArray[np.float64]
-) -> tuple[NDArray[np.float32], bool]:
+def outward(positions: Positions, normals: Normals, up: NDArray[np.float64]) -> tuple[Normals, bool]:
     """Return normals, (n, 3) and 0 where unknown, that point to where their points are seen from, and whether the
     surface is a sheet: that has no outside, and is looked at from above. up (3,) unit.
     """
@@ -117,9 +118,7 @@ def outward(
     return oriented, is_sheet
 
 
-def facing(
-    positions: NDArray[np.floating[Any]], normals: NDArray[np.float32], seen_from: NDArray[np.float64]
-) -> NDArray[np.float32]:
+def facing(positions: Positions, normals: Normals, seen_from: NDArray[np.float64]) -> Normals:
     """Return normals that point to where a scanner stood: (3,), or (n, 3) for each point."""
     away = np.einsum("nk,nk->n", normals, seen_from - positions) < 0
     return np.where(away[:, None], -normals, normals)
@@ -154,14 +153,12 @@ def _votes(
 
 def _seen(points: NDArray[np.float32], direction: NDArray[np.float64], spacing: float) -> NDArray[np.integer]:
     """Return which points are seen from far away in a direction."""
-    helper = np.eye(3)[np.argmin(np.abs(direction))]
-    u = np.cross(direction, helper)
+    u = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
     axes = np.stack([u / np.linalg.norm(u), np.cross(direction, u / np.linalg.norm(u)), direction], -1)
     seen = points @ axes.astype(np.float32)
     low, high = np.quantile(seen[:: 1 + len(seen) // 20000, :2], (STRAY, 1 - STRAY), axis=0)
     cell = max(CELL * spacing, float((high - low).max()) / WIDEST)
-    width = int((high[0] - low[0]) / cell) + 3
-    height = int((high[1] - low[1]) / cell) + 3
+    width, height = ((high - low) / cell).astype(int) + 3
     x = np.clip((seen[:, 0] - low[0]) / cell + 1, 0, width - 1).astype(np.int32)
     y = np.clip((seen[:, 1] - low[1]) / cell + 1, 0, height - 1).astype(np.int32)
     at = y * width + x
@@ -171,12 +168,7 @@ def _seen(points: NDArray[np.float32], direction: NDArray[np.float64], spacing: 
 
 
 def _hand_on(
-    positions: NDArray[np.floating[Any]],
-    normals: NDArray[np.float32],
-    known: NDArray[np.integer],
-    rest: NDArray[np.integer],
-    middle: NDArray[Any],
-    spacing: float,
+    positions: Positions, normals: Normals, known: Numbers, rest: Numbers, middle: NDArray[Any], spacing: float
 ) -> None:
     """Turn the normals of the rest as those of known points near them, in cells that grow until they hold some."""
     side = 2 * spacing
@@ -193,14 +185,12 @@ def _hand_on(
 
 
 def _nearest_cosine(
-    positions: NDArray[np.floating[Any]],
-    normals: NDArray[np.float32],
-    known: NDArray[np.integer],
-    rest: NDArray[np.integer],
-    first: NDArray[np.integer],  # to `end`: which of `known` are compared with each of `rest`
-    end: NDArray[np.integer],
+    positions: Positions, normals: Normals, known: Numbers, rest: Numbers, first: Numbers, end: Numbers
 ) -> NDArray[np.float32]:
-    """Return the cosine between each normal and that of the nearest of a few known points; 0 if there are none."""
+    """Return the cosine between each normal and that of the nearest of a few known points; 0 if there are none.
+
+    first, end  which of `known` are compared with each of `rest`
+    """
     there, their_normals = positions[known], normals[known]
     best, cosines = np.full(len(rest), np.inf, np.float32), np.zeros(len(rest), np.float32)
     for step in range(COMPARED):

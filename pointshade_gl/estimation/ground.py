@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from functools import singledispatch
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, unit
 from ..scene.node import Placed
-from ..scene.objects import PointObject
+from ..scene.objects import Mesh, PointObject
 
 Points = NDArray[np.float64]  # (n, 3)
 
@@ -125,8 +126,7 @@ def _bottoms(depth: Array, x: Array, y: Array, up: Array, twice_focal: float) ->
     ends = np.zeros(depth.shape, bool)  # where a surface ends downwards: the next pixel is missing, or farther away
     ends[:-1] = (depth[:-1] > 0) & ((depth[1:] == 0) | (depth[1:] > (1 + STEP) * depth[:-1]))
     row, column = np.nonzero(ends)
-    heights = _heights_in_rows(depth, x, y, up, row, column)
-    first = np.argsort(heights)[: 4 * LOWEST]
+    first = np.argsort(_heights_in_rows(depth, x, y, up, row, column))[: 4 * LOWEST]
     row, column = row[first], column[first]
     beside = [_alike(depth[row + i, column + j], depth[row, column]) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j]
     kept = np.sum(beside, axis=0) >= BESIDE
@@ -140,8 +140,7 @@ def _bottoms(depth: Array, x: Array, y: Array, up: Array, twice_focal: float) ->
         rise = np.where(is_there, (_heights_in_rows(depth, x, y, up, row - k, column) - here) / k, rise)
     pixel = 2 * depth[row, column] / twice_focal
     straight = here - _edge(ends, row, column) * np.clip(rise, 0, STEEPEST * pixel)
-    bent = _round_bottom(depth, x, y, up, row, column, pixel)
-    return np.where(cut, here, np.fmin(straight, bent))
+    return np.where(cut, here, np.fmin(straight, _round_bottom(depth, x, y, up, row, column, pixel)))
 
 
 def _heights_in_rows(depth: Array, x: Array, y: Array, up: Array, row: Index, column: Index) -> Array:
@@ -217,11 +216,10 @@ def up_and_floor(source: Frame | Scene) -> tuple[NDArray[np.float64], bool]:
     camera, pose = source.camera, np.asarray(source.pose)
     assert camera is not None, "only scenes without a frame have none"
     up = np.array([0, -np.sign(camera.fy), 0])
-    if isinstance(source, Frame):
-        floor = shown_floor(source, up, GUESSED)
+    if source.upright is None:
+        floor = shown_floor(cast("Frame", source), up, GUESSED)
         return unit(pose[:3, :3] @ (up if floor is None else floor[:3])), floor is not None
-    up, upright = pose[:3, :3] @ up, source.upright
-    return unit(up if upright is None else upright if upright @ up > 0 else -upright), False
+    return unit(source.upright if source.upright @ (pose[:3, :3] @ up) > 0 else -source.upright), False
 
 
 def ground_under(scene: Scene, up: tuple[float, float, float], height: float | None = None) -> NDArray[np.float64]:
@@ -234,8 +232,7 @@ def ground_under(scene: Scene, up: tuple[float, float, float], height: float | N
     normal = unit(up)
     if height is not None:
         return np.append(normal, -height)
-    members = [placed.members if isinstance(placed.content, PointObject) else (placed,) for placed in scene.instances]
-    found = [_under(member, normal) for several in members for member in several]
+    found = [_under(member, normal) for placed in scene.instances for member in placed.members]
     return min(found, key=lambda one: one[0], default=(0.0, np.append(normal, 0.0)))[1]
 
 
@@ -243,20 +240,31 @@ def _under(placed: Placed, up: NDArray[np.float64]) -> tuple[float, NDArray[np.f
     """Return the lowest position of a frame, a mesh or a cloud along up, world units (0 without points), and the ground
     plane under it, (4,)."""
     along, shift = placed.axes[:3, :3].T @ up, up @ placed.axes[:3, 3]
-    if isinstance(cloud := placed.content, PointCloud):
-        lowest = float(shift)
-        if len(cloud):  # but for stray points
-            some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
-            below = cloud.reach(0.5) * float(np.linalg.norm(along)) if cloud.splat == "ball" else 0.0
-            lowest += float(np.quantile(some @ along, SUNK) + cloud.origin @ along) - below
-    elif not isinstance(placed.content, PointObject):
-        lowest = float((placed.content.positions @ along).min(initial=0.0) + shift)
-    elif (floor := _floor(placed, up)) is not None:
+    if placed.content.frames and (floor := _floor(placed, up)) is not None:
         middle = placed.corners.mean(0)
         return up @ middle - (floor[:3] @ middle + floor[3]) / (floor[:3] @ up), floor
-    else:
-        lowest = float(lowest_point(placed.content.frame, along) + shift)
+    lowest = float(_lowest(placed.content, along) + shift)
     return lowest, np.append(up, -lowest)
+
+
+@singledispatch
+def _lowest(points: PointObject, along: Array) -> float:
+    """Return the lowest position of a frame, a cloud but for stray points, or a mesh along an axis (3,) of its own."""
+    return lowest_point(points.frame, along)
+
+
+@_lowest.register
+def _(cloud: PointCloud, along: Array) -> float:
+    if not len(cloud):
+        return 0.0
+    some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
+    below = cloud.reach(0.5) * float(np.linalg.norm(along)) if cloud.splat == "ball" else 0.0
+    return float(np.quantile(some @ along, SUNK) + cloud.origin @ along) - below
+
+
+@_lowest.register
+def _(mesh: Mesh, along: Array) -> float:
+    return float((mesh.positions @ along).min(initial=0.0))
 
 
 def _floor(placed: Placed, up: NDArray[np.float64]) -> NDArray[np.float64] | None:

@@ -249,12 +249,9 @@ def noise_power(z: Array, sigma_z: Array) -> float:
 
 
 def find_noise(
-    levels: Array,
-    counts: Array,
-    focal: float,
-    measure_coarse: Callable[[], tuple[Array, Array]],
+    levels: Array, counts: Array, focal: float, measure_coarse: Callable[[], tuple[Array, Array]],
     measure_structure: Callable[[], Array],
-) -> Noise:
+) -> Noise:  # fmt: skip
     """Estimate the Noise of a frame from the statistics of its blocks.
 
     levels  (rows, columns, 4) float32 from noise_blocks.frag; channels: lower quartile of the noise in w = 1/z (below 0

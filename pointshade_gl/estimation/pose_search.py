@@ -64,8 +64,7 @@ def _one_way(target: ReducedFrame, frame: ReducedFrame, poses: Matrix, count: in
     pixels, inside = target.pixels(at)
     there, normals = target.points[pixels], target.normals[pixels]
     depth = there[..., 2]
-    is_known = inside & (depth > 0)
-    behind = np.where(is_known, at[..., 2] - depth, np.inf) / np.maximum(depth, 1e-9)
+    behind = np.where(inside & (depth > 0), at[..., 2] - depth, np.inf) / np.maximum(depth, 1e-9)
     apart = np.abs(np.einsum("npk,npk->np", normals, at - there))
     cosines = np.einsum("npk,npk->np", normals, frame.normals[numbers] @ turns)
     fits = (np.abs(behind) < BESIDE) & (apart < NEAR * depth) & (cosines > LEAST_COSINE)

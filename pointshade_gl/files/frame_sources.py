@@ -9,8 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextvars import copy_context
 from functools import partial
 from itertools import islice, repeat
-from os import PathLike
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -24,12 +23,14 @@ from ..scene.graph import Scene
 from ..scene.objects import MOST_FRAMES
 from ..scene.option_fields import takes
 from .access.content import FilePath
-from .access.known_names import SCENE_SUFFIXES, SCENES, builtin_folder, builtin_name
-from .clouds.load_cloud import AnyOptions, check_cloud_options, check_fitting, check_frame_options, is_cloud, load_cloud
+from .access.known_names import builtin_folder
+from .clouds.load_cloud import AnyOptions, check_cloud_options, check_fitting, check_frame_options, load_cloud
 from .frames.frame_files import load_frame
 from .frames.frame_parts import LoadOptions, ReadOptions
 from .frames.sequences import FrameSequence, first_readable, open_frames
 from .gltf import load_scene
+from .input_kinds import Kind
+from .input_kinds import is_scene as is_scene  # of `ps.sources`
 from .networks.model_options import is_model
 
 if TYPE_CHECKING:
@@ -93,13 +94,14 @@ def load_any(source: FilePath | None, **load_options: Unpack[AnyOptions]) -> Fra
         As `load_frame`, `load_cloud` and `load_scene`.
     """
     options: dict[str, Any] = {name: value for name, value in load_options.items() if value is not None}
-    if is_scene(source):
+    kind, file = Kind.of(source), cast("FilePath", source)
+    if kind is Kind.SCENE:
         check_fitting(options, (), f"{source} is a scene, which names the files of its frames")
-        return load_scene(source, **options)
-    if is_cloud(source):
-        check_cloud_options(options, source)
+        return load_scene(file, **options)
+    if kind is Kind.CLOUD:
+        check_cloud_options(options, file)
         options.pop("allow_outside", None)
-        return load_cloud(source, **options)
+        return load_cloud(file, **options)
     check_frame_options(options, source)
     return load_frame(source, **options)
 
@@ -187,18 +189,6 @@ def choose_views(
     if among in posed:
         chosen[int(np.argmin(np.abs(np.array(chosen) - among)))] = among
     return chosen
-
-
-def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:
-    """Return whether it is the name of a built-in scene or a glTF file's.
-
-    Parameters
-    ----------
-    source : path or None
-        A name; the file is not read.
-    """
-    is_file = isinstance(source, str | PathLike) and str(source).lower().endswith(SCENE_SUFFIXES)
-    return is_file or builtin_name(source) in SCENES
 
 
 def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: int = 2) -> Generator[Frame, None, None]:

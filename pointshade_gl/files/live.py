@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from importlib import import_module
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,15 @@ from .frame_sources import prefetched
 
 __all__ = ["live_set"]  # of `ps.live`; RealSenseSource is a name of `ps` itself
 
-Item = tuple[int, Any]  # number of the source; a frame, a sentence about one that is missing, None at the end, an error
+
+class Item(NamedTuple):
+    """What a source gives: a frame, a sentence about one that is missing, or nothing more, and the error of its end."""
+
+    number: int
+    frame: Frame | None = None
+    sentence: str = ""
+    is_last: bool = False
+    error: BaseException | None = None
 
 
 def live_set(
@@ -83,13 +91,13 @@ def live_set(
             new = [items.get()]
             while not items.empty():  # at most one frame of each
                 new.append(items.get())
-            living -= sum(item is None for _, item in new)
-            frames = {k: item for k, item in new if isinstance(item, Frame)}
-            for k, item in new:
-                if isinstance(item, str):
-                    skipped(f"source {k}: {item}")
-                elif isinstance(item, BaseException):
-                    raise item
+            living -= sum(item.is_last for item in new)
+            frames = {item.number: item.frame for item in new if item.frame is not None}
+            for item in new:
+                if item.sentence:
+                    skipped(f"source {item.number}: {item.sentence}")
+                if item.error is not None:
+                    raise item.error
             newest |= frames
             if frames:
                 yield tuple(newest[k] for k in sorted(newest))
@@ -124,12 +132,12 @@ def _feed(
             taken.acquire()
             if stop.is_set():
                 return
-            items.put((k, check_type(frame, Frame, f"what source {k} gives")))
+            items.put(Item(k, check_type(frame, Frame, f"what source {k} gives")))
+        items.put(Item(k, is_last=True))
     except (ValueError, OSError) as error:
-        items.put((k, f"it ends: {error}"))
+        items.put(Item(k, sentence=f"it ends: {error}", is_last=True))
     except BaseException as error:
-        items.put((k, error))
-    items.put((k, None))
+        items.put(Item(k, is_last=True, error=error))
 
 
 def _decoded(k: int, source: Iterable[Frame], items: queue.Queue[Item]) -> Generator[Frame, None, None]:
@@ -137,7 +145,7 @@ def _decoded(k: int, source: Iterable[Frame], items: queue.Queue[Item]) -> Gener
     if not isinstance(source, Sequence):
         yield from source
         return
-    with closing(prefetched(source, lambda text: items.put((k, text)))) as frames:
+    with closing(prefetched(source, lambda text: items.put(Item(k, sentence=text)))) as frames:
         yield from frames
 
 

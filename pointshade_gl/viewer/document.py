@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from ..checks.arguments import check_fps, items_of
 from ..files.access.folders import ListedFile
 from ..files.access.known_names import COLOR_SUFFIXES, DEPTH_SUFFIXES, ONLY_DEPTH, VIDEO_SUFFIXES
-from ..files.frame_sources import check_posed, is_cloud, is_scene, load_any, open_source
+from ..files.clouds.load_cloud import is_cloud
+from ..files.frame_sources import check_posed, is_scene, load_any, open_source
 from ..files.frames.frame_files import load_frame
 from ..files.pictures.picture_files import is_deep_grey
 from ..notes.errors import Cancelled, error_text

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.files.frame_sources import is_cloud, load_any
+from pointshade_gl.files.clouds.load_cloud import is_cloud
+from pointshade_gl.files.frame_sources import load_any
 
 from ..support import cloud_files as made
 from ..support import frames

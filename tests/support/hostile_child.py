@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 import pointshade_gl as ps
-from pointshade_gl.files.frame_sources import is_cloud
+from pointshade_gl.files.clouds.load_cloud import is_cloud
 from pointshade_gl.files.frames.frame_files import examine, facts
 from pointshade_gl.files.writing.film import Film
 from pointshade_gl.notes.errors import is_expected

@@ -1,3 +1,1 @@
 """The commands of `pointshade`."""
-
-from __future__ import annotations

@@ -23,6 +23,7 @@ from ...files.access.atomic_write import check_place
 from ...files.access.content import check_not_read
 from ...files.access.folders import Listing
 from ...files.access.known_names import BATCH as KINDS
+from ...files.input_kinds import Kind
 from ...files.pictures.picture_files import check_writable
 from ...files.writing.film import check_film
 from ...files.writing.maps_and_points import check_normals_path
@@ -36,7 +37,6 @@ from .. import options
 from ..help import complete_input
 from ..inputs import check_look, view_of
 from ..option_groups import AppearanceGroup, cli_option, option_info
-from ..options import Kind
 from ..output import SOFTWARE, complain, print_line, progress
 
 
@@ -150,7 +150,7 @@ def plan_batch(asked: BatchCommand) -> tuple[Sequence[Planned], list[Failure]]:
     listing = Listing()
     sources = find_sources(asked.inputs, folder, listing)
     _check_apart(asked, sources, folder)
-    kinds = {source.path: Kind.of(source.path) for source in sources}
+    kinds = {source.path: source.kind for source in sources}
     _check_kinds(asked, {*kinds.values()})
     _make_folder(asked.output)
     _check_writable(asked, folder)

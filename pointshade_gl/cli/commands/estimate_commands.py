@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...estimation.pose_search import FoundPose
 from ...files.access.known_names import first_of, is_numbered
+from ...files.input_kinds import Kind
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing import maps_and_points as files
 from ...notes.notes import once, print_note
@@ -47,7 +48,7 @@ def normals(
     """
     from ..written import check_cloud_output, write_cloud, write_files
 
-    if frame.is_cloud:
+    if frame.kind is Kind.CLOUD:
         check_cloud_output(output, axes)
         if bits != 8:
             raise ValueError(f"{option('bits')} is of pictures, and {frame.input} is a point cloud: leave it out")
@@ -89,7 +90,7 @@ def depth(
     view = place.view(surface.look())
     named = inputs.Inputs(frame, options.MoreOptions())
     loaded = named.load(view.look, inputs.PLAIN, sequence=is_numbered(output))
-    if named.are_clouds:
+    if named.kind is Kind.CLOUD:
         inputs.check_look(view.look)
     note = once(print_note)
     if output.suffix.lower() == ".png":

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ...checks.arguments import Count
 from ...files.access import known_names as names
 from ...files.access.known_names import check_suffix, is_numbered
+from ...files.input_kinds import Kind
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing.film import check_series, is_series
 from ...files.writing.maps_and_points import check_points_path, check_poses_path, save_numbered_poses, save_points
@@ -94,12 +95,12 @@ class RenderCommand:
                 "several INPUTs are drawn as one object, in a picture, a turntable or a file of points: pass one INPUT "
                 f"to {self.output}"
             )
-        if self.inputs.are_clouds and (others.views is not None or self.unlight_all):
+        if self.inputs.kind is Kind.CLOUD and (others.views is not None or self.unlight_all):
             name = "unlight_all" if self.unlight_all else "views"
             raise ValueError(f"{option(name)} is about frames, and {self.frame.input} is a point cloud: leave it out")
         if self.unlight_all and (others.is_set or is_sequence):
             raise ValueError(f"{option('unlight_all', True)} makes one frame of a folder: write one picture of it")
-        if self.inputs.are_frames:
+        if self.inputs.kind is Kind.FRAMES:
             check_align(self.look.align, others.is_set or is_sequence or self.suffix in names.PAGES)
         if self.save_poses is not None:
             if not self.look.align:
@@ -116,7 +117,7 @@ class RenderCommand:
     def note_alike(self) -> None:
         """A note where a shading looks like phong, as each pixel is a point."""
         is_moved = self.place != options.ViewOptions() or moves_camera(self.film.turntable)
-        is_single = self.inputs.are_frames and not self.others.is_set
+        is_single = self.inputs.kind is Kind.FRAMES and not self.others.is_set
         if self.look.shading in LIT_EARLY and is_single and not is_moved:
             shading, turned = option("shading", self.look.shading), option("yaw", 20)
             print_note(f"{shading} looks like phong from the frame's own camera: each pixel is a point. Try {turned}")
@@ -284,12 +285,12 @@ def _write_points(asked: RenderCommand, view: View) -> None:
     check_points_path(names.first_of(output), asked.axes)
     if view.picture_size is not None:
         raise ValueError(f"{output} holds points, {option('picture_size')} is of a picture: leave it out")
-    if asked.inputs.are_clouds:
+    if asked.inputs.kind is Kind.CLOUD:
         _check_cloud(asked)
         look = NormalOptions(noise=asked.look.noise).look()
         write_cloud(load(asked.frame, scene=True), look, output, asked.axes, asked.run.device)
         return
-    if not (asked.inputs.are_frames or is_set):
+    if asked.inputs.kind is not Kind.FRAMES and not is_set:
         raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture")
     loaded, after_each = asked.load(view, sequence=is_numbered(output))
     if loaded.frames and (is_numbered(output) or film.turntable is not None):

@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from ...files.access.content import check_not_read
+from ...files.input_kinds import Kind
 from ...notes.notes import print_note
 from ...notes.words import option
 from ...scene.appearance import Appearance
@@ -87,7 +88,7 @@ def _read(inputs: Inputs, look: Appearance, merges: bool) -> tuple[bool, list[An
         check_frame(frame)
     plain = AppearanceGroup().look()
     look = replace(look, shading=plain.shading)  # that of scenes is the window's
-    is_scene = not inputs.are_frames
+    is_scene = inputs.kind is not Kind.FRAMES
     if more and not is_scene and not frame.frame:
         paths = [frame.title, *more]
         check_different(paths, [0] * len(paths))

@@ -60,8 +60,7 @@ def naming_written(path: FilePath) -> Iterator[None]:
 
 def error_of(reason: str) -> OSError:
     """The system's error in the text that a program gives of a file that it could not write, else one of that text."""
-    found = (code for code in (*_FULL, *_FORBIDDEN) if os.strerror(code).lower() in reason.lower())
-    code = next(found, None)
+    code = next((code for code in (*_FULL, *_FORBIDDEN) if os.strerror(code).lower() in reason.lower()), None)
     return OSError(reason) if code is None else OSError(code, os.strerror(code))
 
 

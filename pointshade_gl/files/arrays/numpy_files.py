@@ -211,11 +211,14 @@ class Stored(Protocol):
 
 
 class NpyArray:
-    """The array of an .npy file. Raises ValueError for a broken one, and for one with Python objects."""
+    """The array of an .npy file. Raises ValueError for a broken one, and for one with Python objects.
 
-    def __init__(self, path: FilePath):
+    kinds  of its type, see `read_header`
+    """
+
+    def __init__(self, path: FilePath, kinds: str = "biuf"):
         with open_regular(path) as file, naming(path, BROKEN):
-            self.shape, is_fortran, self.dtype = read_header(file)
+            self.shape, is_fortran, self.dtype = read_header(file, kinds)
             start, order = file.tell(), "F" if is_fortran else "C"
             size = math.prod(self.shape)
             file.seek(0, 2)

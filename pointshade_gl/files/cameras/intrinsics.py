@@ -49,8 +49,8 @@ def merged(given: Intrinsics, filed: Intrinsics | None) -> Intrinsics:
     if filed is None:
         return given
     names = ("depth_scale", "depth_kind", "baseline", "doffs")
-    unsaid: dict[str, Any] = {key: getattr(filed, key) for key in names if getattr(given, key) is None}
-    return replace(given, **unsaid)
+    missing: dict[str, Any] = {key: getattr(filed, key) for key in names if getattr(given, key) is None}
+    return replace(given, **missing)
 
 
 def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: Note) -> Camera:

@@ -275,8 +275,7 @@ def _from_blocks(text: str) -> PoseList | None:
     numbers = re.sub(r"#[^\n]*", "", text).replace(",", " ").split()
     if not numbers or len(numbers) % 19 or not _all_numbers(numbers):
         return None
-    rows = np.array(numbers, np.float64).reshape(-1, 19)
-    return PoseList(rows[:, 3:].reshape(-1, 4, 4))
+    return PoseList(np.array(numbers, np.float64).reshape(-1, 19)[:, 3:].reshape(-1, 4, 4))
 
 
 def _from_colmap(text: str) -> PoseList | None:

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from ...notes.notes import Note
 from ...notes.words import shown
+from ...scene.camera import rotation_of
 from ...scene.cloud import UPS, PointCloud, axes_in_words, front_in_words
-from ..access.content import FILE_BYTES, FilePath, check_limit, naming, open_regular, read_bytes, split_numbers
+from ..access.content import FILE_BYTES, FilePath, check_limit, naming, read_bytes, split_numbers
 from ..arrays.compression import Archive
-from ..arrays.numpy_files import BROKEN, NpzArray, is_named, list_arrays, read_exactly, read_header
+from ..arrays.numpy_files import NpyArray, NpzArray, is_named, list_arrays
 from ..arrays.ply_and_pcd import read_pcd, read_ply
 from .cloud_columns import COUNTS, FoundPoints, check_points, found_by_number, found_in, side_by_side
 from .placing import is_before_camera
@@ -37,13 +38,10 @@ _SMALL = 2**26  # bytes that are unpacked whatever they were packed to
 
 def read_npy_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
     """The points of an .npy file. Raises ValueError for one that is broken, or of another shape."""
-    with open_regular(path) as file:
-        with naming(path, BROKEN):
-            shape, is_fortran, dtype = read_header(file, "biufV")
-        check_limit(math.prod(shape) * dtype.itemsize, f"{path} is an array {shown(shape)}", max_pixels, FILE_BYTES)
-        with naming(path, BROKEN, (ValueError,)):
-            array = read_exactly(file, math.prod(shape) * dtype.itemsize)
-    array = array.view(dtype).reshape(shape, order="F" if is_fortran else "C")
+    held = NpyArray(path, "biufV")
+    size = math.prod(held.shape) * held.dtype.itemsize
+    check_limit(size, f"{path} is an array {shown(held.shape)}", max_pixels, FILE_BYTES)
+    array = held.part(())
     with naming(path, "cannot be read as a point cloud", (ValueError,)):
         if array.dtype.names:
             rows = array.ravel()
@@ -172,7 +170,7 @@ def read_pcd_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoint
 
 _COLOR = ("f_dc_0", "f_dc_1", "f_dc_2")
 _SCALE = ("scale_0", "scale_1", "scale_2")
-_TURN = ("rot_0", "rot_1", "rot_2", "rot_3")  # w first
+_TURN = ("rot_1", "rot_2", "rot_3", "rot_0")  # x, y, z, w
 _FAINT = 0.4  # opacity below which one is left out
 _HARMONIC = 0.28209479177387814  # of degree 0
 _RADIUS = 2.0  # deviations: a disc that fades as (1 - r^2)^2 is nearest to a Gaussian of half its radius
@@ -205,17 +203,9 @@ def gaussians_in(columns: Mapping[str, NDArray[Any]], form: str, name: str, note
 def _normals(columns: Mapping[str, NDArray[Any]], rows: NDArray[Any]) -> NDArray[np.float32]:
     """(n, 3) the shortest axes of those that are flat, 0 of all others."""
     scales = np.stack([columns[one][rows] for one in _SCALE], -1).astype(np.float64)
-    w, x, y, z = (columns[one][rows].astype(np.float64) for one in _TURN)
-    axes = np.stack(  # [n, k]: where the k-th axis points, times the square of the quaternion's length
-        [
-            np.stack([w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)], -1),
-            np.stack([2 * (x * y - w * z), w * w - x * x + y * y - z * z, 2 * (y * z + w * x)], -1),
-            np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z], -1),
-        ],
-        1,
-    )
-    shortest = axes[np.arange(len(rows)), scales.argmin(1)]
-    shortest /= np.linalg.norm(shortest, axis=1, keepdims=True)
+    turns = np.stack([columns[one][rows] for one in _TURN], -1).astype(np.float64)
+    axes = rotation_of(turns / np.linalg.norm(turns, axis=1, keepdims=True))
+    shortest = axes[np.arange(len(rows)), :, scales.argmin(1)]
     ordered = np.sort(scales, 1)
     is_flat = (ordered[:, 0] - ordered[:, 1] < np.log(_FLAT)) & np.isfinite(shortest).all(1)
     return np.where(is_flat[:, None], shortest, 0).astype(np.float32)

@@ -96,8 +96,7 @@ def load_cloud(
     ValueError, TypeError, OSError
         In one sentence, for a file that cannot be read right, or without the extra that it needs.
     """
-    options = CloudOptions(up, most, color_by, max_pixels)
-    return read_cloud(check_path(path), options, notes or print_note)[0]
+    return read_cloud(check_path(path), CloudOptions(up, most, color_by, max_pixels), notes or print_note)[0]
 
 
 @np.errstate(all="ignore")  # numbers of broken files are of any size; positions are checked

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,7 @@ class Contents:
 
 
 class Frames(Sequence[Contents]):
-    """Frames that are read when they are asked for, from any thread."""
+    """Frames that are read when they are asked for, from any thread; slices are the same."""
 
     def __init__(self, count: int, read: Callable[[int], Contents]):
         self._count, self._read = count, read
@@ -44,14 +44,10 @@ class Frames(Sequence[Contents]):
     def __len__(self) -> int:
         return self._count
 
-    @overload
-    def __getitem__(self, index: int) -> Contents: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[Contents]: ...
-    def __getitem__(self, index: int | slice) -> Contents | list[Contents]:
+    def __getitem__(self, index: Any) -> Any:
         """Raises IndexError beyond the end, ValueError for a frame that cannot be read."""
         chosen = range(self._count)[index]
-        return self._read(chosen) if isinstance(chosen, int) else [self._read(k) for k in chosen]
+        return self._read(chosen) if isinstance(chosen, int) else Frames(len(chosen), lambda k: self._read(chosen[k]))
 
 
 _WHITE = 1.01  # filters overshoot a little
@@ -89,11 +85,7 @@ class ArrayItem:
     def size(self) -> tuple[int, int]:
         """Rows and columns of a picture."""
         sides = self.array.shape[self.lead or 0 :]
-        rows, columns, *_ = [
-            *(sides[1:] if len(sides) > 2 and sides[2] > 4 else sides),
-            1,
-            1,
-        ]  # channels first, or last
+        rows, columns, *_ = *(sides[1:] if len(sides) > 2 and sides[2] > 4 else sides), 1, 1  # channels first, or last
         return rows, columns
 
     def part(self, k: int, is_transposed: bool) -> NDArray[Any]:

@@ -67,16 +67,9 @@ class Decoded(NamedTuple):
 
 @np.errstate(all="ignore")  # what overflows is infinite, and missing in the frame
 def to_metres(
-    raw: NDArray[Any],
-    camera: Camera,
-    kind: str,
-    scale: float | None,
-    baseline: float | None,
-    note: Note,
-    dtype: type[np.floating] = np.float64,
-    doffs: float = 0.0,
-    ends: tuple[float, float] | None = None,
-) -> NDArray[Any]:
+    raw: NDArray[Any], camera: Camera, kind: str, scale: float | None, baseline: float | None, note: Note,
+    dtype: type[np.floating] = np.float64, doffs: float = 0.0, ends: tuple[float, float] | None = None,
+) -> NDArray[Any]:  # fmt: skip
     """(h, w) z in metres of the type, 0 where missing, from raw values of one of KINDS.
 
     z          raw / scale is z along the optical axis; without a scale z up to scale and offset, laid from 1 to 10 m
@@ -198,8 +191,7 @@ def measure_bending(values: NDArray[Any], known: NDArray[np.bool_], zero: float 
     values, known = values[::step, ::step], known[::step, ::step]
     found = []
     for grid in _GRIDS:
-        means = _block_means(values, known, max(1, round(min(values.shape) / grid)))
-        bending = _bending(means, zero)
+        bending = _bending(_block_means(values, known, max(1, round(min(values.shape) / grid))), zero)
         found += [bending] if bending else []
     return min(found, key=lambda one: one.error, default=None)
 

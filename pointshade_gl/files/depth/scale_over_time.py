@@ -163,8 +163,7 @@ def _spread(blocks: NDArray[Any]) -> NDArray[Any]:
 def _best_places(costs: NDArray[np.float64], likely: NDArray[np.int_]) -> tuple[NDArray[np.int_], NDArray[np.float64]]:
     """Return (rows, columns, 2) where each block is found: in whole pixels, and between them by a parabola."""
     span, _, rows, columns = costs.shape
-    flat = costs.reshape(span * span, rows, columns).argmin(axis=0)
-    k, j = np.divmod(flat, span)
+    k, j = np.divmod(costs.reshape(span * span, rows, columns).argmin(axis=0), span)
     places = likely + np.stack([k, j], axis=2) - span // 2
     fine = places.astype(np.float64)
     v, u = np.mgrid[:rows, :columns]
@@ -370,8 +369,7 @@ def _rarity(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (n,) weights, by which each range of values counts alike, if it has a few."""
     low, high = np.percentile(values, (1, 99))
     places = np.clip((values - low) / max(high - low, 1e-30) * _RANGES, 0, _RANGES - 1).astype(int)
-    counts = np.bincount(places, minlength=_RANGES)
-    return 1 / np.maximum(counts, values.size * _RARE)[places]
+    return 1 / np.maximum(np.bincount(places, minlength=_RANGES), values.size * _RARE)[places]
 
 
 def _refined(seen: NDArray[np.float64], earlier: NDArray[np.float64], a: float, b: float) -> Line:

@@ -156,8 +156,7 @@ def assemble(
     source = choose_camera(parts, options, note)
     raw = _read_raw(parts.depth, source, note, options.max_pixels)
     colors = read_colors_of(parts, options.max_pixels, *([note] if like is None else []))
-    hints = _hints_of(source, parts, options, raw)
-    decoded = decode(raw, parts.name or "depth", hints, note, like)
+    decoded = decode(raw, parts.name or "depth", _hints_of(source, parts, options, raw), note, like)
     stored, is_float = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}", raw.dtype.kind == "f"
     del raw
     size = decoded.values.shape[1], decoded.values.shape[0]
@@ -255,8 +254,8 @@ def _to_metres(
     """Return depth along the axis, and its coding: lengths of rays are those whose planes are flat only as such."""
     (values, coding), baseline, doffs = depth, _baseline(source, options), (source and source.doffs) or 0.0
     metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs, ends)
-    is_said = options.depth_kind is not None or (source is not None and source.depth_kind is not None)
-    if coding.kind != "z" or is_said or not first or not is_ray_length(metres, camera):
+    is_given = options.depth_kind is not None or (source is not None and source.depth_kind is not None)
+    if coding.kind != "z" or is_given or not first or not is_ray_length(metres, camera):
         return metres, coding
     way_out = f"pass {option('depth_kind', 'z')} if it is not"
     note(f"{name or 'depth'} is taken as lengths of rays: planes in it are flat only so; {way_out}")

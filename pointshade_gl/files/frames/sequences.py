@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -44,31 +45,27 @@ class FrameSequence(Sequence[Frame]):
     """
 
     def __init__(
-        self,
-        place: Folder,
-        parts: Sequence[FrameParts],
-        options: ReadOptions,
-        note: Note,
-        poses_from: str = "",
-        reading: Reading | None = None,
-        coding: Coding | None = None,
-        stream: Hashable = None,
-        film: tuple[FilmScale, Sequence[int], Sequence[FrameParts]] | None = None,
+        self, place: Folder, parts: Sequence[FrameParts], options: ReadOptions, note: Note, poses_from: str = ""
     ):
-        self.folder, self.parts, self.note, self.poses_from, self.reading = place.path, parts, note, poses_from, reading
-        self.posed = sum(one.pose is not None for one in parts)  # how many frames have a pose
+        self.folder, self.note, self.poses_from = place.path, note, poses_from
+        self.reading: Reading | None = None  # how poses and cameras are to be understood
         self._place, self._options = replace(place, listing=Listing()), options  # what was listed is not kept
-        self._stream = stream or (object() if len(parts) > 1 else None)  # what its frames have in common
-        if parts and isinstance(parts[0].color, Path) and parts[0].color.suffix.lower() in VIDEO_SUFFIXES:
-            weakref.finalize(self, _end_video)
-        self._coding = coding  # of the depth of the first frame that was read: the others are read like it
+        self._stream = object() if len(parts) > 1 else None  # what its frames have in common
+        self._coding: Coding | None = None  # of the first depth that was read: the others are read like it
+        self._hold(parts)
         note_read(file for one in parts for file in (one.path, one.color, one.valid))
         # what finds one scale for all frames, which of its pictures each is, and these
-        self._film = film
-        if film is None and len(parts) > 1 and options.scale_frames != "keep":
+        self._film: tuple[FilmScale, Sequence[int], Sequence[FrameParts]] | None = None
+        if len(parts) > 1 and options.scale_frames != "keep":
             is_networks = bool(parts[0].maker)
             scale = FilmScale(not self.posed or is_networks, is_networks, note)
             self._film = scale, range(len(parts)), parts
+
+    def _hold(self, parts: Sequence[FrameParts]) -> None:
+        self.parts = parts
+        self.posed = sum(one.pose is not None for one in parts)  # how many frames have a pose
+        if parts and is_path(parts[0].color) and _is_video(parts[0].color):
+            weakref.finalize(self, _end_video)
 
     @property
     def is_placed(self) -> bool:
@@ -84,9 +81,10 @@ class FrameSequence(Sequence[Frame]):
     def __getitem__(self, index: slice) -> FrameSequence: ...
     def __getitem__(self, index: int | slice) -> Frame | FrameSequence:
         if isinstance(index, slice):
-            known = self._options, self.note, self.poses_from, self.reading, self._coding, self._stream
-            film = self._film and (self._film[0], self._film[1][index], self._film[2])
-            return FrameSequence(self._place, self.parts[index], *known, film)
+            chosen = copy(self)
+            chosen._hold(self.parts[index])
+            chosen._film = self._film and (self._film[0], self._film[1][index], self._film[2])
+            return chosen
         return self.assembled(index).frame
 
     def assembled(self, index: int, note: Note | None = None, with_color: bool = True) -> Assembled:

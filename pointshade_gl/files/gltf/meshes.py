@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import singledispatch
 from types import SimpleNamespace
 from typing import Any
 
@@ -62,8 +63,15 @@ def _shares(parts: GltfParts, index: Any) -> NDArray[Any]:
     return values / np.float32(np.iinfo(values.dtype).max) if values.dtype.kind in "iu" else values
 
 
+@singledispatch
+def place_of(part: Any) -> Matrix:
+    """(4, 4) the place below our node of a glTF node that holds the points as float32; triangles are in place."""
+    return np.eye(4)
+
+
+@place_of.register
 def cloud_place(cloud: PointCloud) -> Matrix:
-    """(4, 4) the place below our node of a glTF node that holds the points as float32."""
+    """The same of a cloud, whose points may lie far from zero."""
     place = np.eye(4)
     place[:3, 3] = cloud.origin
     low, high = cloud.positions.min(0), cloud.positions.max(0)

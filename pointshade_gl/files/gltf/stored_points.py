@@ -269,13 +269,9 @@ class GltfDocument:
         return self.add("bufferViews", buffer=0, byteOffset=start, byteLength=len(data), target=target)
 
     def material(
-        self,
-        material: Material,
-        shading: str,
-        color: tuple[float, float, float] = WHITE,
-        texture: int | None = None,
-        has_alpha: bool = False,
-    ) -> int:
+        self, material: Material, shading: str, color: tuple[float, float, float] = WHITE,
+        texture: int | None = None, has_alpha: bool = False,
+    ) -> int:  # fmt: skip
         """Return a material as close to ours as glTF's are; our own values stand in its extras."""
         ours: dict[str, Any] = write_material(material)
         if shading not in ("phong", "none"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from functools import singledispatchmethod
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -16,7 +17,7 @@ from ...scene.cloud import PointCloud
 from ...scene.frame import NEUTRAL, Frame
 from ...scene.graph import Scene
 from ...scene.light import UPPER_LEFT, Light
-from ...scene.node import Node
+from ...scene.node import Node, contents_of
 from ...scene.noise import Step
 from ...scene.objects import Mesh, PointObject
 from ...scene.values import srgb_to_linear
@@ -37,7 +38,7 @@ from .cameras_and_lights import (
     write_environment,
     write_light,
 )
-from .meshes import POINTS, cloud_attributes, cloud_extras, cloud_place, linear_colors
+from .meshes import POINTS, cloud_attributes, cloud_extras, linear_colors, place_of
 from .stored_points import WHITE, GltfDocument, extras_of, write_points
 
 SAME_SURFACE = 0.02  # a neighbour off the plane by more than this share of 1/z is another surface
@@ -304,17 +305,17 @@ class _Writer:
 
     def node(self, node: Node, world: Matrix, is_shown: bool) -> int:
         """One of our nodes with its content, without its children."""
-        contents = node.content if isinstance(node.content, tuple) else (node.content,)
-        here = [item for item in contents if isinstance(item, Mesh | PointCloud)]
-        here = [item for item in here if len(item.faces if isinstance(item, Mesh) else item)]  # others draw nothing
+        contents = contents_of(node)
+        lights = [item for item in contents if isinstance(item, Light)]
+        drawn: list[Any] = [item for item in contents if not isinstance(item, Light)]
+        points = [item for item in drawn if item.frames]
+        here = [item for item in drawn if not item.frames and len(item.corners)]  # others draw nothing
         # of clouds those whose points a glTF node cannot hold in its own axes
-        clouds = [item for item in here if isinstance(item, PointCloud) and (cloud_place(item) != np.eye(4)).any()]
+        clouds = [item for item in here if (place_of(item) != np.eye(4)).any()]
         matrix = node.transform
         if len(clouds) == len(contents) == 1 and not node.children:
-            matrix = matrix @ cloud_place(clouds.pop())
+            matrix = matrix @ place_of(clouds.pop())
         here = [item for item in here if item not in clouds]
-        points = [item for item in contents if isinstance(item, PointObject)]
-        lights = [item for item in contents if isinstance(item, Light)]
         switches = {name: False for name in ("visible", "shadow") if not getattr(node, name)}
         values: dict[str, Any] = {"extras": dict(switches)}
         objects: list[tuple[int, PointObject]] = []  # number of the glTF node that holds each
@@ -332,7 +333,7 @@ class _Writer:
         for item in points:
             below.append(self.add_node("", np.eye(4), shadow | self.points(item, node.name)))
             objects.append((below[-1], item))
-        below += [self.add_node("", cloud_place(item), dict(shadow), mesh=self.mesh((item,))) for item in clouds]
+        below += [self.add_node("", place_of(item), dict(shadow), mesh=self.mesh((item,))) for item in clouds]
         below += [self.below(item, world) for item in lights]
         if self.fallback and is_shown:
             for holder, item in objects:
@@ -389,11 +390,11 @@ class _Writer:
     def mesh(self, parts: tuple[Mesh | PointCloud, ...]) -> int:
         known = self.document.known
         if parts not in known:
-            primitives = [self.triangles(one) if isinstance(one, Mesh) else self.cloud(one) for one in parts]
-            known[parts] = self.document.add("meshes", primitives=primitives)
+            known[parts] = self.document.add("meshes", primitives=[self.primitive(one) for one in parts])
         return known[parts]
 
-    def triangles(self, mesh: Mesh) -> dict[str, Any]:
+    @singledispatchmethod
+    def primitive(self, mesh: Mesh) -> dict[str, Any]:
         document, picture = self.document, mesh.texture
         attributes = document.attributes(mesh.normals, {"POSITION": mesh.positions})
         if mesh.uv is not None:
@@ -406,7 +407,8 @@ class _Writer:
             "material": document.material(mesh.material, mesh.shading, mesh.color, texture, has_alpha),
         }
 
-    def cloud(self, cloud: PointCloud) -> dict[str, Any]:
+    @primitive.register
+    def _(self, cloud: PointCloud) -> dict[str, Any]:
         primitive = {"mode": POINTS, "attributes": self.document.attributes(cloud.normals, cloud_attributes(cloud))}
         is_plain = cloud.shading == "phong" and cloud.material == Material()
         material = None if is_plain else self.document.material(cloud.material, cloud.shading)
@@ -422,7 +424,7 @@ def _is_viewers(light: Light) -> bool:
 def _is_upside_down(scene: Scene) -> bool:
     """Return whether the world's y points down, where glTF's points up: in the picture, or by a cloud's own up."""
     for placed in scene.instances:
-        if isinstance(placed.content, PointCloud):
+        if placed.content.up_direction is not None:
             up: NDArray[np.float64] = placed.rigid_axes[0][:3, :3] @ placed.content.up_direction
             return bool(up[1] < -_LEANING)
     return bool(scene.pose[1, 1] > _LEANING)

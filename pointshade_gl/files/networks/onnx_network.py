@@ -222,8 +222,7 @@ def open_network(path: Path) -> Network:
 
 @lru_cache(2)
 def _opened(path: Path, _time: int, _size: int) -> Network:
-    runtime = import_extra("onnxruntime", "onnx", f"{path} is a network")
-    session, remark = _session(runtime, path)
+    session, remark = _session(import_extra("onnxruntime", "onnx", f"{path} is a network"), path)
     outputs = [one.name for one in session.get_outputs()]
     try:
         metadata = session.get_modelmeta().custom_metadata_map

@@ -229,8 +229,7 @@ def _palette(pictures: list[Image.Image], looked_at: int = 400_000) -> Image.Ima
 def _flattened(image: AnyArray) -> Image.Image:
     from PIL import Image
 
-    array = check_picture(image, "film")
-    picture = Image.fromarray(np.ascontiguousarray(array))
+    picture = Image.fromarray(np.ascontiguousarray(check_picture(image, "film")))
     if picture.mode != "RGBA":
         return picture.convert("RGB")
     result = Image.new("RGB", picture.size, BACKGROUND)

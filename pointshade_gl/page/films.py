@@ -216,8 +216,8 @@ def draw_film(
     fps, count.all = check_fps(fps, option("fps"), "frames"), len(frames) + 1
     film, bodies = _Film(renderer, FILM_QUALITIES[quality], count), []
     for _, request in sequence_jobs(frames, view, skipped, renderer):
-        source = reduced(request.source, largest, largest**2)
-        bodies.append(film.add(replace(request, source=source, camera=camera or request.camera)))
+        smaller = reduced(request, largest, largest**2)
+        bodies.append(film.add(replace(smaller, camera=camera or request.camera)))
     if film.first is None:
         raise ValueError("the page has nothing to show: no frame could be read")
     data: dict[str, Any] = film.values | {"film": {"fps": fps, "frames": film.heads}}

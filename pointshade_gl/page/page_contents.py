@@ -7,6 +7,7 @@ import base64
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from ..scene.environment import FAR_AS_SEEN, NO_ENVIRONMENT, EnvironmentLight
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, at_upper_left
-from ..scene.node import Placed
+from ..scene.node import Placed, with_drawn
 from ..scene.objects import PointObject
 from ..scene.orbit import OrbitStage, State
 from ..scene.settings import STILL, OutputSettings
@@ -29,34 +30,33 @@ from ..scene.values import linear_to_srgb
 from ..scene.visible import coarser, is_alone, points_at
 
 
-def reduced(source: Any, largest: int, most: int, points: int = 0) -> Any:
-    """The frame, frames, scene or cloud, where depths and colours have up to `largest` pixels a side, and all clouds
-    together about `most` points, or as many as such a picture has; itself if they do.
+def reduced(request: RenderRequest, largest: int, most: int, points: int = 0) -> RenderRequest:
+    """The request for the same, where depths and colours have up to `largest` pixels a side, and all clouds together
+    about `most` points, or as many as such a picture has; itself if they do.
 
     points  of all clouds
     """
+    frames = tuple(_reduced_frame(frame, largest) for frame in request.frames)
+    if frames:
+        return request if frames == request.frames else replace(request, source=frames)
     level = max(math.log2(max(points, 1) / min(most, largest**2)), 0.0)
-    made: dict[PointCloud, PointCloud] = {}
+    cloud_at = cache(partial(_reduced_cloud, level=level))
 
     def smaller(content: Any) -> Any:
-        if isinstance(content, Frame):
-            return _reduced_frame(content, largest)
-        if isinstance(content, PointCloud):
-            return made.setdefault(content, _reduced_cloud(content, level))
-        if isinstance(content, PointObject):
-            frames = smaller(content.frames)
-            is_same = all(a is b for a, b in zip(frames, content.frames, strict=True))
-            return content if is_same else PointObject(frames, look=content.look)
-        return tuple(map(smaller, content)) if isinstance(content, Sequence) else content
+        if content.clouds:
+            return cloud_at(content)
+        frames = tuple(_reduced_frame(frame, largest) for frame in content.frames)
+        return content if frames == content.frames else PointObject(frames, look=content.look)
 
-    if isinstance(source, Scene):
-        return source.with_every_node(lambda node: {"content": smaller(node.content)})
-    return smaller(source)
+    source: Any = request.source
+    is_cloud = isinstance(source, PointCloud)
+    source = smaller(source) if is_cloud else source.with_every_node(lambda node: with_drawn(node, smaller))
+    return request if source is request.source else replace(request, source=source)
 
 
 def cloud_points(scene: Scene) -> int:
     """How many points the visible clouds have."""
-    return sum(len(placed.content) for placed in scene.instances if isinstance(placed.content, PointCloud))
+    return sum(len(cloud) for placed in scene.instances for cloud in placed.content.clouds)
 
 
 def _reduced_cloud(cloud: PointCloud, level: float) -> PointCloud:
@@ -92,7 +92,7 @@ def _averaged(color: NDArray[np.uint8], largest: int) -> NDArray[np.uint8]:
 
 def left_out(scene: Scene, finish: OutputSettings, points: int) -> Iterator[str]:
     """Of a scene, finished like this. points: of its clouds, before some were left out."""
-    objects, shown = [p.content for p in scene.instances if isinstance(p.content, PointObject)], cloud_points(scene)
+    objects, shown = [p.content for p in scene.instances if p.content.frames], cloud_points(scene)
     if shown < points:
         yield f"of {counted(points, 'point')} an even sample is drawn, {counted(shown, 'point')}"
     if finish.ground:
@@ -244,7 +244,7 @@ def arranged(request: RenderRequest) -> Showing:
     """Return what a page shows first."""
     scene = Scenes().of(request)
     lights, (camera, seen) = request.lights_of(scene), request.seen_by(scene)
-    if isinstance(request.source, Scene | PointCloud):
+    if not request.frames:
         shading = request.source.shading if isinstance(request.source, PointCloud) else "phong"
         return Showing(scene, camera, seen, STRAIGHT, lights, shading, request.finish)
     frame = scene.instances[0].content.frame

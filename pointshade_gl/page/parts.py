@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import io
 import zlib
+from collections.abc import Iterable
 from dataclasses import replace
+from functools import singledispatch
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -12,8 +14,10 @@ from numpy.typing import NDArray
 
 from ..gpu.clouds import cloud_objects as drawing
 from ..gpu.clouds.cloud_objects import PlacedCloud
+from ..gpu.core.view_images import Drawable
 from ..gpu.meshes.mesh_objects import PlacedMesh, mesh_vertices
-from .page_surfaces import MISSING, PageSurface
+from ..gpu.points.point_objects import ShownSet
+from .page_surfaces import MISSING, PageSurface, surfaces_of
 
 Whole = NDArray[np.int64]
 Known = NDArray[np.bool_]
@@ -116,7 +120,21 @@ class Quality(NamedTuple):
 
 
 QualityName = Literal["exact", "small"]
+BAND_STEPS = 200  # steps of depth in what several frames of one thing may differ by
 QUALITIES = {"exact": Quality(1e-6, 14, None, 250_000), "small": Quality(2e-5, 10, 95, 125_000)}
+
+
+@singledispatch
+def parts_of(thing: Drawable, quality: Quality) -> Iterable[Part]:
+    """The parts of what shows points; meshes and clouds have their own functions."""
+    return (surface_part(surface, quality) for surface in surfaces_of(thing))
+
+
+@parts_of.register
+def _(thing: ShownSet, quality: Quality) -> Iterable[Part]:
+    step = max(quality.depth_step, thing.consensus.band / BAND_STEPS)
+    coarse = quality._replace(depth_step=step, normal_bits=min(quality.normal_bits, 12))
+    return (surface_part(surface, coarse) for surface in surfaces_of(thing))
 
 
 def surface_part(surface: PageSurface, quality: Quality) -> Part:
@@ -158,7 +176,8 @@ def surface_part(surface: PageSurface, quality: Quality) -> Part:
     return head, b"".join(body)
 
 
-def mesh_part(placed: PlacedMesh, quality: Quality) -> Part:
+@parts_of.register
+def mesh_part(placed: PlacedMesh, quality: Quality) -> Iterable[Part]:
     """A mesh, its corners as the renderer takes them."""
     mesh = placed.mesh
     vertices, faces = mesh_vertices(mesh)
@@ -176,7 +195,7 @@ def mesh_part(placed: PlacedMesh, quality: Quality) -> Part:
         every = np.ones(mesh.texture.shape[:2], np.bool_)
         head["texture"], colors = _color_part(mesh.texture[..., :3], every, quality)
         body += colors
-    return head, body
+    return [(head, body)]
 
 
 def _color_part(colors: NDArray[np.uint8], known: NDArray[np.bool_], quality: Quality) -> Part:
@@ -223,11 +242,12 @@ RULES = {
 }
 
 
-def cloud_part(placed: PlacedCloud, quality: Quality) -> Part:
+@parts_of.register
+def cloud_part(placed: PlacedCloud, quality: Quality) -> Iterable[Part]:
     """The points of a cloud, all of them: `placed` may have those that one view needs."""
     with placed.points.complete(placed.cloud) as points:
         grown = placed.grown if points is placed.points else 1.0
-        return _coded(replace(placed, points=points, grown=grown), quality)
+        return [_coded(replace(placed, points=points, grown=grown), quality)]
 
 
 def _coded(placed: PlacedCloud, quality: Quality) -> Part:

@@ -170,6 +170,14 @@ class PointCloud(DrawnValue):
             object.__setattr__(made, name, getattr(self, name))
         return made
 
+    def _shaded(self, shading: str) -> PointCloud:
+        return self.styled(shading=shading if shading in CLOUD_SHADINGS else "phong")
+
+    @property
+    def clouds(self) -> tuple[PointCloud, ...]:
+        """Return the cloud itself."""
+        return (self,)
+
     def is_like(self, other: PointCloud) -> bool:
         """Return whether another cloud has the same arrays and is drawn the same.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -105,6 +105,9 @@ class Mesh(DrawnValue):
         texture = "" if self.texture is None else f", texture {self.texture.shape[1]}x{self.texture.shape[0]}"
         return f"Mesh({counted(len(self.positions), 'position')}, {counted(len(self.faces), 'triangle')}{texture})"
 
+    def _shaded(self, shading: Shading) -> Mesh:
+        return replace(self, shading=shading)
+
     @cached_property
     def corners(self) -> NDArray[np.float64]:
         """Return the (8, 3) corners of the box around all triangles, node axes; (0, 3) without a triangle."""
@@ -187,6 +190,9 @@ class PointObject(DrawnValue):
     def __repr__(self) -> str:
         return f"PointObject({self.frame if self.is_single else counted(len(self.frames), 'frame')})"
 
+    def _shaded(self, shading: Shading) -> PointObject:
+        return replace(self, look=replace(self.look, shading=shading))
+
     @property
     def is_single(self) -> bool:
         """Return whether there is one frame, not several of one thing."""
@@ -257,16 +263,16 @@ def uniform(look: Appearance) -> Appearance:
 
 def check_frames(frames: Frame | Sequence[Frame]) -> tuple[Frame, ...]:
     """One frame or several as a tuple. Raises TypeError for anything else, ValueError for none or too many."""
-    if type(frames) is Frame:
+    if isinstance(frames, Frame):
         return (frames,)
-    items = [frames] if isinstance(frames, Frame) else frames
-    if any(isinstance(one, PointCloud) for one in (items if is_a(items, Sequence) else [items])):
+    if any(isinstance(one, PointCloud) for one in (frames if is_a(frames, Sequence) else [frames])):
         raise TypeError("a point cloud is no frame: draw it alone, or put it into a Node of a Scene as it is")
-    if not is_a(items, Sequence) or is_a(items, str, bytes):
+    if not is_a(frames, Sequence) or is_a(frames, str, bytes):
         raise TypeError(f"frame must be a Frame or a sequence of frames, got {shown(frames)}")
-    if not 1 <= len(items) <= MOST_FRAMES:
-        raise ValueError(f"an object has 1 to {MOST_FRAMES} frames, got {len(items)}")
-    return tuple(check_type(item, Frame, "frame" if len(items) == 1 else f"frame {k}") for k, item in enumerate(items))
+    if not 1 <= len(frames) <= MOST_FRAMES:
+        raise ValueError(f"an object has 1 to {MOST_FRAMES} frames, got {len(frames)}")
+    single = len(frames) == 1
+    return tuple(check_type(item, Frame, "frame" if single else f"frame {k}") for k, item in enumerate(frames))
 
 
 def check_photographs(frames: Sequence[Frame]) -> tuple[Frame, ...]:

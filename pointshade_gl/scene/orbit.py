@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -97,7 +97,7 @@ class State:
     look          how the frame is drawn; of a scene only a shading other than "phong" counts, for all its objects
     finish        of it only light counts: the environment, whether what is near hides it, how it rolls off, and what
                   colours show in its place
-    readout       whether values under the mouse are told; None: where colours are no light
+    readout       whether values under the mouse are shown; None: where colours are no light
 
     Raises TypeError or ValueError for anything else, and for a look with arrays: the next frame of a sequence may have
     another size.
@@ -123,22 +123,18 @@ class State:
     readout: bool | None = None
 
     def __post_init__(self) -> None:
-        def checked(check: Callable[..., Any], name: str, *limits: float) -> None:
-            object.__setattr__(self, name, check(getattr(self, name), f"state {name}", *limits))
-
-        for name in ("yaw", "pitch", "roll"):
-            checked(check_number, name, -LARGEST)
-        for name in ("distance", "light_reach"):
-            checked(check_number, name, NEAREST)
-        for name in ("pan", "light_at"):
-            checked(_check_pair, name)
-        checked(check_point, "pivot")
-        checked(check_color, "light_color")
-        checked(check_number, "light_intensity", 0)
-        for name in ("light_mode", "lit", "shadows", "help", "panel"):
-            checked(check_flag, name)
-        if self.readout is not None:
-            checked(check_flag, "readout")
+        flags = "light_mode", "lit", "shadows", "help", "panel", *(() if self.readout is None else ("readout",))
+        for names, check, *limits in (
+            (("yaw", "pitch", "roll"), check_number, -LARGEST),
+            (("distance", "light_reach"), check_number, NEAREST),
+            (("pan", "light_at"), _check_pair),
+            (("pivot",), check_point),
+            (("light_color",), check_color),
+            (("light_intensity",), check_number, 0),
+            (flags, check_flag),
+        ):
+            for name in names:
+                object.__setattr__(self, name, check(getattr(self, name), f"state {name}", *limits))
         check_type(self.look, Appearance, "state look")
         check_type(self.finish, OutputSettings, "state finish")
         if not self.look.is_uniform:
@@ -272,7 +268,7 @@ class State:
 
     @property
     def reads(self) -> bool:
-        """Return whether values under the mouse are told."""
+        """Return whether values under the mouse are shown."""
         return not self.finish.is_light if self.readout is None else self.readout
 
     @property
@@ -299,8 +295,8 @@ class State:
     def light(self, stage: OrbitStage, frame_pose: NDArray[np.float64], kind: Light = OWN_LIGHT) -> Light:
         """The light in the world, directed at the object's middle.
 
-        kind  says whether it is a point light, a spot, an area or directional, and has all else: cone, attenuation,
-              shadow switch, radius, angle, size
+        kind  is a point light, a spot, an area or directional, and has all else: cone, attenuation, shadow switch,
+              radius, angle, size
         """
         place = self.seen_middle(stage) + self.towards * stage.radius * self.light_reach
         pose = frame_pose @ self.pose(stage)

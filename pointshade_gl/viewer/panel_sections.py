@@ -25,7 +25,7 @@ from ..scene.settings import OCCLUSION
 from .controller import KINDS, as_kind, kind_of, placed, titles
 from .events import Command, Effect, RemoveLight, ShowFrame, TakeLight
 from .picture import ShownPicture
-from .state import UNITS, Shown, Snapshot, Views, clouds_of, pose_of, restyled, scene_in, size_of, views_in, with_unit
+from .state import UNITS, Shown, Snapshot, Views, clouds_of, restyled, scene_in, size_of, views_in, with_unit
 
 LINE = 22.0  # of an explanation, in letters' heights
 NAMES_WIDTH = 6.4  # width of the names' column, in sizes of the messages' font
@@ -253,7 +253,7 @@ class PanelSections:
         ui, now, scene, views = self.ui, picture.now, scene_in(picture.shown), views_in(picture.shown)
         show_facts(ui, picture.shown, facts, has_room)
         effects = self._show_views(now.state.look, views, facts) if views else []
-        now, taken = show_light(ui, now, pose_of(picture.shown))
+        now, taken = show_light(ui, now, picture.shown.pose)
         effects += taken
         state = show_surface(ui, show_environment(ui, now.state, has_room), scene is not None)
         if scene is None:

@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 from ..renderer.requests import RenderRequest
 from ..scene.appearance import Material
 from ..scene.camera import Camera
-from ..scene.frame import Frame
 from ..scene.graph import shaded, without_environment
 from ..scene.light import Light
 from ..scene.orbit import UPPER_LEFT
 from ..scene.settings import Metering
-from .state import Shown, Snapshot, camera_of, pose_of, scene_in, views_in
+from .state import Shown, Snapshot, camera_of, frame_in, scene_in, views_in
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,12 +47,12 @@ class ShownPicture:
     @cached_property
     def pose(self) -> NDArray[np.float64]:
         """(4, 4) camera-to-world of who looks."""
-        return pose_of(self.shown) @ self.now.state.pose(self.now.stage)
+        return self.shown.pose @ self.now.state.pose(self.now.stage)
 
     @cached_property
     def lights(self) -> list[Light]:
         """The light that the mouse holds, then the others."""
-        held = self.now.state.light(self.now.stage, pose_of(self.shown), self.now.held)
+        held = self.now.state.light(self.now.stage, self.shown.pose, self.now.held)
         return [replace(light, shadow=light.shadow and self.now.state.shadows) for light in (held, *self.now.lights)]
 
     def request(self, samples: int = 1, rests: bool = True) -> RenderRequest:
@@ -93,7 +92,7 @@ class ShownPicture:
     @cached_property
     def _is_photograph(self) -> bool:
         state, stage = self.now.state, self.now.stage
-        is_own = isinstance(self.shown, Frame) and self.camera == camera_of(self.shown)
+        is_own = frame_in(self.shown) is not None and self.camera == camera_of(self.shown)
         is_plain = state.finish.is_light and (not state.lit or state.look.shading == "none")
         is_there = is_own and is_plain and np.allclose(state.pose(stage), np.eye(4), rtol=0, atol=1e-9 * stage.radius)
         return bool(is_there)

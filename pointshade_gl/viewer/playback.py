@@ -236,7 +236,7 @@ class TimelineBar(NamedTuple):
 class Playback:
     """Where frames come from, one source or several at once, and what keys do to them. What is shown now is passed in.
 
-    sources  a frame or a scene, which does not play, or whatever Viewer takes; several play together as Views
+    sources  a frame or a scene, which alone does not play, or whatever Viewer takes; several play together as Views
     rates    frames per second of each source; None: as fast as they come
     count    how many frames of a sequence are merged, or their numbers; None for all
     skipped  called with one sentence for each frame that cannot be read, or is left out
@@ -248,7 +248,8 @@ class Playback:
         self, sources: Sequence[Frame | Scene | Iterable[Frame]], rates: Sequence[float | None],
         count: int | Sequence[int] | None, skipped: Callable[[str], None],
     ):  # fmt: skip
-        self._first, self._rate, self._count, self._skipped = sources[0], rates[0], count, skipped
+        self._first: Any = sources[0]
+        self._rate, self._count, self._skipped = rates[0], count, skipped
         self._wake: Callable[[], None] = lambda: None
         self._arriving = Rate()
         self._names: list[str] = []  # as the panel calls the sources
@@ -257,19 +258,19 @@ class Playback:
         self._jobs: dict[int, Future[Frame]] = {}
         self._home = -1
         is_alone = len(sources) == 1
-        if is_alone and isinstance(sources[0], Frame | Scene):
-            return
         for k, (source, rate) in enumerate(zip(sources, rates, strict=True)):
+            plays = isinstance(source, Iterable)
+            if is_alone and not plays:
+                break
             name = source.folder.name if isinstance(source, FrameSequence) else f"source {k}"
-            stream: Any = iter([source]) if isinstance(source, Frame) else source
             report = skipped if is_alone else lambda sentence, name=name: skipped(f"{name}: {sentence}")
-            self.players.append(Player(stream, rate, report))
+            self.players.append(Player(source if plays else iter(source.frames), rate, report))
             self._names.append(name)
 
     def first(self, merge: bool) -> Shown:
         """What is shown at first; merge: frames of the sequence are read to be merged."""
         if not self.players:
-            return self._first.framed() if isinstance(self._first, Scene) else self._first  # type: ignore[return-value]
+            return self._first.framed()
         first, *others = frames = tuple(player.first() for player in self.players)
         if others:
             return Views(frames, tuple(self._names), first, (True,) * len(frames), "")
@@ -395,11 +396,10 @@ class Playback:
 
     def _start_merging(self) -> None:
         """Begins to read frames, among them the one that is shown. Raises ValueError if there is none to merge."""
-        sequence: Any = self._first
         self._home = self.players[0].index
-        chosen = choose_views(sequence, self._count, self._skipped, self._home)
+        chosen = choose_views(self._first, self._count, self._skipped, self._home)
         self._pool = ThreadPoolExecutor(READERS, thread_name_prefix="pointshade-decode")
-        self._jobs = {k: self._pool.submit(sequence.__getitem__, k) for k in chosen}
+        self._jobs = {k: self._pool.submit(self._first.__getitem__, k) for k in chosen}
         for job in self._jobs.values():
             job.add_done_callback(lambda _: self._wake())
 

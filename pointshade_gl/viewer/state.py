@@ -19,7 +19,7 @@ from ..scene.cloud import CloudStyle, PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
-from ..scene.node import Node, NodeOptions
+from ..scene.node import Node, clouds_in, with_drawn
 from ..scene.orbit import OrbitStage, Pair, State
 
 VIEWS = 8  # that are merged unless another number is asked for
@@ -58,6 +58,16 @@ class Views:
         return [name for name, on in zip(self.names, self.on, strict=True) if on]
 
     @property
+    def picture_camera(self) -> Camera:
+        """The camera that the viewer starts from, in its own size."""
+        return self.home.picture_camera
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """(4, 4) camera-to-world of that camera."""
+        return self.home.pose
+
+    @property
     def points_known(self) -> int:
         """How many points the frames that are on have."""
         return sum(frame.points_known for frame in self.shown)
@@ -91,20 +101,20 @@ def views_in(shown: Shown) -> Views | None:
 
 def home_of(shown: Shown) -> Frame | Scene:
     """Return whose camera looks."""
-    return shown.home if isinstance(shown, Views) else shown
+    views = views_in(shown)
+    return views.home if views else shown  # type: ignore[return-value]
+
+
+def frame_in(shown: Shown) -> Frame | None:
+    """Return what is shown if it is a single frame."""
+    return shown.frames[0] if len(shown.frames) == 1 else None
 
 
 def camera_of(shown: Shown) -> Camera:
     """Return its own camera, in its own size."""
-    home = home_of(shown)
-    camera = home.picture_camera if isinstance(home, Frame) else home.camera
+    camera = shown.picture_camera
     assert camera is not None  # `framed` gave scenes a camera
     return camera
-
-
-def pose_of(shown: Shown) -> NDArray[np.float64]:
-    """Return (4, 4) camera-to-world of its own camera."""
-    return np.asarray(home_of(shown).pose)
 
 
 def check_views(views: int | str | Sequence[int]) -> int | Sequence[int] | None:
@@ -119,23 +129,19 @@ SMALLEST = 0.1
 UNITS = {"x": "times the spacing of the points", "px": "pixels", "": "(world units)"}
 
 
-def _clouds_in(node: Node) -> list[PointCloud]:
-    return [part for part in parts_of(node) if isinstance(part, PointCloud)]
-
-
 def clouds_of(shown: Shown) -> list[PointCloud]:
     """Return the clouds of a scene, also those that are hidden; none of anything else."""
     scene = scene_in(shown)
-    return [cloud for _, node in scene.every_node() for cloud in _clouds_in(node)] if scene else []
+    return [cloud for _, node in scene.every_node() for cloud in clouds_in(node)] if scene else []
 
 
-def _restyled(node: Node, look: Callable[[PointCloud], Any]) -> NodeOptions:
-    return {"content": tuple(p.styled(**look(p)) if isinstance(p, PointCloud) else p for p in parts_of(node))}
+def _restyled(node: Node, look: Callable[[PointCloud], Any]) -> dict[str, Any]:
+    return with_drawn(node, lambda part: part.styled(**look(part)) if part.clouds else part)
 
 
 def restyled(scene: Scene, look: Callable[[PointCloud], CloudStyle]) -> Scene:
     """Return a scene whose clouds are drawn as a function of each asks."""
-    return scene.with_every_node(lambda node: _restyled(node, look))  # type: ignore[arg-type]
+    return scene.with_every_node(lambda node: _restyled(node, look))
 
 
 def resized(scene: Scene, factor: float) -> tuple[Scene, str]:
@@ -162,11 +168,6 @@ def with_unit(number: float, unit: str) -> float | str:
     return f"{number:.3g}{unit}" if unit else float(f"{number:.3g}")
 
 
-def parts_of(node: Node) -> tuple:
-    """Return what a node holds."""
-    return node.content if isinstance(node.content, tuple) else () if node.content is None else (node.content,)
-
-
 NodeSwitch = tuple[bool, tuple[Any, ...]]  # whether a node is visible; splat and point size of each of its clouds
 Switches = tuple[bool | NodeSwitch, ...]
 _known: WeakKeyDictionary[Scene, Switches] = WeakKeyDictionary()  # asked for at each event
@@ -177,7 +178,7 @@ def switches_of(shown: Shown) -> Switches:
     if scene := scene_in(shown):
         if scene not in _known:
             _known[scene] = tuple(
-                (node.visible, tuple((cloud.splat, cloud.point_size) for cloud in _clouds_in(node)))
+                (node.visible, tuple((cloud.splat, cloud.point_size) for cloud in clouds_in(node)))
                 for _, node in scene.every_node()
             )
         return _known[scene]

@@ -24,8 +24,7 @@ from ..scene.frame import Frame
 from ..scene.viewpoint import View
 from .page_contents import Showing, arranged, look_of, reduced
 from .page_surfaces import MISSING, PageSurface, surfaces_of
-from .parts import Part, QualityName, code_depth, code_errors, code_normals, code_plane, encoded, pack, repeated
-from .template import filled
+from .parts import Part, QualityName, code_depth, code_errors, code_normals, code_plane, encoded, filled, pack, repeated
 
 KEY_EVERY = 12  # frames: so many are decoded at most when the slider jumps
 DEPTH_STEPS = 2e-5, 2e-3  # of depth: least and most, shares of it

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..estimation import environment_light as lighting
 from ..notes.words import counted
 from ..renderer.requests import STRAIGHT, RenderRequest, Scenes
+from ..scene.appearance import Appearance
 from ..scene.camera import Camera
 from ..scene.cloud import ARRAYS, CloudStyle, PointCloud
 from ..scene.environment import FAR_AS_SEEN, NO_ENVIRONMENT, EnvironmentLight
@@ -257,3 +258,31 @@ def look_of(placed: Placed, showing: Showing) -> dict[str, Any]:
     strengths = list(placed.content.material.strengths)
     shading = placed.content.shading if showing.shading == "phong" else "phong"  # the page's is that of a thing alone
     return {"material": strengths, "shading": shading, "shadow": placed.node.shadow}
+
+
+CLOSE = 1e-3  # pixels: a camera that differs by less is the same
+
+
+def command_of(showing: Showing, line: str | None) -> dict[str, Any] | None:
+    """Return it for the JSON; None without a line, and where no `--picture-size` leads to the camera of the page.
+
+    line  `pointshade render ...`, without lights, shading, view, size and samples
+
+    isOwn means that the page's home is where the line looks from without `--pose`; turns, that the page turns around
+    the same point as `--yaw`.
+    """
+    own, scene = showing.scene.camera, showing.scene
+    assert own is not None, "scenes of requests have one"
+    fitted = showing.camera.fitted(own.width, own.height)
+    if line is None or not np.allclose(fitted.intrinsics, own.intrinsics, 0, CLOSE):
+        return None
+    is_own = bool(np.allclose(showing.home, scene.pose, 0, 1e-12))
+    is_frame = showing.frame is not None and scene.instances[0].content.is_single
+    return {
+        "line": line,
+        "shading": Appearance().shading,
+        "isScene": showing.frame is None,
+        "isOwn": is_own,
+        "turns": is_own and is_frame,
+        "home": np.asarray(showing.home).tolist(),
+    }

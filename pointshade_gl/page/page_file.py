@@ -24,9 +24,8 @@ from ..renderer.requests import GROUPS, FilePath, RenderRequest, RequestOptions,
 from ..scene.frame import Frame
 from ..scene.option_fields import takes
 from .films import draw_film, frames_of
-from .page_contents import Showing, arranged, cloud_points, look_of, reduced
-from .parts import QUALITIES, Part, Quality, QualityName, parts_of
-from .template import command_of, filled
+from .page_contents import Showing, arranged, cloud_points, command_of, look_of, reduced
+from .parts import QUALITIES, Part, Quality, QualityName, filled, parts_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

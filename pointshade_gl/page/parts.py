@@ -1,12 +1,18 @@
-"""The parts of a page, clouds too: each a description for the JSON, and bytes that decode.js reads."""
+"""The parts of a page, clouds too: each a description for the JSON, and bytes that decode.js reads. And the one file
+that they fill: page.html with its places, shaders and scripts."""
 
 from __future__ import annotations
 
+import base64
+import html
 import io
+import json
+import re
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import singledispatch
+from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -14,9 +20,12 @@ from numpy.typing import NDArray
 
 from ..gpu.clouds import cloud_objects as drawing
 from ..gpu.clouds.cloud_objects import PlacedCloud
+from ..gpu.core.programs import splice
 from ..gpu.core.view_images import Drawable
 from ..gpu.meshes.mesh_objects import PlacedMesh, mesh_vertices
 from ..gpu.points.point_objects import ShownSet
+from ..notes.notes import print_note
+from ..notes.words import printable
 from .page_surfaces import MISSING, PageSurface, surfaces_of
 
 Whole = NDArray[np.int64]
@@ -331,3 +340,68 @@ def _curve(at: NDArray[np.float32]) -> NDArray[np.int64]:
     cells = np.clip((at - low) / max(float((high - low).max()), 1e-30) * 1024, 0, 1023).astype(np.int64)
     bits = [(cells[:, axis] >> bit & 1) << (3 * bit + axis) for bit in range(10) for axis in range(3)]
     return np.sum(bits, axis=0)
+
+
+ENTRIES = (
+    "fullscreen.vert", "points/splats.vert", "points/splats.frag", "points/rims.vert", "points/rims.frag",
+    "points/resolve_surfaces.frag", "shading/light.frag", "surface/hidden_in_plane.frag", "surface/mean_hidden.frag",
+    "surface/visibility.frag", "shading/view_visibility.frag", "shading/shadow.frag", "surface/hidden_planes.frag",
+    "meshes/mesh.vert", "meshes/mesh.frag", "meshes/mesh_lit.vert", "meshes/mesh_lit.frag", "meshes/mesh_shadow.frag",
+    "clouds/splat.vert", "clouds/depth.frag", "clouds/front.frag", "clouds/blend.frag", "clouds/resolve.frag",
+    "clouds/ball.frag", "surface/film_surface.frag", "surface/film_colors.frag", "surface/film_change.frag",
+    "output/resolve_samples.frag", "points/view_insides.frag", "points/outline_points.frag", "points/kept_points.frag",
+)  # fmt: skip
+PRECISION = "".join(f"precision highp {kind};\n" for kind in ("float", "int", "sampler2D", "isampler2D"))
+_COMMENT = re.compile(r"[ \t]*//[^\n]*")
+
+
+def shader_texts() -> dict[str, str]:
+    """The text of each shader by its name. `#version 300 es` and constants go before it."""
+    return {name: as_es(splice(name)[0]) for name in ENTRIES}
+
+
+def as_es(text: str) -> str:
+    """A shader without its first line, its comments and empty lines, with the precision that GLSL ES asks for."""
+    body = _COMMENT.sub("", text.split("\n", 1)[1])
+    return PRECISION + re.sub(r"\n+", "\n", body)
+
+
+FOLDER = Path(__file__).resolve().parent
+SCRIPTS = (
+    "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "samples.js", "upload.js", "paint.js",
+    "around.js", "clouds.js", "outlines.js", "draw.js", "film.js", "player.js", "pointers.js", "lamp_box.js",
+    "command.js", "controls.js",
+)  # fmt: skip
+STILL = 85  # quality of the still's WebP
+
+
+def filled(
+    title: str, still: NDArray[np.uint8], data: dict[str, Any], body: bytes, frames: Sequence[bytes] = ()
+) -> str:
+    """The template with its places filled, which look like {{title}}. A note names each thing that the page leaves out.
+
+    body    of all things
+    frames  of a film: each frame's, which the page decodes when it comes to it
+    """
+    for sentence in data["leftOut"]:
+        print_note(f"in the page {sentence}")
+    places = {
+        "title": html.escape(printable(title.encode("utf-8", "backslashreplace").decode())),  # it may be no text
+        "still": f"data:image/webp;base64,{_base64(encoded(still, 'WEBP', quality=STILL))}",
+        "data": _json(data),
+        "shaders": _base64(pack(json.dumps(shader_texts()).encode())),
+        "parts": _base64(pack(body)),
+        "frames": "\n".join(f'<script type="text/plain" class="frame">{_base64(one)}</script>' for one in frames),
+        "script": "\n".join((FOLDER / name).read_text(encoding="utf-8") for name in SCRIPTS),
+    }
+    text = (FOLDER / "page.html").read_text(encoding="utf-8")
+    return re.sub(r"{{(.*?)}}", lambda place: places[place[1]], text, flags=re.DOTALL)
+
+
+def _json(data: Any) -> str:
+    """JSON that no HTML parser takes for the end of its script."""
+    return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _base64(data: bytes) -> str:
+    return base64.b64encode(data).decode()

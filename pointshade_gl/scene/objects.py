@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks.arguments import LARGEST, as_array, as_given, check_choice, check_color, check_type, is_a, items_of
+from ..checks.arguments import as_given, check_choice, check_color, check_type, is_a, items_of
 from ..checks.foreign_arrays import Numbers, way_to
 from ..notes.words import counted, option, shown
 from .appearance import FRAME_SPLATS, SHADINGS, Appearance, AppearanceOptions, Material, Shading
-from .cloud import PointCloud
+from .cloud import PointCloud, floats_of
 from .frame import Frame
 from .values import DrawnValue, box_corners, frozen, median
 
@@ -75,7 +75,7 @@ class Mesh(DrawnValue):
         ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
-        points = _floats(self.positions, "mesh positions", (None, 3))
+        points = frozen(floats_of(self.positions, "mesh positions", (None, 3), np.float32))
         faces = as_given(self.faces, "mesh faces must have shape (m, 3) and whole numbers")
         if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
             raise ValueError(f"mesh faces must have shape (m, 3) and whole numbers, got {faces.shape} {faces.dtype}")
@@ -86,8 +86,8 @@ class Mesh(DrawnValue):
         object.__setattr__(self, "faces", frozen(np.array(faces, dtype=np.uint32, order="C")))
         for name, width in (("normals", 3), ("uv", 2)):
             if getattr(self, name) is not None:
-                values = _floats(getattr(self, name), f"mesh {name}", (len(points), width))
-                object.__setattr__(self, name, values)
+                values = floats_of(getattr(self, name), f"mesh {name}", (len(points), width), np.float32)
+                object.__setattr__(self, name, frozen(values))
         if self.texture is not None:
             texture = as_given(self.texture, "mesh texture must be (h, w, 3|4) uint8")
             if texture.ndim != 3 or texture.shape[2] not in (3, 4) or texture.dtype != np.uint8 or 0 in texture.shape:
@@ -113,16 +113,6 @@ class Mesh(DrawnValue):
         """Return the (8, 3) corners of the box around all triangles, node axes; (0, 3) without a triangle."""
         points = self.positions[np.unique(self.faces)]
         return frozen(box_corners(points.min(0), points.max(0)) if len(points) else np.zeros((0, 3)))
-
-
-def _floats(value: Any, name: str, shape: tuple[int | None, int]) -> NDArray[np.float32]:
-    wanted = ", ".join("n" if want is None else str(want) for want in shape)
-    array = as_array(value, f"{name} must be numbers of shape ({wanted})", np.float32)
-    if array.ndim != 2 or any(want not in (None, got) for want, got in zip(shape, array.shape, strict=True)):
-        raise ValueError(f"{name} must have shape ({wanted}), got {array.shape}")
-    if not (np.abs(array) <= LARGEST).all():
-        raise ValueError(f"{name} must be finite and below {LARGEST:g}")
-    return frozen(array)
 
 
 MOST_FRAMES = 200  # of one object

@@ -32,11 +32,10 @@ from .controller import ControllerInputs, controller, hides_pointer, is_for_time
 from .document import CommandLine, Document, SavedPicture, Session, check_rates, check_sources
 from .events import Command, Effect, Event, Open, Remember, TurnAround
 from .overlay import Messages
-from .panel import MISSING
 from .panel_sections import PanelFacts
 from .picture import Redrawing, ShownPicture
 from .playback import Playback, TimelineBar
-from .screen import Overlay, Screen
+from .screen import MISSING, Overlay, Screen
 from .state import VIEWS, check_views
 from .window import Window, size_for
 

@@ -141,29 +141,17 @@ class Showing:
             "camera": vars(self.camera),
             "stage": {"pivot": stage.pivot.tolist(), "radius": stage.radius, "upright": stage.upright.tolist()},
             "start": {
-                "yaw": start.yaw,
-                "pitch": start.pitch,
-                "distance": start.distance,
-                "lightAt": start.light_at,
-                "lightReach": start.light_reach,
-                "lightColor": start.light_color,
-                "lightIntensity": start.light_intensity,
-                "shadows": any(light.shadow for light in self.lights),
-                "shading": self.shading,
+                "yaw": start.yaw, "pitch": start.pitch, "distance": start.distance,
+                "lightAt": start.light_at, "lightReach": start.light_reach,
+                "lightColor": start.light_color, "lightIntensity": start.light_intensity,
+                "shadows": any(light.shadow for light in self.lights), "shading": self.shading,
             },
-            "held": held,
-            "lights": lights,
-            "ambient": list(self.scene.ambient),
-            "around": self._around(),
-            "bounds": self.bounds,
-            "toWorld": self.home[:3, :3].tolist(),
-            "distance": self.distance,
-            "background": self._background(),
-            "behind": self.finish.behind,
-            "samples": max(self.finish.samples, STILL),
-            "tone": self.finish.tone,
+            "held": held, "lights": lights, "ambient": list(self.scene.ambient), "around": self._around(),
+            "bounds": self.bounds, "toWorld": self.home[:3, :3].tolist(), "distance": self.distance,
+            "background": self._background(), "behind": self.finish.behind,
+            "samples": max(self.finish.samples, STILL), "tone": self.finish.tone,
             "leftOut": list(left_out(self.scene, self.finish, points)),
-        }
+        }  # fmt: skip
 
     def start(self, stage: OrbitStage) -> State:
         """The state in which the page begins: its first light is the one that is held."""

@@ -35,19 +35,10 @@ LARGEST = 2048  # pixels a side: so many have the textures of every browser
 
 @takes(RequestOptions, *GROUPS, like=Renderer.render)
 def write_page(
-    renderer: Renderer,
-    path: FilePath,
-    source: Source,
-    *,
-    fps: float | None = None,
-    quality: QualityName = "exact",
-    largest: int = LARGEST,
-    title: str | None = None,
-    command: str | None = None,
-    notes: Note | None = None,
-    progress: Progress | None = None,
-    **options: Unpack[RequestOptions],
-) -> None:
+    renderer: Renderer, path: FilePath, source: Source, *, fps: float | None = None, quality: QualityName = "exact",
+    largest: int = LARGEST, title: str | None = None, command: str | None = None, notes: Note | None = None,
+    progress: Progress | None = None, **options: Unpack[RequestOptions],
+) -> None:  # fmt: skip
     """Write a frame, several frames of one thing, a scene or a cloud as one HTML file, in which the light can be moved.
 
     The file asks for nothing from outside. It needs a browser with WebGL 2 (all since 2023); others show a picture.
@@ -111,18 +102,10 @@ def check_page_path(path: FilePath) -> Path:
 
 @takes(RequestOptions, *GROUPS, like=Renderer.render)
 def draw_page(
-    renderer: Renderer,
-    source: Source,
-    *,
-    fps: float | None = None,
-    quality: QualityName = "exact",
-    largest: int = LARGEST,
-    title: str | None = None,
-    command: str | None = None,
-    notes: Note | None = None,
-    progress: Progress | None = None,
-    **options: Unpack[RequestOptions],
-) -> str:
+    renderer: Renderer, source: Source, *, fps: float | None = None, quality: QualityName = "exact",
+    largest: int = LARGEST, title: str | None = None, command: str | None = None, notes: Note | None = None,
+    progress: Progress | None = None, **options: Unpack[RequestOptions],
+) -> str:  # fmt: skip
     """The text of the page that `save_page` writes."""
     check_choice(option("quality"), quality, tuple(QUALITIES))
     check_count(largest, "largest", 1, "of pixels ")
@@ -214,16 +197,10 @@ class Cell:
 
 @takes(RequestOptions, *GROUPS, like=Renderer.render)
 def draw_cell(
-    renderer: Renderer,
-    source: Source,
-    *,
-    height: int = HEIGHT,
-    quality: QualityName | None = None,
-    title: str = "pointshade",
-    notes: Note | None = None,
-    progress: Progress | None = None,
+    renderer: Renderer, source: Source, *, height: int = HEIGHT, quality: QualityName | None = None,
+    title: str = "pointshade", notes: Note | None = None, progress: Progress | None = None,
     **options: Unpack[RequestOptions],
-) -> Cell:
+) -> Cell:  # fmt: skip
     """Show a frame, several frames of one thing, a scene or a cloud in a notebook: the light is under the mouse.
 
     As the last line of a cell it shows itself.

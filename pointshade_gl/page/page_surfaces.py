@@ -114,19 +114,14 @@ def _read(shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: 
     others = [picture.shape for picture in (colors, certainty) if picture is not None]
     height, width = depth.shape
     left, top, right, bottom = box = _box(depth, others, max(stride, 1)) if is_cut else (0, 0, width, height)
-    camera = points.source
+    camera, inside = points.source, np.s_[top:bottom, left:right]
+    certainty = None if certainty is None else _cut(certainty, box, depth.shape)
+    sizes = sizes if sizes.size == 1 else sizes.reshape(depth.shape)[inside].ravel()
+    intrinsics = camera.fx, camera.fy, camera.cx - left, camera.cy - top
     return PageSurface(
-        values[top:bottom, left:right, :3],
-        depth[top:bottom, left:right],
-        _cut(colors, box, depth.shape),
-        None if certainty is None else _cut(certainty, box, depth.shape),
-        sizes if sizes.size == 1 else sizes.reshape(depth.shape)[top:bottom, left:right].ravel(),
-        (camera.fx, camera.fy, camera.cx - left, camera.cy - top),
-        points.pose,
-        points.scale,
-        is_round,
-        stride,
-    )
+        values[inside][..., :3], depth[inside], _cut(colors, box, depth.shape), certainty, sizes, intrinsics,
+        points.pose, points.scale, is_round, stride,
+    )  # fmt: skip
 
 
 def _read_colors(texture: moderngl.Texture) -> NDArray[np.uint8]:

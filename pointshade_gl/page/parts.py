@@ -159,26 +159,14 @@ def surface_part(surface: PageSurface, quality: Quality) -> Part:
     color, color_bytes = _color_part(surface.colors, known, quality)
     sizes = surface.sizes.astype("<f4")
     head = {
-        "kind": "points",
-        "width": depth.shape[1],
-        "height": depth.shape[0],
-        "count": int(known.sum()),
-        "nearest": nearest,
-        "depthStep": quality.depth_step,
-        "normalBits": quality.normal_bits,
-        "depthBytes": planes[0][1],
-        "normalBytes": [planes[1][1], planes[2][1]],
-        "color": color,
+        "kind": "points", "width": depth.shape[1], "height": depth.shape[0], "count": int(known.sum()),
+        "nearest": nearest, "depthStep": quality.depth_step, "normalBits": quality.normal_bits,
+        "depthBytes": planes[0][1], "normalBytes": [planes[1][1], planes[2][1]], "color": color,
         "certainty": None if certainty is None else list(certainty.shape[::-1]),
         "size": float(sizes[0]) if sizes.size == 1 else None,
-        "hasRims": surface.has_rims,
-        "isRound": surface.is_round,
-        "stride": surface.stride,
-        "source": list(surface.intrinsics),
-        "axes": surface.axes,
-        "scale": surface.scale,
-        "behind": surface.behind,
-    }
+        "hasRims": surface.has_rims, "isRound": surface.is_round, "stride": surface.stride,
+        "source": list(surface.intrinsics), "axes": surface.axes, "scale": surface.scale, "behind": surface.behind,
+    }  # fmt: skip
     body = [kinds.tobytes(), *(data for data, _ in planes), color_bytes]
     body += [certainty.tobytes()] if certainty is not None else []
     body += [sizes.tobytes()] if sizes.size > 1 else []
@@ -191,14 +179,9 @@ def mesh_part(placed: PlacedMesh, quality: Quality) -> Iterable[Part]:
     mesh = placed.mesh
     vertices, faces = mesh_vertices(mesh)
     head: dict[str, Any] = {
-        "kind": "mesh",
-        "vertices": len(vertices),
-        "corners": faces.size,
-        "baseColor": list(mesh.color),
-        "texture": None,
-        "axes": placed.worlds[0],
-        "scale": 1,
-    }
+        "kind": "mesh", "vertices": len(vertices), "corners": faces.size, "baseColor": list(mesh.color),
+        "texture": None, "axes": placed.worlds[0], "scale": 1,
+    }  # fmt: skip
     body = vertices.T.astype("<f4").tobytes() + faces.astype("<u4").tobytes()
     if mesh.texture is not None:
         every = np.ones(mesh.texture.shape[:2], np.bool_)
@@ -241,14 +224,9 @@ FARTHEST = 2**30  # steps: more are no whole number of a browser
 SIZE_STEP = 0.002  # share of a size: sizes are kept to half of it
 EDGE_BITS = 8  # of each of two coordinates of a direction
 RULES = {
-    "core": drawing.CORE,
-    "band": drawing.BAND,
-    "stepBack": drawing.STEP_BACK,
-    "ring": drawing.RING,
-    "shadowShare": drawing.SHADOW_SHARE,
-    "shadowPush": drawing.SHADOW_PUSH,
-    "ballShare": drawing.BALL_SHARE,
-}
+    "core": drawing.CORE, "band": drawing.BAND, "stepBack": drawing.STEP_BACK, "ring": drawing.RING,
+    "shadowShare": drawing.SHADOW_SHARE, "shadowPush": drawing.SHADOW_PUSH, "ballShare": drawing.BALL_SHARE,
+}  # fmt: skip
 
 
 @parts_of.register
@@ -280,28 +258,14 @@ def _coded(placed: PlacedCloud, quality: Quality) -> Part:
     axes = placed.pose.copy()
     axes[:3, 3] += axes[:3, :3] @ (placed.scale * placed.points.middle)
     head: dict[str, Any] = {
-        "kind": "cloud",
-        "count": count,
-        "discs": discs,
-        "isBlended": placed.is_blended,
-        "low": low.tolist(),
-        "high": (low + step * codes.max(0, initial=0)).tolist(),
-        "step": step,
-        "smallest": smallest,
-        "sizeStep": SIZE_STEP,
-        "hasSizes": has_sizes,
-        "hasColors": has_colors,
-        "normalBits": quality.normal_bits,
-        "edgeBits": EDGE_BITS,
-        "edges": int(border.sum()),
-        "bytes": [size for _, size in planes],
-        "radius": list(placed.radius),
-        "spacing": placed.points.spacing,
-        "largest": placed.points.largest,
-        "rules": RULES,
-        "axes": axes,
-        "scale": placed.scale,
-    }
+        "kind": "cloud", "count": count, "discs": discs, "isBlended": placed.is_blended,
+        "low": low.tolist(), "high": (low + step * codes.max(0, initial=0)).tolist(), "step": step,
+        "smallest": smallest, "sizeStep": SIZE_STEP, "hasSizes": has_sizes, "hasColors": has_colors,
+        "normalBits": quality.normal_bits, "edgeBits": EDGE_BITS, "edges": int(border.sum()),
+        "bytes": [size for _, size in planes], "radius": list(placed.radius),
+        "spacing": placed.points.spacing, "largest": placed.points.largest, "rules": RULES,
+        "axes": axes, "scale": placed.scale,
+    }  # fmt: skip
     return head, b"".join([border.astype(np.uint8).tobytes(), *(data for data, _ in planes), colors])
 
 

@@ -151,14 +151,9 @@ class PointObject(DrawnValue):
     others: tuple[Frame, ...] = ()
 
     def __init__(
-        self,
-        frame: Frame | Sequence[Frame],
-        material: Material | None = None,
-        *,
-        look: Appearance | None = None,
-        others: Sequence[Frame] = (),
-        **options: Unpack[AppearanceOptions],
-    ):
+        self, frame: Frame | Sequence[Frame], material: Material | None = None, *, look: Appearance | None = None,
+        others: Sequence[Frame] = (), **options: Unpack[AppearanceOptions],
+    ):  # fmt: skip
         if look is not None and (material is not None or options):
             raise TypeError("pass a look, or its values one by one, not both")
         if look is None:

@@ -136,13 +136,9 @@ class View(Options):
 
 
 def viewing_pose(
-    frame: Frame | Scene,
-    pose: Numbers | None = None,
-    yaw: float = 0.0,
-    pitch: float = 0.0,
-    dolly: float = 0.0,
+    frame: Frame | Scene, pose: Numbers | None = None, yaw: float = 0.0, pitch: float = 0.0, dolly: float = 0.0,
     pivot: Numbers | None = None,
-) -> NDArray[np.float64]:
+) -> NDArray[np.float64]:  # fmt: skip
     """The pose, (4, 4); None is that of the frame or framed scene, moved round pivot, (3,) world, as in `orbit_pose`.
 
     Raises ValueError or TypeError for impossible values, and for a pose that is to be moved.

@@ -29,9 +29,8 @@ from .controller import Answer, Control, added, removed, taking, titles
 from .events import Command, Effect, PlayEffect, Remember, RemoveLight, Scrub, Seek, ShowFrame, ShowMessage, TakeLight
 from .keys import when_seen
 from .overlay import Messages
-from .picture import ShownPicture
 from .playback import Playback, TimelineBar
-from .state import History, Shown, Snapshot, as_switched, camera_of, home_of, scene_in, switches_of, views_in
+from .state import History, Shown, ShownPicture, Snapshot, as_switched, home_of, scene_in, switches_of, views_in
 
 PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
 
@@ -252,7 +251,9 @@ class Session:
     @property
     def own_camera(self) -> Camera:
         """The frame's or the scene's own camera."""
-        return camera_of(self.frame)
+        camera = self.frame.picture_camera
+        assert camera is not None  # `framed` gave scenes a camera
+        return camera
 
     @property
     def pose(self) -> NDArray[np.float64]:

@@ -15,8 +15,7 @@ from PIL import Image, ImageDraw, ImageFont
 from ..files.depth.depth_files import ramp
 from ..notes.notes import print_warning
 from ..scene.values import BLUE, ColorScale
-from .picture import ShownPicture
-from .state import frame_in
+from .state import ShownPicture, frame_in
 
 SECONDS = 4.0
 CLOSES = "(a key or a click closes this)"

@@ -24,8 +24,7 @@ from ..scene.orbit import State
 from ..scene.settings import OCCLUSION
 from .controller import KINDS, as_kind, kind_of, placed, titles
 from .events import Command, Effect, RemoveLight, ShowFrame, TakeLight
-from .picture import ShownPicture
-from .state import UNITS, Shown, Snapshot, Views, clouds_of, restyled, scene_in, size_of, views_in, with_unit
+from .state import UNITS, ShownPicture, Snapshot, Views, clouds_of, restyled, scene_in, size_of, views_in, with_unit
 
 LINE = 22.0  # of an explanation, in letters' heights
 NAMES_WIDTH = 6.4  # width of the names' column, in sizes of the messages' font
@@ -226,7 +225,7 @@ class PanelFacts(NamedTuple):
     laps: Mapping[str, Timing] = {}
 
 
-def show_facts(ui: Widgets, shown: Shown, facts: PanelFacts, opened: bool) -> None:
+def show_facts(ui: Widgets, picture: ShownPicture, facts: PanelFacts, opened: bool) -> None:
     """Show rate and samples in two lines; below, if it is opened, the times of the steps and what draws."""
     imgui = ui.imgui
     imgui.text(f"{facts.rate:.1f} pictures/s" if facts.rate else "at rest")
@@ -234,10 +233,10 @@ def show_facts(ui: Widgets, shown: Shown, facts: PanelFacts, opened: bool) -> No
     imgui.text(f"{in_it} of {most} sample{'s' if most > 1 else ''}")
     if not ui.section("this picture", opened):
         return
-    for name in (*(SET_STEPS if views_in(shown) else FRAME_STEPS), "present"):
+    for name in (*(SET_STEPS if views_in(picture.shown) else FRAME_STEPS), "present"):
         lap = facts.laps.get(name)
         ui.row(name, "" if lap is None else f"{lap.gpu_ms or lap.wall_ms:.1f} ms")
-    imgui.text_wrapped(f"{shown.points_known} points" + (f", {facts.choice.method}" if facts.choice else ""))
+    imgui.text_wrapped(f"{picture.shown.points_known} points" + (f", {facts.choice.method}" if facts.choice else ""))
     imgui.text_wrapped(facts.driver + (", a software renderer: slow" if is_software(facts.driver) else ""))
 
 
@@ -251,7 +250,7 @@ class PanelSections:
     def show(self, picture: ShownPicture, facts: PanelFacts, has_room: bool) -> tuple[Snapshot, list[Effect]]:
         """Show what there is of a picture, and return what the user made of it. has_room: all sections are open."""
         ui, now, scene, views = self.ui, picture.now, scene_in(picture.shown), views_in(picture.shown)
-        show_facts(ui, picture.shown, facts, has_room)
+        show_facts(ui, picture, facts, has_room)
         effects = self._show_views(now.state.look, views, facts) if views else []
         now, taken = show_light(ui, now, picture.shown.pose)
         effects += taken

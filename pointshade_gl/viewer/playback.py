@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
+from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
@@ -16,7 +17,6 @@ from ..notes.words import option, shown
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from .events import ChangeRate, PlayCommand, PlayEffect, Seek, StepFrames
-from .picture import Rate
 from .state import Shown, Views, views_in
 
 SLOWEST, USUAL, FASTEST = 0.5, 30.0, 240.0  # frames per second that keys choose; beyond, they play as fast as they come
@@ -220,6 +220,31 @@ class _From(Sequence[tuple[int, Frame]]):
 
     def __getitem__(self, index: Any) -> Any:
         return self._start + index, self._source[self._start + index]
+
+
+RATE_GAPS = 20  # times between two pictures
+RATE_PAUSE = 0.5  # seconds after which the next picture's rate begins anew
+
+
+class Rate:
+    """Measures how many pictures come per second, while they come: `tick` when one does."""
+
+    def __init__(self) -> None:
+        self._gaps: deque[float] = deque(maxlen=RATE_GAPS)
+        self._last = float("-inf")
+
+    def tick(self, now: float) -> None:
+        if now - self._last > RATE_PAUSE:
+            self._gaps.clear()
+        else:
+            self._gaps.append(now - self._last)
+        self._last = now
+
+    @property
+    def per_second(self) -> float | None:
+        """The mean of the last ones; None before two came in a row."""
+        spent = sum(self._gaps)
+        return len(self._gaps) / spent if spent else None
 
 
 class TimelineBar(NamedTuple):

@@ -1,5 +1,5 @@
-"""Draws the window: the renderer's picture, the light's marker, text, and the panel, which needs the extra `gui`: rows
-for everything that has a number."""
+"""Draws the window: the renderer's picture, the light's marker, text, and the panel, rows for everything that has a
+number, which needs the extra `gui`; and knows when to draw it again."""
 
 from __future__ import annotations
 
@@ -25,9 +25,8 @@ from .events import Effect, Event
 from .keys import KEYS
 from .overlay import POINTS, draw_message, draw_readout, draw_strip, draw_table, legend, values_of
 from .panel_sections import PanelFacts, PanelSections, Widgets
-from .picture import ShownPicture
-from .playback import TimelineBar
-from .state import Snapshot
+from .playback import Rate, TimelineBar
+from .state import ShownPicture, Snapshot
 from .window import Window
 
 MARKER = 7.0  # radius, pixels at scale 1
@@ -402,3 +401,56 @@ def _set_style(imgui: Any) -> None:
         path = Path(folder, "font.ttf")
         path.write_bytes(font.font_bytes)
         imgui.get_io().fonts.add_font_from_file_ttf(str(path), float(sum(font.getmetrics())))
+
+
+REST = 0.2  # seconds that nothing moves before the picture is refined: moving must not wait for it
+MOST_ADDED = 3  # samples a turn at most: between two turns the window answers
+ADDING_SECONDS = 0.1  # seconds that they may take, if that is not less than one
+
+
+class Redrawing:
+    """Remembers what a window shows: a picture, and what lies over it (marker, text, panel), as values to compare.
+
+    samples  that the picture has: one while things move, more and more while nothing does
+    rate     of the pictures that differ
+    drawn    how often the window was drawn
+    """
+
+    def __init__(self) -> None:
+        self.samples, self.rate, self.drawn = 1, Rate(), 0
+        self._shown: Any = None
+        self._picture: Any = None
+        self._since = self._began = 0.0
+        self._added, self._more = 1, MOST_ADDED  # samples of this turn, and of the next one
+
+    def forget(self) -> None:
+        """Draw anew in any case: the window lost its content."""
+        self._shown = None
+
+    def patience(self, picture: Any, over: Any, now: float, most: int) -> float | None:
+        """Return the seconds until the window must be drawn; None: not before something changes."""
+        return self._rest(picture, now, most) if (picture, over) == self._shown else 0.0
+
+    def begin(self, picture: Any, now: float, most: int) -> int:
+        """Return how many samples the next picture has. It is drawn anew if it has changed."""
+        before, self._began = self.samples, now
+        if picture != self._picture:
+            self.rate.tick(now)
+            self._picture, self._since, self.samples, before = picture, now, 1, 0
+        elif self._rest(picture, now, most) == 0:
+            self.samples = min(self.samples + self._more, most)
+        self._added = self.samples - before
+        return self.samples
+
+    def end(self, picture: Any, over: Any, now: float) -> None:
+        """Remember that this was drawn, until now; None is the picture before, drawn again."""
+        self._shown = picture, over
+        self.drawn += 1
+        if picture is not None and self._added:
+            self._more = max(1, min(MOST_ADDED, int(ADDING_SECONDS * self._added / max(now - self._began, 1e-6))))
+
+    def _rest(self, picture: Any, now: float, most: int) -> float | None:
+        """Seconds until more samples are due; None: they are not."""
+        if picture != self._picture or self.samples >= most:
+            return None
+        return max(self._since + REST - now, 0.0)

@@ -1,4 +1,5 @@
-"""What a window shows, and all that is undone of it: frames, views or a scene, their view, lights and switches."""
+"""What a window shows, and all that is undone of it: frames, views or a scene, their view, lights and switches; and the
+picture of them, as `Renderer.render` is asked for it."""
 
 from __future__ import annotations
 
@@ -14,13 +15,16 @@ from numpy.typing import NDArray
 
 from ..checks.arguments import check_count
 from ..notes.words import option
+from ..renderer.requests import RenderRequest
+from ..scene.appearance import Material
 from ..scene.camera import Camera
 from ..scene.cloud import CloudStyle, PointCloud
 from ..scene.frame import Frame
-from ..scene.graph import Scene
+from ..scene.graph import Scene, shaded, without_environment
 from ..scene.light import Light
 from ..scene.node import Node, clouds_in, with_drawn
-from ..scene.orbit import OrbitStage, Pair, State
+from ..scene.orbit import UPPER_LEFT, OrbitStage, Pair, State
+from ..scene.settings import Metering
 
 VIEWS = 8  # that are merged unless another number is asked for
 
@@ -303,3 +307,81 @@ class History:
 
     def _settle(self, now: Snapshot) -> None:
         self._now, self._rest = now, now.state.light_at
+
+
+@dataclass(frozen=True, eq=False)
+class ShownPicture:
+    """A picture of what is shown, by a camera that is fitted to its size.
+
+    now    view, lights and look
+    shown  the frame, the views or the scene
+    plays  whether the next frame comes by itself
+    exposure  as of OutputSettings: found for the first picture, then the same, so that light is seen to grow or fade
+    """
+
+    now: Snapshot
+    shown: Shown
+    camera: Camera
+    exposure: float | Metering = "sensor"
+    plays: bool = False
+
+    @cached_property
+    def content(self) -> tuple[Any, ...]:
+        """Everything that it depends on, to be compared."""
+        state = replace(self.now.state, help=False, panel=False, readout=None)
+        if not state.is_lit:  # the light may go on following the mouse
+            return replace(state, light_at=UPPER_LEFT), self.shown, self.camera
+        return state, self.now.lights, self.now.held, self.shown, self.camera
+
+    @cached_property
+    def pose(self) -> NDArray[np.float64]:
+        """(4, 4) camera-to-world of who looks."""
+        return self.shown.pose @ self.now.state.pose(self.now.stage)
+
+    @cached_property
+    def lights(self) -> list[Light]:
+        """The light that the mouse holds, then the others."""
+        held = self.now.state.light(self.now.stage, self.shown.pose, self.now.held)
+        return [replace(light, shadow=light.shadow and self.now.state.shadows) for light in (held, *self.now.lights)]
+
+    def request(self, samples: int = 1, rests: bool = True) -> RenderRequest:
+        """Return what a renderer is asked for. rests: it will be refined no more, or is already."""
+        state, scene, views = self.now.state, scene_in(self.shown), views_in(self.shown)
+        plain: dict[str, Any] = {"background": None, "ground": False, "ground_height": None}
+        if not rests and state.finish.ambient_occlusion is None and (self.plays or scene):
+            plain["ambient_occlusion"] = False  # until it rests: it is found for each frame, in scenes for each view
+        finish = replace(state.finish, samples=samples, exposure=self.exposure, **plain)
+        if scene is None:
+            look = state.look if state.lit else state.look.as_taken
+            source: Any = views.shown if views else self.shown
+            return RenderRequest(source, self.lights, look, self.camera, self.pose, finish=finish)
+        scene = without_environment(scene) if finish.environment is None and scene.environment else scene
+        shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
+        return RenderRequest(shaded(scene, shading), self.lights, camera=self.camera, pose=self.pose, finish=finish)
+
+    @property
+    def preparation(self) -> tuple[tuple[Any, ...], str] | None:
+        """Return what must be found before this can be drawn, and takes long: something that compares as what that
+        depends on, and what the user reads meanwhile; None if nothing does."""
+        state, scene, views = self.now.state, scene_in(self.shown), views_in(self.shown)
+        look = state.look if state.lit and state.finish.is_light else state.look.as_taken
+        if scene:
+            return tuple(placed.content for placed in scene.instances), "preparing the scene"
+        if views is None:
+            return ((self.shown,), "dividing the light out") if look.finds_light else None
+        needs = replace(look.of_points, shading="none", material=Material())
+        what = f"{len(views.shown)} views"
+        titles = (look.remove_highlights, f"taking the highlights out of {what}"), (look.align, f"aligning {what}")
+        return (views.shown, needs), next((title for on, title in titles if on), f"merging {what}")
+
+    def most_samples(self, samples: int) -> int:
+        """Return as many, or 1 for a photograph seen as it was taken: it has no more, and stays sharp."""
+        return 1 if self._is_photograph else samples
+
+    @cached_property
+    def _is_photograph(self) -> bool:
+        state, stage = self.now.state, self.now.stage
+        is_own = frame_in(self.shown) is not None and self.camera == camera_of(self.shown)
+        is_plain = state.finish.is_light and (not state.lit or state.look.shading == "none")
+        is_there = is_own and is_plain and np.allclose(state.pose(stage), np.eye(4), rtol=0, atol=1e-9 * stage.radius)
+        return bool(is_there)

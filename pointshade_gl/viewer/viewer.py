@@ -33,10 +33,9 @@ from .document import CommandLine, Document, SavedPicture, Session, check_rates,
 from .events import Command, Effect, Event, Open, Remember, TurnAround
 from .overlay import Messages
 from .panel_sections import PanelFacts
-from .picture import Redrawing, ShownPicture
 from .playback import Playback, TimelineBar
-from .screen import MISSING, Overlay, Screen
-from .state import VIEWS, check_views
+from .screen import MISSING, Overlay, Redrawing, Screen
+from .state import VIEWS, ShownPicture, check_views
 from .window import Window, size_for
 
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"

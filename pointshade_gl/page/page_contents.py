@@ -248,7 +248,7 @@ def look_of(placed: Placed, showing: Showing) -> dict[str, Any]:
     return {"material": strengths, "shading": shading, "shadow": placed.node.shadow}
 
 
-CLOSE = 1e-3  # pixels: a camera that differs by less is the same
+SAME_CAMERA = 1e-3  # pixels: a camera that differs by less is the same
 
 
 def command_of(showing: Showing, line: str | None) -> dict[str, Any] | None:
@@ -262,7 +262,7 @@ def command_of(showing: Showing, line: str | None) -> dict[str, Any] | None:
     own, scene = showing.scene.camera, showing.scene
     assert own is not None, "scenes of requests have one"
     fitted = showing.camera.fitted(own.width, own.height)
-    if line is None or not np.allclose(fitted.intrinsics, own.intrinsics, 0, CLOSE):
+    if line is None or not np.allclose(fitted.intrinsics, own.intrinsics, 0, SAME_CAMERA):
         return None
     is_own = bool(np.allclose(showing.home, scene.pose, 0, 1e-12))
     is_frame = showing.frame is not None and scene.instances[0].content.is_single

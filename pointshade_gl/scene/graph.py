@@ -296,7 +296,7 @@ ASIDE, ABOVE = 30.0, 25.0  # degrees from which a cloud is seen that no camera t
 
 
 def scene_of(*clouds: PointCloud, names: Sequence[str] = ()) -> Scene:
-    """Return the scene of clouds that lie in one world, upright as the first of them says.
+    """Return the scene of clouds that lie in one world, upright as the first of them is.
 
     One that has a front, or y down (as a camera's), is seen from the front, others from above. names: of their nodes.
     """

@@ -195,7 +195,7 @@ class PointObject(DrawnValue):
 
     @property
     def shading(self) -> Shading:
-        """Return how it is lit, as its look says."""
+        """Return how it is lit, as its look has it."""
         return self.look.shading
 
     @property

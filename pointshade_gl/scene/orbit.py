@@ -17,13 +17,14 @@ from .frame import Frame, probing_step
 from .graph import Scene
 from .light import Light, at_upper_left
 from .settings import SIMPLE, OutputSettings, with_environment_turned
+from .values import Options
 
 Axis = tuple[float, float, float]
 VERTICAL: Axis = (0.0, 1.0, 0.0)
 
 
-@dataclass(frozen=True)
-class OrbitStage:
+@dataclass(frozen=True, eq=False)
+class OrbitStage(Options):
     """What the viewer moves around. Stage and State are in *view axes*: x right, y down in the picture.
 
     pivot    (3,) the object's middle, as the frame's own camera sees it
@@ -52,11 +53,6 @@ class OrbitStage:
         radius = float(np.clip(1.5 * extent, 0.5 * pivot[2], pivot[2]))
         upright = np.diag([1.0, np.sign(frame.camera.fy), 1.0])
         return cls(upright @ pivot, radius, upright)
-
-    def is_as(self, other: OrbitStage) -> bool:
-        """Return whether two stages are the same."""
-        arrays = (self.pivot, other.pivot), (self.upright, other.upright)
-        return (self.radius, self.axis) == (other.radius, other.axis) and all(np.array_equal(*two) for two in arrays)
 
     @classmethod
     def _of_scene(cls, scene: Scene) -> OrbitStage:

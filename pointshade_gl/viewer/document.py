@@ -72,7 +72,7 @@ class Document:
     playback  closed here if it has nothing to show; afterwards whoever opened it does that
     dropped  what of it came by a drop onto the window; None: the program opened it
     merge    frames of a sequence are read to be merged
-    place    from where it is seen at first, of which only the pose or how it is moved counts; None: as the state says
+    place    from where it is seen at first, of which only the pose or how it is moved counts; None: as the state has it
 
     title    what was dropped, in words
     first    what was shown first: the user may have hidden nodes of a scene since
@@ -111,7 +111,7 @@ class Document:
         views = views_in(shown)
         start = self.start._replace(switches=views.all_on().on) if views else self.start
         state, before, held, *_ = start
-        if stage.is_as(before) and np.array_equal(pose, self._pose):
+        if stage == before and np.array_equal(pose, self._pose):
             return start
         if held is not OWN_LIGHT:  # it stands in the world, not beside the viewer
             state = state.with_light(state.light(before, self._pose, held), stage, pose)
@@ -278,7 +278,7 @@ class Session:
             self.frame = frame
 
     def show_news(self) -> None:
-        """Say what is seen now."""
+        """Show in words what is seen now."""
         self._follow(None, self._news)
         self._news = ""
 

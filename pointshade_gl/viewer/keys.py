@@ -51,14 +51,14 @@ class Key(NamedTuple):
 
     names     of the keys
     label     how the help shows them
-    says      what the help says about them
+    help      what the help has beside them
     do        what is to be done, or a function of state, moment and name that gives the answer
     of_frame  they change the look of frames, which a scene's objects have of their own
     """
 
     names: tuple[str, ...]
     label: str
-    says: str
+    help: str
     do: Do | Effect
     of_frame: bool = False
 

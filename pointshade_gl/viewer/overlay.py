@@ -55,7 +55,7 @@ class Messages:
         self._message, self._until = text, time.perf_counter() + (SECONDS if seconds is None else seconds)
 
     def skip(self, text: str) -> None:
-        """Says later, and once, why a frame was skipped. For any thread."""
+        """Shows later, and once, why a frame was skipped. For any thread."""
         self._skipped.append(text)
 
     def update(self, now: float) -> None:

@@ -312,23 +312,20 @@ def show_light(ui: Widgets, now: Snapshot, pose: NDArray[np.float64]) -> tuple[S
         return now, []
     imgui, state = ui.imgui, now.state
     effects = _list(ui, now)
-    lit = ui.tick("lit (B)", state.lit)
-    imgui.begin_disabled(not lit)
-    follows = ui.tick("follows the mouse (L)", state.light_mode)
-    shadows = ui.tick("shadows (S)", state.shadows, "Off, no light casts any. On, each light has its own switch.")
-    held = _held(ui, now.held, now.stage.radius, shadows)
-    color = ui.color("colour", state.light_color, USUAL.light_color)
-    intensity = ui.slide("intensity", state.light_intensity, 1.0, 0.0, BRIGHTEST, logarithmic=True)
+    changes: dict[str, Any] = {"lit": ui.tick("lit (B)", state.lit)}
+    imgui.begin_disabled(not changes["lit"])
+    changes["light_mode"] = ui.tick("follows the mouse (L)", state.light_mode)
+    why = "Off, no light casts any. On, each light has its own switch."
+    changes["shadows"] = ui.tick("shadows (S)", state.shadows, why)
+    held = _held(ui, now.held, now.stage.radius, changes["shadows"])
+    changes["light_color"] = ui.color("colour", state.light_color, USUAL.light_color)
+    changes["light_intensity"] = ui.slide("intensity", state.light_intensity, 1.0, 0.0, BRIGHTEST, logarithmic=True)
     why = "From the middle of the object. 1: as far as at the start."
-    reach = ui.slide("distance", state.light_reach, 1.0, 0.1, 20.0, why, True)
+    changes["light_reach"] = ui.slide("distance", state.light_reach, 1.0, 0.1, 20.0, why, True)
     place = _place(ui, now, pose)
-    finish = replace(state.finish, tone=ui.option(state.finish, "tone"))
+    changes["finish"] = replace(state.finish, tone=ui.option(state.finish, "tone"))
     imgui.end_disabled()
-    state = replace(
-        state, lit=lit, light_mode=follows, shadows=shadows, light_color=color, light_intensity=intensity,
-        light_reach=reach, finish=finish,
-    )  # fmt: skip
-    now = now._replace(state=state, held=held)
+    now = now._replace(state=replace(state, **changes), held=held)
     return placed(now, place, pose) if place else now, effects
 
 
@@ -456,11 +453,10 @@ def show_clouds(ui: Widgets, scene: Scene, opened: bool) -> list[Effect]:
     low, high = (0.25, 8.0) if unit == "x" else (0.5, 32.0) if unit else (0.1 * number, 10 * number)
     why = f"Radius, {UNITS[unit]} (+ and -)."
     size = ui.slide("size", number, usual if rule == unit else number, low, high, why, True)
-    if splat != first.splat:
-        return [ShowFrame(restyled(scene, lambda _: CloudStyle(splat=splat)))]
-    return (
-        [] if size == number else [ShowFrame(restyled(scene, lambda _: CloudStyle(point_size=with_unit(size, unit))))]
-    )
+    if splat == first.splat and size == number:
+        return []
+    style = CloudStyle(point_size=with_unit(size, unit)) if splat == first.splat else CloudStyle(splat=splat)
+    return [ShowFrame(restyled(scene, lambda _: style))]
 
 
 def show_nodes(ui: Widgets, scene: Scene) -> list[Effect]:

@@ -24,7 +24,7 @@ PATIENCE = 0.1  # seconds after which a waiting thread checks again whether it s
 READERS = 2  # threads that read views to merge
 MERGED = "the views are merged: M plays the frames"
 NO_NUMBERS = "the frames of a live stream have no numbers"
-Answer = tuple[Shown | None, str]  # what to show from now on, None for the same; what to say, "" for nothing
+Answer = tuple[Shown | None, str]  # what to show from now on, None for the same; a message, "" for none
 
 
 class Player:
@@ -460,7 +460,7 @@ class Playback:
         return None, ""
 
     def _change_rate(self, factor: float) -> str:
-        """Plays faster (a factor above 1) or slower; what to say."""
+        """Plays faster (a factor above 1) or slower. Returns a message."""
         if len(self.players) == 1 and self._total is None:
             return "a live stream comes at its own rate"
         for player in self.players:

@@ -31,7 +31,7 @@ from .window import Window
 
 MARKER = 7.0  # radius, pixels at scale 1
 BESIDE = 3  # pixels at scale 1 by which a double click may miss a surface: sensors leave holes
-HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.says) for key in KEYS))
+HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.help) for key in KEYS))
 Readout = tuple[tuple[str, str, str] | None, tuple[str, ...]]  # what colours stand for, and the values under the mouse
 
 

@@ -149,7 +149,7 @@ def restyled(scene: Scene, look: Callable[[PointCloud], CloudStyle]) -> Scene:
 
 
 def resized(scene: Scene, factor: float) -> tuple[Scene, str]:
-    """Return a scene with larger or smaller points of its clouds, and what there is to say."""
+    """Return a scene with larger or smaller points of its clouds, and a message."""
 
     def look(cloud: PointCloud) -> CloudStyle:
         number, unit = size_of(cloud)
@@ -234,7 +234,7 @@ class Snapshot(NamedTuple):
 
     def shows(self, other: Snapshot) -> bool:
         """Whether all that is undone is the same."""
-        return self.stage is other.stage and self.beside(other)._replace(stage=None) == other._replace(stage=None)
+        return self.beside(other) == other
 
     def beside(self, now: Snapshot) -> Snapshot:
         """The same, with help, panel and readout as they are at another moment."""

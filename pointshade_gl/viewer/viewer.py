@@ -74,7 +74,7 @@ class Viewer(Session):
     fps : float or sequence of float, optional
         Frames of a stream per second, or of each source; None: as fast as they come.
     place : View, optional
-        From where it is seen at first, of which only the pose or how it is moved counts; None: as the state says.
+        From where it is seen at first, of which only the pose or how it is moved counts; None: as the state has it.
     views : int, "all" or sequence of int, optional
         How many frames of a sequence, evenly chosen, or their numbers: drawn as one object, by their poses, as soon as
         they are read; the key M switches between that and playing. None plays at first, and M draws 8 as one object.
@@ -406,7 +406,7 @@ class Viewer(Session):
         return self.document.playback.end_merging()
 
     def toggle_panel(self) -> None:
-        """Open or close the panel. Without its extra, say how to install it."""
+        """Open or close the panel. Without its extra, show how to install it."""
         try:
             self.screen.panel  # noqa: B018
         except ImportError:
@@ -432,7 +432,7 @@ class Viewer(Session):
                 self.open(paths)
 
     def open(self, paths: Sequence[str]) -> None:
-        """Show what files or folders hold, as `pointshade view` would. If that fails, say why and show the same."""
+        """Show what files or folders hold, as `pointshade view` would. If it fails, show why and the same as before."""
         document, state = self.document, self.state
         self.background.start(Work(
             f"opening {' and '.join(paths)}", do=lambda _: document.instead(paths, state),

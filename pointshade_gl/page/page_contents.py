@@ -215,10 +215,8 @@ class Showing:
         extent = self.scene.extent
         return {
             "corners": [self._at_home(corner).tolist() for corner in extent.corners],
-            "centre": self._at_home(extent.centre).tolist(),
-            "radius": extent.radius,
-            "grain": extent.grain,
-        }
+            "centre": self._at_home(extent.centre).tolist(), "radius": extent.radius, "grain": extent.grain,
+        }  # fmt: skip
 
     @property
     def distance(self) -> float | None:
@@ -267,10 +265,6 @@ def command_of(showing: Showing, line: str | None) -> dict[str, Any] | None:
     is_own = bool(np.allclose(showing.home, scene.pose, 0, 1e-12))
     is_frame = showing.frame is not None and scene.instances[0].content.is_single
     return {
-        "line": line,
-        "shading": Appearance().shading,
-        "isScene": showing.frame is None,
-        "isOwn": is_own,
-        "turns": is_own and is_frame,
-        "home": np.asarray(showing.home).tolist(),
-    }
+        "line": line, "shading": Appearance().shading, "isScene": showing.frame is None,
+        "isOwn": is_own, "turns": is_own and is_frame, "home": np.asarray(showing.home).tolist(),
+    }  # fmt: skip

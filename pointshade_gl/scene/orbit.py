@@ -119,18 +119,10 @@ class State:
     readout: bool | None = None
 
     def __post_init__(self) -> None:
-        flags = "light_mode", "lit", "shadows", "help", "panel", *(() if self.readout is None else ("readout",))
-        for names, check, *limits in (
-            (("yaw", "pitch", "roll"), check_number, -LARGEST),
-            (("distance", "light_reach"), check_number, NEAREST),
-            (("pan", "light_at"), _check_pair),
-            (("pivot",), check_point),
-            (("light_color",), check_color),
-            (("light_intensity",), check_number, 0),
-            (flags, check_flag),
-        ):
-            for name in names:
-                object.__setattr__(self, name, check(getattr(self, name), f"state {name}", *limits))
+        for name, (check, *limits) in _CHECKS.items():
+            object.__setattr__(self, name, check(getattr(self, name), f"state {name}", *limits))
+        if self.readout is not None:
+            object.__setattr__(self, "readout", check_flag(self.readout, "state readout"))
         check_type(self.look, Appearance, "state look")
         check_type(self.finish, OutputSettings, "state finish")
         if not self.look.is_uniform:
@@ -318,6 +310,15 @@ class State:
 def _check_pair(value: Any, name: str) -> Pair:
     x, y = check_numbers(value, 2, f"{name} must be two finite numbers")
     return x, y
+
+
+_ANGLE, _REACH, _FLAG = (check_number, -LARGEST), (check_number, NEAREST), (check_flag,)
+_CHECKS: dict[str, tuple[Any, ...]] = {  # of the fields of State, and their limits
+    "yaw": _ANGLE, "pitch": _ANGLE, "roll": _ANGLE, "distance": _REACH, "light_reach": _REACH,
+    "pan": (_check_pair,), "light_at": (_check_pair,), "pivot": (check_point,), "light_color": (check_color,),
+    "light_intensity": (check_number, 0), "light_mode": _FLAG, "lit": _FLAG, "shadows": _FLAG, "help": _FLAG,
+    "panel": _FLAG,
+}  # fmt: skip
 
 
 def rims_from(middle: Pair, x: float, y: float, camera: Camera) -> Pair:

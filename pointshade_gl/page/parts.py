@@ -219,8 +219,8 @@ def encoded(image: NDArray[np.uint8], kind: str, **options: int) -> bytes:
     return file.getvalue()
 
 
-FINE = 256  # steps of positions in the typical distance of two points
-FARTHEST = 2**30  # steps: more are no whole number of a browser
+STEPS_PER_SPACING = 256  # of positions, in the typical distance of two points
+MAX_STEPS = 2**30  # more are no whole number of a browser
 SIZE_STEP = 0.002  # share of a size: sizes are kept to half of it
 EDGE_BITS = 8  # of each of two coordinates of a direction
 RULES = {
@@ -283,7 +283,7 @@ def _grid(at: NDArray[np.float32], spacing: float) -> tuple[NDArray[np.float64],
     low = at.min(0).astype(np.float64)
     extent = float((at.max(0) - low).max())
     typical = spacing if 0 < spacing < extent else extent / np.sqrt(len(at))
-    return low, max(typical / FINE, extent / FARTHEST) or 1.0
+    return low, max(typical / STEPS_PER_SPACING, extent / MAX_STEPS) or 1.0
 
 
 def _in_order(placed: PlacedCloud) -> tuple[NDArray[Any], int]:

@@ -110,7 +110,7 @@ class Player:
     def step(self, direction: int) -> Frame | None:
         """Pauses and steps one frame forwards or back, past unreadable frames. A camera only goes forwards."""
         self.is_paused = True
-        if not isinstance(self._source, Sequence):
+        if self.total is None:
             self._owed += direction > 0
             return None
         self.close()
@@ -155,9 +155,9 @@ class Player:
     def _take(self, item: Any) -> Frame | None:
         if isinstance(item, BaseException):
             raise item
-        if item is None:
+        if item is None:  # it ends the stream
             return None
-        self.index, frame = item
+        self.index, frame = (-1, item) if self.total is None else item
         if not isinstance(frame, Frame):
             raise TypeError(f"source must give Frames, got {shown(frame)}")
         return frame
@@ -185,10 +185,11 @@ class Player:
             hand_over(error)
 
     def _read(self, index: int) -> Generator[Any, None, None]:
-        """Frames with their numbers, from one on; those of a Sequence that loops over and over again."""
+        """Frames, those of a Sequence with their numbers, from one on, and if it loops over and over again."""
         while True:
             came = False
-            with closing(prefetched(_numbered(self._source, index), self._skipped)) as items:
+            source: Any = _From(self._source, index) if isinstance(self._source, Sequence) else self._source
+            with closing(prefetched(source, self._skipped)) as items:
                 for item in items:
                     came = True
                     yield item
@@ -197,16 +198,6 @@ class Player:
             if not came and index == 0:
                 raise ValueError(f"none of the {self.total} frames can be read")
             index = 0
-
-
-def _numbered(source: Iterable[Frame], start: int) -> Any:
-    """Frames with their numbers: of a Sequence from one on, otherwise -1."""
-    return _From(source, start) if isinstance(source, Sequence) else map(_live, source)
-
-
-def _live(frame: Frame | None) -> tuple[int, Frame] | None:
-    """None ends the stream."""
-    return frame and (-1, frame)
 
 
 class _From(Sequence[tuple[int, Frame]]):

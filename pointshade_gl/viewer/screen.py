@@ -24,13 +24,13 @@ from .controller import BAR, CLICK_REACH, DOUBLE_CLICK, MOUSE
 from .events import Effect, Event
 from .keys import KEYS
 from .overlay import POINTS, draw_message, draw_readout, draw_strip, draw_table, legend, values_of
-from .panel_sections import PanelFacts, PanelSections, Widgets
+from .panel_sections import PanelFacts, Widgets, show_sections
 from .playback import Rate, TimelineBar
 from .state import ShownPicture, Snapshot
 from .window import Window
 
-MARKER = 7.0  # radius, pixels at scale 1
-BESIDE = 3  # pixels at scale 1 by which a double click may miss a surface: sensors leave holes
+MARKER_RADIUS = 7.0  # pixels at scale 1
+MAX_MISS = 3  # pixels at scale 1 by which a double click may miss a surface: sensors leave holes
 HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.help) for key in KEYS))
 Readout = tuple[tuple[str, str, str] | None, tuple[str, ...]]  # what colours stand for, and the values under the mouse
 
@@ -141,7 +141,7 @@ class Screen:
     def find_surface(self, picture: ShownPicture, x: float, y: float) -> tuple[float, float, float] | None:
         """Return the point that the window shows at a pixel, or next to it: view axes; None if there is none."""
         camera = picture.camera
-        found = self.renderer.find_surface(x, y, camera, picture.pose, round(BESIDE * self.window.scale))
+        found = self.renderer.find_surface(x, y, camera, picture.pose, round(MAX_MISS * self.window.scale))
         if found is None:
             return None
         u, v, z = found
@@ -163,7 +163,7 @@ class Screen:
         if not state.is_lit:
             return None
         x, y = marker_place(state, picture.now.stage, camera)
-        radius = MARKER * self.window.scale
+        radius = MARKER_RADIUS * self.window.scale
         x, y = min(max(x, radius), camera.width - radius), min(max(y, radius), camera.height - radius)
         return Marker(x, y, radius, state.light_color, state.is_behind)
 
@@ -197,18 +197,18 @@ class Screen:
 
 MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
 WIDTH, NARROWEST = 240.0, 196.0  # pixels at scale 1, of a panel that is not shrunk
-SHARE = 1 / 3  # of the window's width, at most, unless that is too narrow
-ROOM = 800.0, 600.0  # a smaller window, in pixels at scale 1, has a shrunk panel
-SMALLEST = 0.75  # to this share at most
-ROOMY = 1.6  # a window narrower than so many panels begins with a collapsed one
-ROOM_FOR_ALL = 1100  # a window that is higher, in pixels at scale 1, has room for all sections
+MAX_WIDTH_SHARE = 1 / 3  # of the window's width, at most, unless that is too narrow
+FULL_SIZE_ROOM = 800.0, 600.0  # a smaller window, in pixels at scale 1, has a shrunk panel
+MIN_SCALE = 0.75  # of a panel that is shrunk
+MIN_PANELS_WIDE = 1.6  # a window narrower than so many panels begins with a collapsed one
+MIN_HEIGHT_FOR_ALL = 1100  # a window that is higher, in pixels at scale 1, has room for all sections
 SIZES = {"frame_rounding": 2, "scrollbar_size": 10, "grab_min_size": 8, "indent_spacing": 12}  # pixels at scale 1
 SIZE_PAIRS = {
     "window_padding": (6, 6), "frame_padding": (4, 1), "item_spacing": (4, 2), "item_inner_spacing": (4, 4),
     "cell_padding": (2, 1),
 }  # fmt: skip
-SETTLE = 3  # pictures after an event, or after another height, until the panel stops changing
-MOST_SETTLING = 60  # that it waits for: it takes one key, or one click, a picture
+SETTLING_PICTURES = 3  # pictures after an event, or after another height, until the panel stops changing
+MAX_SETTLING_PICTURES = 60  # that it waits for: it takes one key, or one click, a picture
 BUTTONS = {"left": 0, "right": 1, "middle": 2}  # as imgui counts them
 NAMED = {
     "LEFT": "left_arrow", "RIGHT": "right_arrow", "UP": "up_arrow", "DOWN": "down_arrow", "HOME": "home", "END": "end",
@@ -245,10 +245,9 @@ class Panel:
         clipboard.platform_set_clipboard_text_fn = lambda _, text: window.copy(text)
         clipboard.platform_get_clipboard_text_fn = lambda _: window.pasted()
         self._widgets = Widgets(imgui)
-        self._sections = PanelSections(self._widgets)
         self._left, self._height, self._is_open = 0.0, 0.0, True
         self.presses, self._last_press = 0, Event("leave", time=float("-inf"))
-        self.settling, self.is_deciding, self._has_popup = SETTLE, False, False
+        self.settling, self.is_deciding, self._has_popup = SETTLING_PICTURES, False, False
 
     def width(self, width: int, height: int) -> int:
         """Pixels that it takes from a window of that size; 0 while it is collapsed, or if nothing would be left."""
@@ -257,9 +256,9 @@ class Panel:
 
     def _fit(self, width: int, height: int) -> tuple[float, float]:
         """The scale of its own text, and its width, in a window of that size."""
-        share = min(width / ROOM[0], height / ROOM[1]) / self.scale
-        size = self.scale * min(max(share, SMALLEST), 1.0)
-        return size, min(WIDTH * size, max(SHARE * width, NARROWEST * size), width)
+        share = min(width / FULL_SIZE_ROOM[0], height / FULL_SIZE_ROOM[1]) / self.scale
+        size = self.scale * min(max(share, MIN_SCALE), 1.0)
+        return size, min(WIDTH * size, max(MAX_WIDTH_SHARE * width, NARROWEST * size), width)
 
     @property
     def takes_keys(self) -> bool:
@@ -273,7 +272,7 @@ class Panel:
             return self._handle_key(event)
         io = self._io
         is_over = event.x >= self._left and event.y < self._height  # imgui itself knows only after the next picture
-        self.settling = max(self.settling, SETTLE)
+        self.settling = max(self.settling, SETTLING_PICTURES)
         if event.kind == "leave":
             io.add_mouse_pos_event(-1e9, -1e9)
         if event.kind in ("move", "press", "release", "wheel"):
@@ -304,13 +303,13 @@ class Panel:
         imgui.set_next_window_pos(imgui.ImVec2(width, 0), imgui.Cond_.always, imgui.ImVec2(1, 0))
         imgui.set_next_window_size_constraints(imgui.ImVec2(wide, 0), imgui.ImVec2(wide, height))
         imgui.set_next_window_bg_alpha(0.8)
-        imgui.set_next_window_collapsed(width < ROOMY * wide, imgui.Cond_.once)
+        imgui.set_next_window_collapsed(width < MIN_PANELS_WIDE * wide, imgui.Cond_.once)
         flags = imgui.WindowFlags_
         fixed = flags.no_move | flags.no_resize | flags.always_auto_resize
         was_open, self._is_open = self._is_open, imgui.begin("pointshade", None, fixed)[0]
         chosen = picture.now, []
         if self._is_open:
-            chosen = self._sections.show(picture, facts, height > ROOM_FOR_ALL * self.scale)
+            chosen = show_sections(self._widgets, picture, facts, height > MIN_HEIGHT_FOR_ALL * self.scale)
         before, self._height = self._height, imgui.get_window_size().y
         imgui.end()
         imgui.render()
@@ -375,7 +374,7 @@ class Panel:
         self._wait_for(2 if any(modifiers) else 0)
 
     def _wait_for(self, pictures: int) -> None:
-        self.settling = min(max(self.settling, SETTLE) + pictures, MOST_SETTLING)
+        self.settling = min(max(self.settling, SETTLING_PICTURES) + pictures, MAX_SETTLING_PICTURES)
 
     def _settle(self, has_changed: bool) -> None:
         """After each picture. While something is open, keys move through it, and Esc closes it."""
@@ -385,7 +384,7 @@ class Panel:
         flag = imgui.ConfigFlags_.nav_enable_keyboard
         flags = self._io.config_flags & ~flag
         self._io.config_flags = flags | flag if self._has_popup else flags
-        self.settling = max(self.settling, SETTLE) if has_changed else max(self.settling - 1, 0)
+        self.settling = max(self.settling, SETTLING_PICTURES) if has_changed else max(self.settling - 1, 0)
         self.is_deciding = self.is_deciding and self.settling > 0
 
 

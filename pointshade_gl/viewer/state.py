@@ -128,8 +128,8 @@ def check_views(views: int | str | Sequence[int]) -> int | Sequence[int] | None:
     return None if views == "all" else check_count(views, f"{option('views')} must be 'all', or it", 2)
 
 
-LARGEST = 100.0  # pixels or spacings
-SMALLEST = 0.1
+MAX_CLOUD_SIZE = 100.0  # pixels or spacings
+MIN_CLOUD_SIZE = 0.1
 UNITS = {"x": "times the spacing of the points", "px": "pixels", "": "(world units)"}
 
 
@@ -154,11 +154,11 @@ def resized(scene: Scene, factor: float) -> tuple[Scene, str]:
     def look(cloud: PointCloud) -> CloudStyle:
         number, unit = size_of(cloud)
         larger = number * factor
-        return {"point_size": with_unit(min(max(larger, SMALLEST), LARGEST) if unit else larger, unit)}
+        return {"point_size": with_unit(min(max(larger, MIN_CLOUD_SIZE), MAX_CLOUD_SIZE) if unit else larger, unit)}
 
     changed = restyled(scene, look)
     number, unit = size_of(clouds_of(changed)[0])
-    end = {SMALLEST: ", the smallest", LARGEST: ", the largest"}.get(number, "") if unit else ""
+    end = {MIN_CLOUD_SIZE: ", the smallest", MAX_CLOUD_SIZE: ", the largest"}.get(number, "") if unit else ""
     return changed, f"point size: {number:g} {UNITS[unit]}{end}"
 
 

@@ -137,6 +137,8 @@ class Showing:
         stage = self.stage
         start = self.start(stage)
         held, *lights = (self._light(light) for light in self._placed(start.pose(stage)))
+        behind = self.finish.behind
+        levels = ", ".join(f"{255 * linear_to_srgb(c):.0f}" for c in behind or ())
         return {
             "camera": vars(self.camera),
             "stage": {"pivot": stage.pivot.tolist(), "radius": stage.radius, "upright": stage.upright.tolist()},
@@ -148,7 +150,7 @@ class Showing:
             },
             "held": held, "lights": lights, "ambient": list(self.scene.ambient), "around": self._around(),
             "bounds": self.bounds, "toWorld": self.home[:3, :3].tolist(), "distance": self.distance,
-            "background": self._background(), "behind": self.finish.behind,
+            "background": None if behind is None else f"rgb({levels})", "behind": behind,
             "samples": max(self.finish.samples, STILL), "tone": self.finish.tone,
             "leftOut": list(left_out(self.scene, self.finish, points)),
         }  # fmt: skip
@@ -202,12 +204,6 @@ class Showing:
     def lobe_of(self, placed: Placed) -> int:
         """Which of the maps shows the highlights of a thing."""
         return lighting.nearest_lobe(self.exponents, placed.content.material.shininess) if self.exponents else 0
-
-    def _background(self) -> str | None:
-        """As CSS writes colours."""
-        if self.finish.behind is None:
-            return None
-        return f"rgb({', '.join(f'{255 * linear_to_srgb(c):.0f}' for c in self.finish.behind)})"
 
     @property
     def bounds(self) -> dict[str, Any]:

@@ -83,7 +83,7 @@ def surfaces_of(thing: Drawable, is_cut: bool = True) -> Iterator[PageSurface]:
 
 def _merged(thing: ShownSet) -> list[Member]:
     """The frames of a set without points that another frame shows better."""
-    members, frames = [], []
+    members = []
     for view, trust, gain in zip(thing.views, thing.points.trusts, thing.consensus.gains, strict=True):
         surface, trusted = _read_surface(view), trust.read()
         surface[trusted[..., 0] == 0, 3] = 0
@@ -91,8 +91,7 @@ def _merged(thing: ShownSet) -> list[Member]:
         pose = view.points.pose.copy()
         pose[:3, 3] /= view.points.scale
         members.append(Member(surface, colors, trusted[..., 1], view.points.source, pose))
-        frames.append(view.textures.frame)
-    return merged(members, frames, thing.consensus.band)
+    return merged(members, [view.textures.frame for view in thing.views], thing.consensus.band)
 
 
 def _read_surface(shown: ShownPoints | ShownGrid) -> NDArray[np.float32]:
@@ -106,7 +105,8 @@ def _read(shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: 
     values = _read_surface(shown) if member is None else member.surface
     depth = values[..., 3]
     colors = _read_colors(shown.colors.texture) if member is None else linear_to_bytes(np.clip(member.colors, 0, 1))
-    certainty = _read_certainty(points.surface.certainty) if shown.has_doubts else None
+    texture = points.surface.certainty if shown.has_doubts else None
+    certainty = None if texture is None else (read_texture(texture.ctx, texture)[..., 0] / 65535).astype(np.float32)
     sizes, is_round, stride = np.ones(1, np.float32), False, 0
     if isinstance(points, Points):
         sizes, is_round = points.sizes, points.splat == "round"
@@ -127,12 +127,6 @@ def _read(shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: 
 def _read_colors(texture: moderngl.Texture) -> NDArray[np.uint8]:
     values = read_texture(texture.ctx, texture)[..., :3]
     return (values if values.dtype == np.uint8 else np.rint(values / 257)).astype(np.uint8)
-
-
-def _read_certainty(texture: moderngl.Texture | None) -> NDArray[np.float32] | None:
-    if texture is None:
-        return None
-    return (read_texture(texture.ctx, texture)[..., 0] / 65535).astype(np.float32)
 
 
 def _box(depth: NDArray[np.float32], others: list[tuple[int, ...]], stride: int) -> tuple[int, int, int, int]:

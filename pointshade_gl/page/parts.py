@@ -352,7 +352,8 @@ def filled(
     places = {
         "title": html.escape(printable(title.encode("utf-8", "backslashreplace").decode())),  # it may be no text
         "still": f"data:image/webp;base64,{_base64(encoded(still, 'WEBP', quality=STILL))}",
-        "data": _json(data),
+        # no HTML parser takes it for the end of its script
+        "data": json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
         "shaders": _base64(pack(json.dumps(shader_texts()).encode())),
         "parts": _base64(pack(body)),
         "frames": "\n".join(f'<script type="text/plain" class="frame">{_base64(one)}</script>' for one in frames),
@@ -360,11 +361,6 @@ def filled(
     }
     text = (FOLDER / "page.html").read_text(encoding="utf-8")
     return re.sub(r"{{(.*?)}}", lambda place: places[place[1]], text, flags=re.DOTALL)
-
-
-def _json(data: Any) -> str:
-    """JSON that no HTML parser takes for the end of its script."""
-    return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def _base64(data: bytes) -> str:

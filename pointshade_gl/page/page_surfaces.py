@@ -83,7 +83,7 @@ def surfaces_of(thing: Drawable, is_cut: bool = True) -> Iterator[PageSurface]:
 
 def _merged(thing: ShownSet) -> list[Member]:
     """The frames of a set without points that another frame shows better."""
-    members = []
+    members, frames = [], []
     for view, trust, gain in zip(thing.views, thing.points.trusts, thing.consensus.gains, strict=True):
         surface, trusted = _read_surface(view), trust.read()
         surface[trusted[..., 0] == 0, 3] = 0
@@ -91,7 +91,8 @@ def _merged(thing: ShownSet) -> list[Member]:
         pose = view.points.pose.copy()
         pose[:3, 3] /= view.points.scale
         members.append(Member(surface, colors, trusted[..., 1], view.points.source, pose))
-    return merged(members, [view.textures.frame for view in thing.views], thing.consensus.band)
+        frames.append(view.textures.frame)
+    return merged(members, frames, thing.consensus.band)
 
 
 def _read_surface(shown: ShownPoints | ShownGrid) -> NDArray[np.float32]:

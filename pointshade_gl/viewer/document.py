@@ -19,6 +19,7 @@ from ..files.pictures.picture_files import is_deep_grey
 from ..notes.errors import Cancelled, error_text
 from ..notes.words import option, shown
 from ..scene.camera import Camera
+from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene, scene_of
 from ..scene.light import Light
@@ -341,7 +342,8 @@ def _files_of(paths: list[Path]) -> dict[str, Any]:
 
 
 def check_sources(source: Any, others: Any, views: Any) -> list[Any]:
-    """The others in a list. Raises TypeError or ValueError for what cannot be shown, or not as it is asked for."""
+    """All sources, of a cloud its scene. Raises TypeError or ValueError for what cannot be shown, or not as asked."""
+    source = scene_of(source) if isinstance(source, PointCloud) else source
     shows_scene, found = isinstance(source, Scene), items_of(others)
     if not (shows_scene or _gives_frames(source)):
         raise TypeError(f"source must be a Frame, a Scene, a PointCloud or an iterable of frames, got {shown(source)}")
@@ -355,7 +357,7 @@ def check_sources(source: Any, others: Any, views: Any) -> list[Any]:
     if views is not None and not isinstance(source, Sequence):
         got = "a single frame" if isinstance(source, Frame) else f"a {type(source).__name__}"
         raise ValueError(f"{option('views')} merges the frames of a sequence, and this is {got}: leave it out")
-    return list(found or ())
+    return [source, *(found or ())]
 
 
 def _gives_frames(source: Any) -> bool:

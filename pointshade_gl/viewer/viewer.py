@@ -22,7 +22,7 @@ from ..renderer.renderer import Renderer
 from ..scene.camera import Camera
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
-from ..scene.graph import Scene, scene_of
+from ..scene.graph import Scene
 from ..scene.light import Light, check_lights
 from ..scene.noise import Choice
 from ..scene.orbit import State
@@ -104,15 +104,14 @@ class Viewer(Session):
         record: str | Path | None = None, panel: bool = False, command_line: CommandLine | None = None,
         notes: Note | None = None,
     ):  # fmt: skip
-        source = scene_of(source) if isinstance(source, PointCloud) else source
-        others = check_sources(source, others, views)
+        sources = check_sources(source, others, views)
         if not is_a(title, str):
             raise TypeError(f"title must be a text, got {shown(title)}")
         size = None if window_size is None else check_size(window_size, "window_size")
         state = State() if state is None else check_type(state, State, "state")
         lights = check_lights(lights)
         place = None if place is None else check_type(place, View, "place")
-        rates = check_rates(fps, 1 + len(others))
+        rates = check_rates(fps, len(sources))
         count = VIEWS if views is None else check_views(views)
         check_flag(panel, "panel")
         self.events: list[Event] = []  # of the next turn
@@ -125,7 +124,7 @@ class Viewer(Session):
             self.recorder = None if record is None else Recorder(check_path(record), rates[0] or RATE)
             if self.recorder:
                 undo.callback(self.recorder.close)
-            playback = Playback([source, *others], rates, count, messages.skip)
+            playback = Playback(sources, rates, count, messages.skip)
             super().__init__(Document(playback, state, lights, merge=views is not None, place=place), messages)
             undo.callback(lambda: self.document.playback.close())
             size = size or size_for(self.own_camera)

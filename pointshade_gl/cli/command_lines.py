@@ -23,8 +23,7 @@ from .options import EnvironmentOptions, FrameOptions, PictureOptions, PlaceOpti
 
 if TYPE_CHECKING:  # a picture without a window needs none of it
     from ..viewer.document import SavedPicture
-    from ..viewer.picture import ShownPicture
-    from ..viewer.state import Views
+    from ..viewer.state import ShownPicture, Views
 
 ARGUMENTS = "input", "more"  # which are typed without a flag
 DIGITS = 12  # of a number: far more than pictures show, so that the line makes the same one

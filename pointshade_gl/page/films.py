@@ -24,8 +24,7 @@ from ..scene.frame import Frame
 from ..scene.viewpoint import View
 from .page_contents import Showing, arranged, look_of, reduced
 from .page_surfaces import MISSING, PageSurface, surfaces_of
-from .parts import Part, QualityName, code_depth, code_errors, code_normals, code_plane, encoded, pack, repeated
-from .template import filled
+from .parts import Part, QualityName, code_depth, code_errors, code_normals, code_plane, encoded, filled, pack, repeated
 
 KEY_EVERY = 12  # frames: so many are decoded at most when the slider jumps
 DEPTH_STEPS = 2e-5, 2e-3  # of depth: least and most, shares of it
@@ -103,12 +102,10 @@ class FilmCoder:
         head = {
             "count": int(known.sum()),
             "changes": [is_kind_change, is_depth_change, is_normal_change, is_color_change],
-            "depthBytes": size,
-            "normalBytes": len(normal_part),
-            "colorBytes": len(color_part),
+            "depthBytes": size, "normalBytes": len(normal_part), "colorBytes": len(color_part),
             "certainty": None if certainty is None else list(certainty.shape[::-1]),
             "source": list(surface.intrinsics),
-        }
+        }  # fmt: skip
         body = [kind_part, depth_part, normal_part, color_part]
         body += [] if certainty is None else [certainty.tobytes()]
         return head, b"".join(body), Kept(codes, kinds, normals, colors)
@@ -195,18 +192,10 @@ def frames_of(source: Any, count: int | None = None) -> Sequence[Frame]:
 
 
 def draw_film(
-    renderer: Renderer,
-    frames: Sequence[Frame],
-    view: View,
-    fps: float,
-    *,
-    camera: Camera | None = None,
-    quality: QualityName,
-    largest: int,
-    title: str,
-    count: Count,
+    renderer: Renderer, frames: Sequence[Frame], view: View, fps: float, *, camera: Camera | None = None,
+    quality: QualityName, largest: int, title: str, count: Count,
     skipped: Callable[[str], None] = lambda text: print_note(f"skipped {text}"),
-) -> str:
+) -> str:  # fmt: skip
     """The text of a page in which frames play, `fps` a second, again and again.
 
     They are seen as in a film of `view`: each from its own camera, all in the exposure of the first.
@@ -216,8 +205,8 @@ def draw_film(
     fps, count.all = check_fps(fps, option("fps"), "frames"), len(frames) + 1
     film, bodies = _Film(renderer, FILM_QUALITIES[quality], count), []
     for _, request in sequence_jobs(frames, view, skipped, renderer):
-        source = reduced(request.source, largest, largest**2)
-        bodies.append(film.add(replace(request, source=source, camera=camera or request.camera)))
+        smaller = reduced(request, largest, largest**2)
+        bodies.append(film.add(replace(smaller, camera=camera or request.camera)))
     if film.first is None:
         raise ValueError("the page has nothing to show: no frame could be read")
     data: dict[str, Any] = film.values | {"film": {"fps": fps, "frames": film.heads}}
@@ -286,15 +275,8 @@ def _thing_of(surface: PageSurface) -> dict[str, Any]:
     if surface.sizes.size > 1:
         raise ValueError(f"sizes of each point are of one frame, here many play: leave out {option('point_size')}")
     return {
-        "kind": "points",
-        "isFilm": True,
-        "width": width,
-        "height": height,
+        "kind": "points", "isFilm": True, "width": width, "height": height,
         "color": {"width": surface.colors.shape[1], "height": surface.colors.shape[0]},
-        "size": float(surface.sizes[0]),
-        "hasRims": surface.has_rims,
-        "isRound": surface.is_round,
-        "stride": surface.stride,
-        "scale": surface.scale,
-        "behind": surface.behind,
-    }
+        "size": float(surface.sizes[0]), "hasRims": surface.has_rims, "isRound": surface.is_round,
+        "stride": surface.stride, "scale": surface.scale, "behind": surface.behind,
+    }  # fmt: skip

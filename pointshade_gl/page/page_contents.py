@@ -7,6 +7,7 @@ import base64
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -15,13 +16,14 @@ from numpy.typing import NDArray
 from ..estimation import environment_light as lighting
 from ..notes.words import counted
 from ..renderer.requests import STRAIGHT, RenderRequest, Scenes
+from ..scene.appearance import Appearance
 from ..scene.camera import Camera
 from ..scene.cloud import ARRAYS, CloudStyle, PointCloud
 from ..scene.environment import FAR_AS_SEEN, NO_ENVIRONMENT, EnvironmentLight
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, at_upper_left
-from ..scene.node import Placed
+from ..scene.node import Placed, with_drawn
 from ..scene.objects import PointObject
 from ..scene.orbit import OrbitStage, State
 from ..scene.settings import STILL, OutputSettings
@@ -29,34 +31,33 @@ from ..scene.values import linear_to_srgb
 from ..scene.visible import coarser, is_alone, points_at
 
 
-def reduced(source: Any, largest: int, most: int, points: int = 0) -> Any:
-    """The frame, frames, scene or cloud, where depths and colours have up to `largest` pixels a side, and all clouds
-    together about `most` points, or as many as such a picture has; itself if they do.
+def reduced(request: RenderRequest, largest: int, most: int, points: int = 0) -> RenderRequest:
+    """The request for the same, where depths and colours have up to `largest` pixels a side, and all clouds together
+    about `most` points, or as many as such a picture has; itself if they do.
 
     points  of all clouds
     """
+    frames = tuple(_reduced_frame(frame, largest) for frame in request.frames)
+    if frames:
+        return request if frames == request.frames else replace(request, source=frames)
     level = max(math.log2(max(points, 1) / min(most, largest**2)), 0.0)
-    made: dict[PointCloud, PointCloud] = {}
+    cloud_at = cache(partial(_reduced_cloud, level=level))
 
     def smaller(content: Any) -> Any:
-        if isinstance(content, Frame):
-            return _reduced_frame(content, largest)
-        if isinstance(content, PointCloud):
-            return made.setdefault(content, _reduced_cloud(content, level))
-        if isinstance(content, PointObject):
-            frames = smaller(content.frames)
-            is_same = all(a is b for a, b in zip(frames, content.frames, strict=True))
-            return content if is_same else PointObject(frames, look=content.look)
-        return tuple(map(smaller, content)) if isinstance(content, Sequence) else content
+        if content.clouds:
+            return cloud_at(content)
+        frames = tuple(_reduced_frame(frame, largest) for frame in content.frames)
+        return content if frames == content.frames else PointObject(frames, look=content.look)
 
-    if isinstance(source, Scene):
-        return source.with_every_node(lambda node: {"content": smaller(node.content)})
-    return smaller(source)
+    source: Any = request.source
+    is_cloud = isinstance(source, PointCloud)
+    source = smaller(source) if is_cloud else source.with_every_node(lambda node: with_drawn(node, smaller))
+    return request if source is request.source else replace(request, source=source)
 
 
 def cloud_points(scene: Scene) -> int:
     """How many points the visible clouds have."""
-    return sum(len(placed.content) for placed in scene.instances if isinstance(placed.content, PointCloud))
+    return sum(len(cloud) for placed in scene.instances for cloud in placed.content.clouds)
 
 
 def _reduced_cloud(cloud: PointCloud, level: float) -> PointCloud:
@@ -92,7 +93,7 @@ def _averaged(color: NDArray[np.uint8], largest: int) -> NDArray[np.uint8]:
 
 def left_out(scene: Scene, finish: OutputSettings, points: int) -> Iterator[str]:
     """Of a scene, finished like this. points: of its clouds, before some were left out."""
-    objects, shown = [p.content for p in scene.instances if isinstance(p.content, PointObject)], cloud_points(scene)
+    objects, shown = [p.content for p in scene.instances if p.content.frames], cloud_points(scene)
     if shown < points:
         yield f"of {counted(points, 'point')} an even sample is drawn, {counted(shown, 'point')}"
     if finish.ground:
@@ -136,33 +137,23 @@ class Showing:
         stage = self.stage
         start = self.start(stage)
         held, *lights = (self._light(light) for light in self._placed(start.pose(stage)))
+        behind = self.finish.behind
+        levels = ", ".join(f"{255 * linear_to_srgb(c):.0f}" for c in behind or ())
         return {
             "camera": vars(self.camera),
             "stage": {"pivot": stage.pivot.tolist(), "radius": stage.radius, "upright": stage.upright.tolist()},
             "start": {
-                "yaw": start.yaw,
-                "pitch": start.pitch,
-                "distance": start.distance,
-                "lightAt": start.light_at,
-                "lightReach": start.light_reach,
-                "lightColor": start.light_color,
-                "lightIntensity": start.light_intensity,
-                "shadows": any(light.shadow for light in self.lights),
-                "shading": self.shading,
+                "yaw": start.yaw, "pitch": start.pitch, "distance": start.distance,
+                "lightAt": start.light_at, "lightReach": start.light_reach,
+                "lightColor": start.light_color, "lightIntensity": start.light_intensity,
+                "shadows": any(light.shadow for light in self.lights), "shading": self.shading,
             },
-            "held": held,
-            "lights": lights,
-            "ambient": list(self.scene.ambient),
-            "around": self._around(),
-            "bounds": self.bounds,
-            "toWorld": self.home[:3, :3].tolist(),
-            "distance": self.distance,
-            "background": self._background(),
-            "behind": self.finish.behind,
-            "samples": max(self.finish.samples, STILL),
-            "tone": self.finish.tone,
+            "held": held, "lights": lights, "ambient": list(self.scene.ambient), "around": self._around(),
+            "bounds": self.bounds, "toWorld": self.home[:3, :3].tolist(), "distance": self.distance,
+            "background": None if behind is None else f"rgb({levels})", "behind": behind,
+            "samples": max(self.finish.samples, STILL), "tone": self.finish.tone,
             "leftOut": list(left_out(self.scene, self.finish, points)),
-        }
+        }  # fmt: skip
 
     def start(self, stage: OrbitStage) -> State:
         """The state in which the page begins: its first light is the one that is held."""
@@ -214,22 +205,14 @@ class Showing:
         """Which of the maps shows the highlights of a thing."""
         return lighting.nearest_lobe(self.exponents, placed.content.material.shininess) if self.exponents else 0
 
-    def _background(self) -> str | None:
-        """As CSS writes colours."""
-        if self.finish.behind is None:
-            return None
-        return f"rgb({', '.join(f'{255 * linear_to_srgb(c):.0f}' for c in self.finish.behind)})"
-
     @property
     def bounds(self) -> dict[str, Any]:
         """How far everything reaches, in home axes."""
         extent = self.scene.extent
         return {
             "corners": [self._at_home(corner).tolist() for corner in extent.corners],
-            "centre": self._at_home(extent.centre).tolist(),
-            "radius": extent.radius,
-            "grain": extent.grain,
-        }
+            "centre": self._at_home(extent.centre).tolist(), "radius": extent.radius, "grain": extent.grain,
+        }  # fmt: skip
 
     @property
     def distance(self) -> float | None:
@@ -244,7 +227,7 @@ def arranged(request: RenderRequest) -> Showing:
     """Return what a page shows first."""
     scene = Scenes().of(request)
     lights, (camera, seen) = request.lights_of(scene), request.seen_by(scene)
-    if isinstance(request.source, Scene | PointCloud):
+    if not request.frames:
         shading = request.source.shading if isinstance(request.source, PointCloud) else "phong"
         return Showing(scene, camera, seen, STRAIGHT, lights, shading, request.finish)
     frame = scene.instances[0].content.frame
@@ -257,3 +240,27 @@ def look_of(placed: Placed, showing: Showing) -> dict[str, Any]:
     strengths = list(placed.content.material.strengths)
     shading = placed.content.shading if showing.shading == "phong" else "phong"  # the page's is that of a thing alone
     return {"material": strengths, "shading": shading, "shadow": placed.node.shadow}
+
+
+SAME_CAMERA = 1e-3  # pixels: a camera that differs by less is the same
+
+
+def command_of(showing: Showing, line: str | None) -> dict[str, Any] | None:
+    """Return it for the JSON; None without a line, and where no `--picture-size` leads to the camera of the page.
+
+    line  `pointshade render ...`, without lights, shading, view, size and samples
+
+    isOwn means that the page's home is where the line looks from without `--pose`; turns, that the page turns around
+    the same point as `--yaw`.
+    """
+    own, scene = showing.scene.camera, showing.scene
+    assert own is not None, "scenes of requests have one"
+    fitted = showing.camera.fitted(own.width, own.height)
+    if line is None or not np.allclose(fitted.intrinsics, own.intrinsics, 0, SAME_CAMERA):
+        return None
+    is_own = bool(np.allclose(showing.home, scene.pose, 0, 1e-12))
+    is_frame = showing.frame is not None and scene.instances[0].content.is_single
+    return {
+        "line": line, "shading": Appearance().shading, "isScene": showing.frame is None,
+        "isOwn": is_own, "turns": is_own and is_frame, "home": np.asarray(showing.home).tolist(),
+    }  # fmt: skip

@@ -17,46 +17,28 @@ from ..checks.arguments import Count, Progress, check_choice, check_count, check
 from ..files.access.atomic_write import check_place, written_whole
 from ..files.access.known_names import PAGES, check_suffix
 from ..files.frame_sources import prefetched
-from ..gpu.clouds.cloud_objects import PlacedCloud
-from ..gpu.core.view_images import Drawable
-from ..gpu.meshes.mesh_objects import PlacedMesh
-from ..gpu.points.point_objects import ShownSet
 from ..notes.notes import Note, taken_by
 from ..notes.words import option, shown
 from ..renderer.renderer import Renderer
 from ..renderer.requests import GROUPS, FilePath, RenderRequest, RequestOptions, Source
 from ..scene.frame import Frame
-from ..scene.graph import Scene
-from ..scene.objects import PointObject
 from ..scene.option_fields import takes
 from .films import draw_film, frames_of
-from .page_contents import Showing, arranged, cloud_points, look_of, reduced
-from .page_surfaces import surfaces_of
-from .parts import QUALITIES, Part, Quality, QualityName, cloud_part, mesh_part, surface_part
-from .template import command_of, filled
+from .page_contents import Showing, arranged, cloud_points, command_of, look_of, reduced
+from .parts import QUALITIES, Part, Quality, QualityName, filled, parts_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-BAND_STEPS = 200  # steps of depth in what several frames of one thing may differ by
 LARGEST = 2048  # pixels a side: so many have the textures of every browser
 
 
 @takes(RequestOptions, *GROUPS, like=Renderer.render)
 def write_page(
-    renderer: Renderer,
-    path: FilePath,
-    source: Source,
-    *,
-    fps: float | None = None,
-    quality: QualityName = "exact",
-    largest: int = LARGEST,
-    title: str | None = None,
-    command: str | None = None,
-    notes: Note | None = None,
-    progress: Progress | None = None,
-    **options: Unpack[RequestOptions],
-) -> None:
+    renderer: Renderer, path: FilePath, source: Source, *, fps: float | None = None, quality: QualityName = "exact",
+    largest: int = LARGEST, title: str | None = None, command: str | None = None, notes: Note | None = None,
+    progress: Progress | None = None, **options: Unpack[RequestOptions],
+) -> None:  # fmt: skip
     """Write a frame, several frames of one thing, a scene or a cloud as one HTML file, in which the light can be moved.
 
     The file asks for nothing from outside. It needs a browser with WebGL 2 (all since 2023); others show a picture.
@@ -120,18 +102,10 @@ def check_page_path(path: FilePath) -> Path:
 
 @takes(RequestOptions, *GROUPS, like=Renderer.render)
 def draw_page(
-    renderer: Renderer,
-    source: Source,
-    *,
-    fps: float | None = None,
-    quality: QualityName = "exact",
-    largest: int = LARGEST,
-    title: str | None = None,
-    command: str | None = None,
-    notes: Note | None = None,
-    progress: Progress | None = None,
-    **options: Unpack[RequestOptions],
-) -> str:
+    renderer: Renderer, source: Source, *, fps: float | None = None, quality: QualityName = "exact",
+    largest: int = LARGEST, title: str | None = None, command: str | None = None, notes: Note | None = None,
+    progress: Progress | None = None, **options: Unpack[RequestOptions],
+) -> str:  # fmt: skip
     """The text of the page that `save_page` writes."""
     check_choice(option("quality"), quality, tuple(QUALITIES))
     check_count(largest, "largest", 1, "of pixels ")
@@ -150,18 +124,18 @@ def draw_page(
         request = RenderRequest.of(source, **options)
         whole = arranged(request)
         points = cloud_points(whole.scene)
-        smaller = reduced(request.source, largest, QUALITIES[quality].points, points)
-        if isinstance(request.finish.exposure, str) and smaller is not request.source:  # whose noise is another
+        smaller = reduced(request, largest, QUALITIES[quality].points, points)
+        if isinstance(request.finish.exposure, str) and smaller is not request:  # whose noise is another
             renderer.draw(request)
-            request = replace(request, finish=replace(request.finish, exposure=renderer.exposure))
-        request = replace(request, source=smaller)
-        showing, count = arranged(request), Count(progress)
+            smaller = replace(smaller, finish=replace(request.finish, exposure=renderer.exposure))
+        showing, count = arranged(smaller), Count(progress)
+        surfaces = sum(max(len(placed.content.frames), 1) for placed in showing.scene.instances)
 
         def drawn(done: int, all: int) -> None:
-            count.all = all + _surfaces_in(showing.scene)
+            count.all = all + surfaces
             count.step(done - count.done)
 
-        still = renderer.render(request, progress=drawn if progress else None)
+        still = renderer.render(smaller, progress=drawn if progress else None)
         gain, showing = 2.0**renderer.exposure, replace(showing, environment_light=renderer.surroundings)
         parts: list[Part] = []
         for part in _parts(renderer, showing, QUALITIES[quality]):
@@ -187,33 +161,15 @@ def largest_of(request: RenderRequest) -> int:
     return LARGEST if camera is None else min(max(camera.width, camera.height), LARGEST)
 
 
-def _surfaces_in(scene: Scene) -> int:
-    """How many parts a page of a scene has."""
-    contents = (placed.content for placed in scene.instances)
-    return sum(len(content.frames) if isinstance(content, PointObject) else 1 for content in contents)
-
-
 def _parts(renderer: Renderer, showing: Showing, quality: Quality) -> Iterator[Part]:
     """The things of the scene."""
     with renderer.prepared(showing.scene, showing.camera, showing.home) as things:
         for placed, thing in things.items():
-            middle = placed.content.frame.scale if isinstance(placed.content, PointObject) else None  # in its unit
-            for head, body in _parts_of(thing, quality):
+            middle = placed.content.frame.scale if placed.content.frames else None  # in its unit
+            for head, body in parts_of(thing, quality):
                 axes = np.linalg.inv(showing.home) @ head["axes"]  # to home axes
                 more = {"axes": axes.tolist(), "lobe": showing.lobe_of(placed), "middle": middle}
                 yield head | look_of(placed, showing) | more, body
-
-
-def _parts_of(thing: Drawable, quality: Quality) -> Iterator[Part]:
-    if isinstance(thing, PlacedMesh):
-        yield mesh_part(thing, quality)
-    elif isinstance(thing, PlacedCloud):
-        yield cloud_part(thing, quality)
-    else:
-        if isinstance(thing, ShownSet):  # whose frames differ by more
-            step = max(quality.depth_step, thing.consensus.band / BAND_STEPS)
-            quality = quality._replace(depth_step=step, normal_bits=min(quality.normal_bits, 12))
-        yield from (surface_part(surface, quality) for surface in surfaces_of(thing))
 
 
 HEIGHT = 480  # CSS pixels
@@ -241,16 +197,10 @@ class Cell:
 
 @takes(RequestOptions, *GROUPS, like=Renderer.render)
 def draw_cell(
-    renderer: Renderer,
-    source: Source,
-    *,
-    height: int = HEIGHT,
-    quality: QualityName | None = None,
-    title: str = "pointshade",
-    notes: Note | None = None,
-    progress: Progress | None = None,
+    renderer: Renderer, source: Source, *, height: int = HEIGHT, quality: QualityName | None = None,
+    title: str = "pointshade", notes: Note | None = None, progress: Progress | None = None,
     **options: Unpack[RequestOptions],
-) -> Cell:
+) -> Cell:  # fmt: skip
     """Show a frame, several frames of one thing, a scene or a cloud in a notebook: the light is under the mouse.
 
     As the last line of a cell it shows itself.

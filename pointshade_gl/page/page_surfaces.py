@@ -106,7 +106,8 @@ def _read(shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: 
     values = _read_surface(shown) if member is None else member.surface
     depth = values[..., 3]
     colors = _read_colors(shown.colors.texture) if member is None else linear_to_bytes(np.clip(member.colors, 0, 1))
-    certainty = _read_certainty(points.surface.certainty) if shown.has_doubts else None
+    texture = points.surface.certainty if shown.has_doubts else None
+    certainty = None if texture is None else (read_texture(texture.ctx, texture)[..., 0] / 65535).astype(np.float32)
     sizes, is_round, stride = np.ones(1, np.float32), False, 0
     if isinstance(points, Points):
         sizes, is_round = points.sizes, points.splat == "round"
@@ -114,30 +115,19 @@ def _read(shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: 
     others = [picture.shape for picture in (colors, certainty) if picture is not None]
     height, width = depth.shape
     left, top, right, bottom = box = _box(depth, others, max(stride, 1)) if is_cut else (0, 0, width, height)
-    camera = points.source
+    camera, inside = points.source, np.s_[top:bottom, left:right]
+    certainty = None if certainty is None else _cut(certainty, box, depth.shape)
+    sizes = sizes if sizes.size == 1 else sizes.reshape(depth.shape)[inside].ravel()
+    intrinsics = camera.fx, camera.fy, camera.cx - left, camera.cy - top
     return PageSurface(
-        values[top:bottom, left:right, :3],
-        depth[top:bottom, left:right],
-        _cut(colors, box, depth.shape),
-        None if certainty is None else _cut(certainty, box, depth.shape),
-        sizes if sizes.size == 1 else sizes.reshape(depth.shape)[top:bottom, left:right].ravel(),
-        (camera.fx, camera.fy, camera.cx - left, camera.cy - top),
-        points.pose,
-        points.scale,
-        is_round,
-        stride,
-    )
+        values[inside][..., :3], depth[inside], _cut(colors, box, depth.shape), certainty, sizes, intrinsics,
+        points.pose, points.scale, is_round, stride,
+    )  # fmt: skip
 
 
 def _read_colors(texture: moderngl.Texture) -> NDArray[np.uint8]:
     values = read_texture(texture.ctx, texture)[..., :3]
     return (values if values.dtype == np.uint8 else np.rint(values / 257)).astype(np.uint8)
-
-
-def _read_certainty(texture: moderngl.Texture | None) -> NDArray[np.float32] | None:
-    if texture is None:
-        return None
-    return (read_texture(texture.ctx, texture)[..., 0] / 65535).astype(np.float32)
 
 
 def _box(depth: NDArray[np.float32], others: list[tuple[int, ...]], stride: int) -> tuple[int, int, int, int]:

@@ -1,10 +1,18 @@
-"""The parts of a page, clouds too: each a description for the JSON, and bytes that decode.js reads."""
+"""The parts of a page, clouds too: each a description for the JSON, and bytes that decode.js reads. And the one file
+that they fill: page.html with its places, shaders and scripts."""
 
 from __future__ import annotations
 
+import base64
+import html
 import io
+import json
+import re
 import zlib
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import singledispatch
+from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -12,8 +20,13 @@ from numpy.typing import NDArray
 
 from ..gpu.clouds import cloud_objects as drawing
 from ..gpu.clouds.cloud_objects import PlacedCloud
+from ..gpu.core.programs import splice
+from ..gpu.core.view_images import Drawable
 from ..gpu.meshes.mesh_objects import PlacedMesh, mesh_vertices
-from .page_surfaces import MISSING, PageSurface
+from ..gpu.points.point_objects import ShownSet
+from ..notes.notes import print_note
+from ..notes.words import printable
+from .page_surfaces import MISSING, PageSurface, surfaces_of
 
 Whole = NDArray[np.int64]
 Known = NDArray[np.bool_]
@@ -116,7 +129,21 @@ class Quality(NamedTuple):
 
 
 QualityName = Literal["exact", "small"]
+BAND_STEPS = 200  # steps of depth in what several frames of one thing may differ by
 QUALITIES = {"exact": Quality(1e-6, 14, None, 250_000), "small": Quality(2e-5, 10, 95, 125_000)}
+
+
+@singledispatch
+def parts_of(thing: Drawable, quality: Quality) -> Iterable[Part]:
+    """The parts of what shows points; meshes and clouds have their own functions."""
+    return (surface_part(surface, quality) for surface in surfaces_of(thing))
+
+
+@parts_of.register
+def _(thing: ShownSet, quality: Quality) -> Iterable[Part]:
+    step = max(quality.depth_step, thing.consensus.band / BAND_STEPS)
+    coarse = quality._replace(depth_step=step, normal_bits=min(quality.normal_bits, 12))
+    return (surface_part(surface, coarse) for surface in surfaces_of(thing))
 
 
 def surface_part(surface: PageSurface, quality: Quality) -> Part:
@@ -132,51 +159,35 @@ def surface_part(surface: PageSurface, quality: Quality) -> Part:
     color, color_bytes = _color_part(surface.colors, known, quality)
     sizes = surface.sizes.astype("<f4")
     head = {
-        "kind": "points",
-        "width": depth.shape[1],
-        "height": depth.shape[0],
-        "count": int(known.sum()),
-        "nearest": nearest,
-        "depthStep": quality.depth_step,
-        "normalBits": quality.normal_bits,
-        "depthBytes": planes[0][1],
-        "normalBytes": [planes[1][1], planes[2][1]],
-        "color": color,
+        "kind": "points", "width": depth.shape[1], "height": depth.shape[0], "count": int(known.sum()),
+        "nearest": nearest, "depthStep": quality.depth_step, "normalBits": quality.normal_bits,
+        "depthBytes": planes[0][1], "normalBytes": [planes[1][1], planes[2][1]], "color": color,
         "certainty": None if certainty is None else list(certainty.shape[::-1]),
         "size": float(sizes[0]) if sizes.size == 1 else None,
-        "hasRims": surface.has_rims,
-        "isRound": surface.is_round,
-        "stride": surface.stride,
-        "source": list(surface.intrinsics),
-        "axes": surface.axes,
-        "scale": surface.scale,
-        "behind": surface.behind,
-    }
+        "hasRims": surface.has_rims, "isRound": surface.is_round, "stride": surface.stride,
+        "source": list(surface.intrinsics), "axes": surface.axes, "scale": surface.scale, "behind": surface.behind,
+    }  # fmt: skip
     body = [kinds.tobytes(), *(data for data, _ in planes), color_bytes]
     body += [certainty.tobytes()] if certainty is not None else []
     body += [sizes.tobytes()] if sizes.size > 1 else []
     return head, b"".join(body)
 
 
-def mesh_part(placed: PlacedMesh, quality: Quality) -> Part:
+@parts_of.register
+def mesh_part(placed: PlacedMesh, quality: Quality) -> Iterable[Part]:
     """A mesh, its corners as the renderer takes them."""
     mesh = placed.mesh
     vertices, faces = mesh_vertices(mesh)
     head: dict[str, Any] = {
-        "kind": "mesh",
-        "vertices": len(vertices),
-        "corners": faces.size,
-        "baseColor": list(mesh.color),
-        "texture": None,
-        "axes": placed.worlds[0],
-        "scale": 1,
-    }
+        "kind": "mesh", "vertices": len(vertices), "corners": faces.size, "baseColor": list(mesh.color),
+        "texture": None, "axes": placed.worlds[0], "scale": 1,
+    }  # fmt: skip
     body = vertices.T.astype("<f4").tobytes() + faces.astype("<u4").tobytes()
     if mesh.texture is not None:
         every = np.ones(mesh.texture.shape[:2], np.bool_)
         head["texture"], colors = _color_part(mesh.texture[..., :3], every, quality)
         body += colors
-    return head, body
+    return [(head, body)]
 
 
 def _color_part(colors: NDArray[np.uint8], known: NDArray[np.bool_], quality: Quality) -> Part:
@@ -208,26 +219,22 @@ def encoded(image: NDArray[np.uint8], kind: str, **options: int) -> bytes:
     return file.getvalue()
 
 
-FINE = 256  # steps of positions in the typical distance of two points
-FARTHEST = 2**30  # steps: more are no whole number of a browser
+STEPS_PER_SPACING = 256  # of positions, in the typical distance of two points
+MAX_STEPS = 2**30  # more are no whole number of a browser
 SIZE_STEP = 0.002  # share of a size: sizes are kept to half of it
 EDGE_BITS = 8  # of each of two coordinates of a direction
 RULES = {
-    "core": drawing.CORE,
-    "band": drawing.BAND,
-    "stepBack": drawing.STEP_BACK,
-    "ring": drawing.RING,
-    "shadowShare": drawing.SHADOW_SHARE,
-    "shadowPush": drawing.SHADOW_PUSH,
-    "ballShare": drawing.BALL_SHARE,
-}
+    "core": drawing.CORE, "band": drawing.BAND, "stepBack": drawing.STEP_BACK, "ring": drawing.RING,
+    "shadowShare": drawing.SHADOW_SHARE, "shadowPush": drawing.SHADOW_PUSH, "ballShare": drawing.BALL_SHARE,
+}  # fmt: skip
 
 
-def cloud_part(placed: PlacedCloud, quality: Quality) -> Part:
+@parts_of.register
+def cloud_part(placed: PlacedCloud, quality: Quality) -> Iterable[Part]:
     """The points of a cloud, all of them: `placed` may have those that one view needs."""
     with placed.points.complete(placed.cloud) as points:
         grown = placed.grown if points is placed.points else 1.0
-        return _coded(replace(placed, points=points, grown=grown), quality)
+        return [_coded(replace(placed, points=points, grown=grown), quality)]
 
 
 def _coded(placed: PlacedCloud, quality: Quality) -> Part:
@@ -251,28 +258,14 @@ def _coded(placed: PlacedCloud, quality: Quality) -> Part:
     axes = placed.pose.copy()
     axes[:3, 3] += axes[:3, :3] @ (placed.scale * placed.points.middle)
     head: dict[str, Any] = {
-        "kind": "cloud",
-        "count": count,
-        "discs": discs,
-        "isBlended": placed.is_blended,
-        "low": low.tolist(),
-        "high": (low + step * codes.max(0, initial=0)).tolist(),
-        "step": step,
-        "smallest": smallest,
-        "sizeStep": SIZE_STEP,
-        "hasSizes": has_sizes,
-        "hasColors": has_colors,
-        "normalBits": quality.normal_bits,
-        "edgeBits": EDGE_BITS,
-        "edges": int(border.sum()),
-        "bytes": [size for _, size in planes],
-        "radius": list(placed.radius),
-        "spacing": placed.points.spacing,
-        "largest": placed.points.largest,
-        "rules": RULES,
-        "axes": axes,
-        "scale": placed.scale,
-    }
+        "kind": "cloud", "count": count, "discs": discs, "isBlended": placed.is_blended,
+        "low": low.tolist(), "high": (low + step * codes.max(0, initial=0)).tolist(), "step": step,
+        "smallest": smallest, "sizeStep": SIZE_STEP, "hasSizes": has_sizes, "hasColors": has_colors,
+        "normalBits": quality.normal_bits, "edgeBits": EDGE_BITS, "edges": int(border.sum()),
+        "bytes": [size for _, size in planes], "radius": list(placed.radius),
+        "spacing": placed.points.spacing, "largest": placed.points.largest, "rules": RULES,
+        "axes": axes, "scale": placed.scale,
+    }  # fmt: skip
     return head, b"".join([border.astype(np.uint8).tobytes(), *(data for data, _ in planes), colors])
 
 
@@ -290,7 +283,7 @@ def _grid(at: NDArray[np.float32], spacing: float) -> tuple[NDArray[np.float64],
     low = at.min(0).astype(np.float64)
     extent = float((at.max(0) - low).max())
     typical = spacing if 0 < spacing < extent else extent / np.sqrt(len(at))
-    return low, max(typical / FINE, extent / FARTHEST) or 1.0
+    return low, max(typical / STEPS_PER_SPACING, extent / MAX_STEPS) or 1.0
 
 
 def _in_order(placed: PlacedCloud) -> tuple[NDArray[Any], int]:
@@ -311,3 +304,64 @@ def _curve(at: NDArray[np.float32]) -> NDArray[np.int64]:
     cells = np.clip((at - low) / max(float((high - low).max()), 1e-30) * 1024, 0, 1023).astype(np.int64)
     bits = [(cells[:, axis] >> bit & 1) << (3 * bit + axis) for bit in range(10) for axis in range(3)]
     return np.sum(bits, axis=0)
+
+
+ENTRIES = (
+    "fullscreen.vert", "points/splats.vert", "points/splats.frag", "points/rims.vert", "points/rims.frag",
+    "points/resolve_surfaces.frag", "shading/light.frag", "surface/hidden_in_plane.frag", "surface/mean_hidden.frag",
+    "surface/visibility.frag", "shading/view_visibility.frag", "shading/shadow.frag", "surface/hidden_planes.frag",
+    "meshes/mesh.vert", "meshes/mesh.frag", "meshes/mesh_lit.vert", "meshes/mesh_lit.frag", "meshes/mesh_shadow.frag",
+    "clouds/splat.vert", "clouds/depth.frag", "clouds/front.frag", "clouds/blend.frag", "clouds/resolve.frag",
+    "clouds/ball.frag", "surface/film_surface.frag", "surface/film_colors.frag", "surface/film_change.frag",
+    "output/resolve_samples.frag", "points/view_insides.frag", "points/outline_points.frag", "points/kept_points.frag",
+)  # fmt: skip
+PRECISION = "".join(f"precision highp {kind};\n" for kind in ("float", "int", "sampler2D", "isampler2D"))
+_COMMENT = re.compile(r"[ \t]*//[^\n]*")
+
+
+def shader_texts() -> dict[str, str]:
+    """The text of each shader by its name. `#version 300 es` and constants go before it."""
+    return {name: as_es(splice(name)[0]) for name in ENTRIES}
+
+
+def as_es(text: str) -> str:
+    """A shader without its first line, its comments and empty lines, with the precision that GLSL ES asks for."""
+    body = _COMMENT.sub("", text.split("\n", 1)[1])
+    return PRECISION + re.sub(r"\n+", "\n", body)
+
+
+FOLDER = Path(__file__).resolve().parent
+SCRIPTS = (
+    "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "samples.js", "upload.js", "paint.js",
+    "around.js", "clouds.js", "outlines.js", "draw.js", "film.js", "player.js", "pointers.js", "lamp_box.js",
+    "command.js", "controls.js",
+)  # fmt: skip
+STILL = 85  # quality of the still's WebP
+
+
+def filled(
+    title: str, still: NDArray[np.uint8], data: dict[str, Any], body: bytes, frames: Sequence[bytes] = ()
+) -> str:
+    """The template with its places filled, which look like {{title}}. A note names each thing that the page leaves out.
+
+    body    of all things
+    frames  of a film: each frame's, which the page decodes when it comes to it
+    """
+    for sentence in data["leftOut"]:
+        print_note(f"in the page {sentence}")
+    places = {
+        "title": html.escape(printable(title.encode("utf-8", "backslashreplace").decode())),  # it may be no text
+        "still": f"data:image/webp;base64,{_base64(encoded(still, 'WEBP', quality=STILL))}",
+        # no HTML parser takes it for the end of its script
+        "data": json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
+        "shaders": _base64(pack(json.dumps(shader_texts()).encode())),
+        "parts": _base64(pack(body)),
+        "frames": "\n".join(f'<script type="text/plain" class="frame">{_base64(one)}</script>' for one in frames),
+        "script": "\n".join((FOLDER / name).read_text(encoding="utf-8") for name in SCRIPTS),
+    }
+    text = (FOLDER / "page.html").read_text(encoding="utf-8")
+    return re.sub(r"{{(.*?)}}", lambda place: places[place[1]], text, flags=re.DOTALL)
+
+
+def _base64(data: bytes) -> str:
+    return base64.b64encode(data).decode()

@@ -170,6 +170,14 @@ class PointCloud(DrawnValue):
             object.__setattr__(made, name, getattr(self, name))
         return made
 
+    def _shaded(self, shading: str) -> PointCloud:
+        return self.styled(shading=shading if shading in CLOUD_SHADINGS else "phong")
+
+    @property
+    def clouds(self) -> tuple[PointCloud, ...]:
+        """Return the cloud itself."""
+        return (self,)
+
     def is_like(self, other: PointCloud) -> bool:
         """Return whether another cloud has the same arrays and is drawn the same.
 
@@ -261,12 +269,17 @@ def direction_of(axis: Up) -> NDArray[np.float64]:
     return np.eye(3)["xyz".index(axis[-1])] * (-1 if axis.startswith("-") else 1)
 
 
-def _floats(value: Any, name: str, shape: tuple[int | None, ...], kind: Any) -> NDArray[Any]:
+def floats_of(value: Any, name: str, shape: tuple[int | None, ...], kind: Any, advice: str = "") -> NDArray[Any]:
+    """The numbers as an array. Raises TypeError or ValueError for another shape, and unless all are finite."""
     wanted = _words(shape)
     array = _shaped(as_array(value, f"{name} must be numbers of shape {wanted}", kind), name, shape)
     if array.size and not (array.min() >= -LARGEST and array.max() <= LARGEST):  # NaN fails, too
-        raise ValueError(f"{name} must be finite and below {LARGEST:g}: leave out points that are not")
+        raise ValueError(f"{name} must be finite and below {LARGEST:g}{advice}")
     return array
+
+
+def _floats(value: Any, name: str, shape: tuple[int | None, ...], kind: Any) -> NDArray[Any]:
+    return floats_of(value, name, shape, kind, ": leave out points that are not")
 
 
 def _shaped(array: NDArray[Any], name: str, shape: tuple[int | None, ...]) -> NDArray[Any]:

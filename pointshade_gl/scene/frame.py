@@ -259,6 +259,11 @@ class Frame(Value, Preview):
         object.__setattr__(moved, "pose", check_pose(pose))
         return moved
 
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """Return the frame itself, alone; a scene is not drawn as frames."""
+        return (self,)
+
     def framed(self) -> Frame:
         """Return the frame itself: unlike a scene it always has a camera."""
         return self

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,19 +17,17 @@ from ..notes.notes import note_new_name
 from ..notes.words import counted, option
 from .appearance import Appearance
 from .camera import IDENTITY, Camera, check_pose, orbit_pose
-from .cloud import CLOUD_SHADINGS, SAMPLE, STRAY, USUAL_FRONT, CloudStyle, PointCloud, direction_of
+from .cloud import SAMPLE, STRAY, USUAL_FRONT, CloudStyle, PointCloud, direction_of
 from .environment import Environment, EnvironmentName, check_environment
 from .frame import Preview
 from .light import Light, transformed
-from .node import Content, Matrix, Node, NodeOptions, Placed, Way, check_nodes, contents_of
-from .objects import Mesh, PointObject
+from .node import Matrix, Node, NodeOptions, Placed, Way, check_nodes, contents_of, with_drawn
 from .shadow_cameras import Extent
 from .values import Value, frozen, sphere_round
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-_Kind = TypeVar("_Kind", bound=Content)
 FOV = 45.0  # degrees from top to bottom, of a scene without a camera
 
 
@@ -83,18 +81,14 @@ class Scene(Value, Preview):
 
     def __repr__(self) -> str:
         """`Scene(4 nodes: 93 207 points in 1 frame, 12 triangles in 1 mesh, 2 lights)`: what is visible."""
-        frames = [frame for one in self._contents(PointObject) for frame in one.frames]
-        clouds, meshes, count = self._contents(PointCloud), self._contents(Mesh), len(self.lights)
-        found = [
-            f"{counted(sum(some), of)} in {counted(len(some), kind)}"
-            for some, of, kind in (
-                ([one.points_known for one in frames], "point", "frame"),
-                ([one.points_known for one in clouds], "point", "cloud"),
-                ([len(one.faces) for one in meshes], "triangle", "mesh"),
-            )
-            if some
-        ]
-        parts = ", ".join(found + [counted(count, "light")] * (count > 0))
+        contents = [p.content for p in self.instances]
+        sizes = (
+            ([frame.points_known for one in contents for frame in one.frames], "point", "frame"),
+            ([cloud.points_known for one in contents for cloud in one.clouds], "point", "cloud"),
+            ([len(one.faces) for one in contents if not (one.frames or one.clouds)], "triangle", "mesh"),
+        )
+        found = [f"{counted(sum(some), of)} in {counted(len(some), kind)}" for some, of, kind in sizes if some]
+        parts = ", ".join(found + [counted(len(self.lights), "light")] * bool(self.lights))
         return f"Scene({counted(sum(1 for _ in self.every_node()), 'node')}{parts and f': {parts}'})"
 
     def placed(self) -> Iterator[Placed]:
@@ -123,10 +117,6 @@ class Scene(Value, Preview):
             found.extend(Placed(content, world, node, way) for content in contents_of(node))
             stack.extend((child, world, (way, k)) for k, child in reversed(list(enumerate(node.children))))
         return tuple(found)
-
-    def _contents(self, kind: type[_Kind]) -> list[_Kind]:
-        """Return all visible content of one kind, such as `Mesh`, in the order of the nodes."""
-        return [p.content for p in self._placed if isinstance(p.content, kind)]
 
     @cached_property
     def instances(self) -> tuple[Placed, ...]:
@@ -165,6 +155,16 @@ class Scene(Value, Preview):
     def _main_corners(self) -> NDArray[np.float64]:
         return np.concatenate([np.zeros((0, 3)), *(p.main_corners for p in self.instances)])
 
+    @property
+    def frames(self) -> tuple[()]:
+        """Return no frames: those of a scene belong to its objects."""
+        return ()
+
+    @property
+    def picture_camera(self) -> Camera | None:
+        """Return the default camera for rendering, as of a frame: the scene's own."""
+        return self.camera
+
     def framed(self) -> Scene:
         """Return the scene with a camera: its own, or one that sees everything, turned like its pose."""
         return self._framed if self.camera is None else self
@@ -181,7 +181,8 @@ class Scene(Value, Preview):
     @property
     def points_known(self) -> int:
         """Return the number of points in the visible frames and clouds."""
-        return sum(one.points_known for kind in (PointObject, PointCloud) for one in self._contents(kind))
+        contents = (p.content for p in self.instances)
+        return sum(part.points_known for one in contents for part in (*one.frames, *one.clouds))
 
     @property
     def pivot(self) -> NDArray[np.float64]:
@@ -282,15 +283,7 @@ def shaded(scene: Scene, shading: str | None) -> Scene:
     """Return the scene with one shading model for all objects; None leaves each object its own."""
     if shading is None:
         return scene
-
-    def part_shaded(part: Any) -> Any:
-        if isinstance(part, PointObject):
-            return replace(part, look=replace(part.look, shading=shading))
-        if isinstance(part, PointCloud):
-            return part.styled(shading=shading if shading in CLOUD_SHADINGS else "phong")
-        return replace(part, shading=shading) if isinstance(part, Mesh) else part
-
-    return scene.with_every_node(lambda node: {"content": tuple(map(part_shaded, contents_of(node)))})
+    return scene.with_every_node(lambda node: with_drawn(node, lambda part: part._shaded(shading)))
 
 
 @lru_cache(maxsize=4)
@@ -304,7 +297,7 @@ ASIDE, ABOVE = 30.0, 25.0  # degrees from which a cloud is seen that no camera t
 
 
 def scene_of(*clouds: PointCloud, names: Sequence[str] = ()) -> Scene:
-    """Return the scene of clouds that lie in one world, upright as the first of them says.
+    """Return the scene of clouds that lie in one world, upright as the first of them is.
 
     One that has a front, or y down (as a camera's), is seen from the front, others from above. names: of their nodes.
     """

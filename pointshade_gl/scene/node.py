@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypedDict
@@ -116,6 +116,16 @@ def contents_of(node: Node) -> tuple[Content, ...]:
     """Return what a node holds: nothing, one thing or several."""
     parts = node.content if isinstance(node.content, tuple) else (node.content,)
     return tuple(part for part in parts if part is not None)
+
+
+def clouds_in(node: Node) -> list[PointCloud]:
+    """Return the clouds that a node holds."""
+    return [cloud for part in contents_of(node) if not isinstance(part, Light) for cloud in part.clouds]
+
+
+def with_drawn(node: Node, change: Callable[[Any], Any]) -> dict[str, Any]:
+    """Return the content of a node after a change of all but its lights, for `Scene.with_every_node`."""
+    return {"content": tuple(part if isinstance(part, Light) else change(part) for part in contents_of(node))}
 
 
 def check_nodes(nodes: Any, name: str) -> tuple[Node, ...]:

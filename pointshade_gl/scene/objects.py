@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks.arguments import LARGEST, as_array, as_given, check_choice, check_color, check_type, is_a, items_of
+from ..checks.arguments import as_given, check_choice, check_color, check_type, is_a, items_of
 from ..checks.foreign_arrays import Numbers, way_to
 from ..notes.words import counted, option, shown
 from .appearance import FRAME_SPLATS, SHADINGS, Appearance, AppearanceOptions, Material, Shading
-from .cloud import PointCloud
+from .cloud import PointCloud, floats_of
 from .frame import Frame
 from .values import DrawnValue, box_corners, frozen, median
 
@@ -75,7 +75,7 @@ class Mesh(DrawnValue):
         ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
-        points = _floats(self.positions, "mesh positions", (None, 3))
+        points = frozen(floats_of(self.positions, "mesh positions", (None, 3), np.float32))
         faces = as_given(self.faces, "mesh faces must have shape (m, 3) and whole numbers")
         if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
             raise ValueError(f"mesh faces must have shape (m, 3) and whole numbers, got {faces.shape} {faces.dtype}")
@@ -86,8 +86,8 @@ class Mesh(DrawnValue):
         object.__setattr__(self, "faces", frozen(np.array(faces, dtype=np.uint32, order="C")))
         for name, width in (("normals", 3), ("uv", 2)):
             if getattr(self, name) is not None:
-                values = _floats(getattr(self, name), f"mesh {name}", (len(points), width))
-                object.__setattr__(self, name, values)
+                values = floats_of(getattr(self, name), f"mesh {name}", (len(points), width), np.float32)
+                object.__setattr__(self, name, frozen(values))
         if self.texture is not None:
             texture = as_given(self.texture, "mesh texture must be (h, w, 3|4) uint8")
             if texture.ndim != 3 or texture.shape[2] not in (3, 4) or texture.dtype != np.uint8 or 0 in texture.shape:
@@ -105,21 +105,14 @@ class Mesh(DrawnValue):
         texture = "" if self.texture is None else f", texture {self.texture.shape[1]}x{self.texture.shape[0]}"
         return f"Mesh({counted(len(self.positions), 'position')}, {counted(len(self.faces), 'triangle')}{texture})"
 
+    def _shaded(self, shading: Shading) -> Mesh:
+        return replace(self, shading=shading)
+
     @cached_property
     def corners(self) -> NDArray[np.float64]:
         """Return the (8, 3) corners of the box around all triangles, node axes; (0, 3) without a triangle."""
         points = self.positions[np.unique(self.faces)]
         return frozen(box_corners(points.min(0), points.max(0)) if len(points) else np.zeros((0, 3)))
-
-
-def _floats(value: Any, name: str, shape: tuple[int | None, int]) -> NDArray[np.float32]:
-    wanted = ", ".join("n" if want is None else str(want) for want in shape)
-    array = as_array(value, f"{name} must be numbers of shape ({wanted})", np.float32)
-    if array.ndim != 2 or any(want not in (None, got) for want, got in zip(shape, array.shape, strict=True)):
-        raise ValueError(f"{name} must have shape ({wanted}), got {array.shape}")
-    if not (np.abs(array) <= LARGEST).all():
-        raise ValueError(f"{name} must be finite and below {LARGEST:g}")
-    return frozen(array)
 
 
 MOST_FRAMES = 200  # of one object
@@ -158,14 +151,9 @@ class PointObject(DrawnValue):
     others: tuple[Frame, ...] = ()
 
     def __init__(
-        self,
-        frame: Frame | Sequence[Frame],
-        material: Material | None = None,
-        *,
-        look: Appearance | None = None,
-        others: Sequence[Frame] = (),
-        **options: Unpack[AppearanceOptions],
-    ):
+        self, frame: Frame | Sequence[Frame], material: Material | None = None, *, look: Appearance | None = None,
+        others: Sequence[Frame] = (), **options: Unpack[AppearanceOptions],
+    ):  # fmt: skip
         if look is not None and (material is not None or options):
             raise TypeError("pass a look, or its values one by one, not both")
         if look is None:
@@ -187,6 +175,9 @@ class PointObject(DrawnValue):
     def __repr__(self) -> str:
         return f"PointObject({self.frame if self.is_single else counted(len(self.frames), 'frame')})"
 
+    def _shaded(self, shading: Shading) -> PointObject:
+        return replace(self, look=replace(self.look, shading=shading))
+
     @property
     def is_single(self) -> bool:
         """Return whether there is one frame, not several of one thing."""
@@ -204,7 +195,7 @@ class PointObject(DrawnValue):
 
     @property
     def shading(self) -> Shading:
-        """Return how it is lit, as its look says."""
+        """Return how it is lit, as its look has it."""
         return self.look.shading
 
     @property
@@ -257,18 +248,19 @@ def uniform(look: Appearance) -> Appearance:
 
 def check_frames(frames: Frame | Sequence[Frame]) -> tuple[Frame, ...]:
     """One frame or several as a tuple. Raises TypeError for anything else, ValueError for none or too many."""
-    if type(frames) is Frame:
+    if isinstance(frames, Frame):
         return (frames,)
-    items: Any = [frames] if isinstance(frames, Frame) else frames
-    if items.__class__ is tuple and items and type(items[0]) is Frame and not items[1:]:
-        return (items[0],)
-    if any(isinstance(one, PointCloud) for one in (items if is_a(items, Sequence) else [items])):
+    one: Any = frames
+    if one.__class__ is tuple and one and type(one[0]) is Frame and not one[1:]:
+        return (one[0],)
+    if any(isinstance(one, PointCloud) for one in (frames if is_a(frames, Sequence) else [frames])):
         raise TypeError("a point cloud is no frame: draw it alone, or put it into a Node of a Scene as it is")
-    if not is_a(items, Sequence) or is_a(items, str, bytes):
+    if not is_a(frames, Sequence) or is_a(frames, str, bytes):
         raise TypeError(f"frame must be a Frame or a sequence of frames, got {shown(frames)}")
-    if not 1 <= len(items) <= MOST_FRAMES:
-        raise ValueError(f"an object has 1 to {MOST_FRAMES} frames, got {len(items)}")
-    return tuple(check_type(item, Frame, "frame" if len(items) == 1 else f"frame {k}") for k, item in enumerate(items))
+    if not 1 <= len(frames) <= MOST_FRAMES:
+        raise ValueError(f"an object has 1 to {MOST_FRAMES} frames, got {len(frames)}")
+    single = len(frames) == 1
+    return tuple(check_type(item, Frame, "frame" if single else f"frame {k}") for k, item in enumerate(frames))
 
 
 def check_photographs(frames: Sequence[Frame]) -> tuple[Frame, ...]:

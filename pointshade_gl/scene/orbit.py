@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,13 +17,14 @@ from .frame import Frame, probing_step
 from .graph import Scene
 from .light import Light, at_upper_left
 from .settings import SIMPLE, OutputSettings, with_environment_turned
+from .values import Options
 
 Axis = tuple[float, float, float]
 VERTICAL: Axis = (0.0, 1.0, 0.0)
 
 
-@dataclass(frozen=True)
-class OrbitStage:
+@dataclass(frozen=True, eq=False)
+class OrbitStage(Options):
     """What the viewer moves around. Stage and State are in *view axes*: x right, y down in the picture.
 
     pivot    (3,) the object's middle, as the frame's own camera sees it
@@ -52,11 +53,6 @@ class OrbitStage:
         radius = float(np.clip(1.5 * extent, 0.5 * pivot[2], pivot[2]))
         upright = np.diag([1.0, np.sign(frame.camera.fy), 1.0])
         return cls(upright @ pivot, radius, upright)
-
-    def is_as(self, other: OrbitStage) -> bool:
-        """Return whether two stages are the same."""
-        arrays = (self.pivot, other.pivot), (self.upright, other.upright)
-        return (self.radius, self.axis) == (other.radius, other.axis) and all(np.array_equal(*two) for two in arrays)
 
     @classmethod
     def _of_scene(cls, scene: Scene) -> OrbitStage:
@@ -97,7 +93,7 @@ class State:
     look          how the frame is drawn; of a scene only a shading other than "phong" counts, for all its objects
     finish        of it only light counts: the environment, whether what is near hides it, how it rolls off, and what
                   colours show in its place
-    readout       whether values under the mouse are told; None: where colours are no light
+    readout       whether values under the mouse are shown; None: where colours are no light
 
     Raises TypeError or ValueError for anything else, and for a look with arrays: the next frame of a sequence may have
     another size.
@@ -123,22 +119,10 @@ class State:
     readout: bool | None = None
 
     def __post_init__(self) -> None:
-        def checked(check: Callable[..., Any], name: str, *limits: float) -> None:
+        for name, (check, *limits) in _CHECKS.items():
             object.__setattr__(self, name, check(getattr(self, name), f"state {name}", *limits))
-
-        for name in ("yaw", "pitch", "roll"):
-            checked(check_number, name, -LARGEST)
-        for name in ("distance", "light_reach"):
-            checked(check_number, name, NEAREST)
-        for name in ("pan", "light_at"):
-            checked(_check_pair, name)
-        checked(check_point, "pivot")
-        checked(check_color, "light_color")
-        checked(check_number, "light_intensity", 0)
-        for name in ("light_mode", "lit", "shadows", "help", "panel"):
-            checked(check_flag, name)
         if self.readout is not None:
-            checked(check_flag, "readout")
+            object.__setattr__(self, "readout", check_flag(self.readout, "state readout"))
         check_type(self.look, Appearance, "state look")
         check_type(self.finish, OutputSettings, "state finish")
         if not self.look.is_uniform:
@@ -272,7 +256,7 @@ class State:
 
     @property
     def reads(self) -> bool:
-        """Return whether values under the mouse are told."""
+        """Return whether values under the mouse are shown."""
         return not self.finish.is_light if self.readout is None else self.readout
 
     @property
@@ -299,8 +283,8 @@ class State:
     def light(self, stage: OrbitStage, frame_pose: NDArray[np.float64], kind: Light = OWN_LIGHT) -> Light:
         """The light in the world, directed at the object's middle.
 
-        kind  says whether it is a point light, a spot, an area or directional, and has all else: cone, attenuation,
-              shadow switch, radius, angle, size
+        kind  is a point light, a spot, an area or directional, and has all else: cone, attenuation, shadow switch,
+              radius, angle, size
         """
         place = self.seen_middle(stage) + self.towards * stage.radius * self.light_reach
         pose = frame_pose @ self.pose(stage)
@@ -326,6 +310,15 @@ class State:
 def _check_pair(value: Any, name: str) -> Pair:
     x, y = check_numbers(value, 2, f"{name} must be two finite numbers")
     return x, y
+
+
+_ANGLE, _REACH, _FLAG = (check_number, -LARGEST), (check_number, NEAREST), (check_flag,)
+_CHECKS: dict[str, tuple[Any, ...]] = {  # of the fields of State, and their limits
+    "yaw": _ANGLE, "pitch": _ANGLE, "roll": _ANGLE, "distance": _REACH, "light_reach": _REACH,
+    "pan": (_check_pair,), "light_at": (_check_pair,), "pivot": (check_point,), "light_color": (check_color,),
+    "light_intensity": (check_number, 0), "light_mode": _FLAG, "lit": _FLAG, "shadows": _FLAG, "help": _FLAG,
+    "panel": _FLAG,
+}  # fmt: skip
 
 
 def rims_from(middle: Pair, x: float, y: float, camera: Camera) -> Pair:

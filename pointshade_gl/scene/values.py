@@ -41,6 +41,11 @@ class DrawnValue(Value):
         return ()
 
     @property
+    def clouds(self) -> tuple[Any, ...]:
+        """Return the cloud that this is; frames and meshes have none."""
+        return ()
+
+    @property
     def is_single(self) -> bool:
         """Return whether it is one thing, not several frames of it."""
         return True

@@ -109,7 +109,7 @@ class View(Options):
             What the camera turns around, world axes; None is the middle of the frame or scene.
         """
         camera, pose = self.seen(frame, pivot)
-        look = {} if isinstance(frame, Scene) else self.look.options
+        look = self.look.options if frame.frames else {}
         return {"light": self.lights or None, "camera": camera, "pose": pose, **look, **self.finish.options}
 
     def seen(self, frame: Frame | Scene, pivot: Numbers | None = None) -> tuple[Camera | None, NDArray[np.float64]]:
@@ -139,13 +139,9 @@ class View(Options):
 
 
 def viewing_pose(
-    frame: Frame | Scene,
-    pose: Numbers | None = None,
-    yaw: float = 0.0,
-    pitch: float = 0.0,
-    dolly: float = 0.0,
+    frame: Frame | Scene, pose: Numbers | None = None, yaw: float = 0.0, pitch: float = 0.0, dolly: float = 0.0,
     pivot: Numbers | None = None,
-) -> NDArray[np.float64]:
+) -> NDArray[np.float64]:  # fmt: skip
     """The pose, (4, 4); None is that of the frame or framed scene, moved round pivot, (3,) world, as in `orbit_pose`.
 
     Raises ValueError or TypeError for impossible values, and for a pose that is to be moved.
@@ -168,13 +164,14 @@ def _check_one_way(pose: Numbers | None, yaw: float, pitch: float, dolly: float)
 
 def _sized_camera(frame: Frame | Scene, size: tuple[int, int] | SizeName) -> Camera:
     """The frame's or scene's own camera, for a picture of this size. Raises ValueError for a size that it has not."""
-    own = check_type(frame.camera if isinstance(frame, Scene) else frame.picture_camera, Camera, "camera")
+    own = check_type(frame.picture_camera, Camera, "camera")
     if not isinstance(size, str):
         return own.fitted(*size)
     if size == "half":
         return own.resized(max(own.width // 2, 1), max(own.height // 2, 1))
-    if isinstance(frame, Scene):
+    if not frame.frames:
         raise ValueError(f"{option('picture_size', size)} is of a frame's picture: for a scene pass width and height")
+    (frame,) = frame.frames
     if size == "depth":
         return frame.camera
     if frame.color is None:

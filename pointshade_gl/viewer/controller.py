@@ -27,18 +27,14 @@ DOUBLE_CLICK = 0.4  # seconds between two clicks that are one double click
 MOMENT = 0.25  # seconds that the mouse stays where it holds the light on purpose
 STAYING_REACH = 0.1  # rims: who moves less in a moment, stays
 MOUSE = (
-    ("mouse", "move the light (in light mode)"),
-    ("click", "place the light: it stays until L"),
-    ("Ctrl+Shift+drag", "move the light (always)"),
-    ("Shift+wheel", "move the light nearer or farther"),
+    ("mouse", "move the light (in light mode)"), ("click", "place the light: it stays until L"),
+    ("Ctrl+Shift+drag", "move the light (always)"), ("Shift+wheel", "move the light nearer or farther"),
     ("right drag", "turn the environment"),
-    ("drag", "orbit"),
-    ("Ctrl+drag, middle drag", "pan"),
-    ("wheel", "zoom"),
+    ("drag", "orbit"), ("Ctrl+drag, middle drag", "pan"), ("wheel", "zoom"),
     ("double click", "turn around this point, or the middle"),
     ("click, drag the bar", "jump through a sequence"),
     ("drop files", "open a folder, depth, a scene, clouds"),
-)
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from ..files.pictures.picture_files import is_deep_grey
 from ..notes.errors import Cancelled, error_text
 from ..notes.words import option, shown
 from ..scene.camera import Camera
+from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene, scene_of
 from ..scene.light import Light
@@ -30,9 +31,8 @@ from .controller import Answer, Control, added, removed, taking, titles
 from .events import Command, Effect, PlayEffect, Remember, RemoveLight, Scrub, Seek, ShowFrame, ShowMessage, TakeLight
 from .keys import when_seen
 from .overlay import Messages
-from .picture import ShownPicture
 from .playback import Playback, TimelineBar
-from .state import History, Shown, Snapshot, as_switched, camera_of, home_of, pose_of, scene_in, switches_of, views_in
+from .state import History, Shown, ShownPicture, Snapshot, as_switched, home_of, scene_in, switches_of, views_in
 
 PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
 
@@ -74,7 +74,7 @@ class Document:
     playback  closed here if it has nothing to show; afterwards whoever opened it does that
     dropped  what of it came by a drop onto the window; None: the program opened it
     merge    frames of a sequence are read to be merged
-    place    from where it is seen at first, of which only the pose or how it is moved counts; None: as the state says
+    place    from where it is seen at first, of which only the pose or how it is moved counts; None: as the state has it
 
     title    what was dropped, in words
     first    what was shown first: the user may have hidden nodes of a scene since
@@ -104,16 +104,16 @@ class Document:
 
     def start_at(self, moment: Snapshot, shown: Shown) -> None:
         """R comes back to this, and nothing before it can be undone."""
-        self.start, self._pose = moment, pose_of(shown)
+        self.start, self._pose = moment, shown.pose
         self.history = History(moment)
 
     def restart(self, shown: Shown) -> Snapshot:
         """All as at the start, around the middle of what is shown now. Lights of the world stay there."""
-        stage, pose = OrbitStage.of(home_of(shown)), pose_of(shown)
+        stage, pose = OrbitStage.of(home_of(shown)), shown.pose
         views = views_in(shown)
         start = self.start._replace(switches=views.all_on().on) if views else self.start
         state, before, held, *_ = start
-        if stage.is_as(before) and np.array_equal(pose, self._pose):
+        if stage == before and np.array_equal(pose, self._pose):
             return start
         if held is not OWN_LIGHT:  # it stands in the world, not beside the viewer
             state = state.with_light(state.light(before, self._pose, held), stage, pose)
@@ -123,7 +123,7 @@ class Document:
 def _start_of(shown: Shown, state: State, lights: Sequence[Light], place: View | None) -> Snapshot:
     """The mouse holds the first of the lights. There are shadows if one of them casts any, and in scenes, whose own
     lights and environment count unless there are others."""
-    home, scene, pose, names = home_of(shown), scene_in(shown), pose_of(shown), ()
+    home, scene, pose, names = home_of(shown), scene_in(shown), shown.pose, ()
     stage = OrbitStage.of(home)
     if place is not None:
         state = state.seen_from(np.linalg.inv(pose) @ place.seen(home)[1], stage)
@@ -253,12 +253,14 @@ class Session:
     @property
     def own_camera(self) -> Camera:
         """The frame's or the scene's own camera."""
-        return camera_of(self.frame)
+        camera = self.frame.picture_camera
+        assert camera is not None  # `framed` gave scenes a camera
+        return camera
 
     @property
     def pose(self) -> NDArray[np.float64]:
         """(4, 4) camera-to-world of the frame's or the scene's own camera."""
-        return pose_of(self.frame)
+        return self.frame.pose
 
     @property
     def strip(self) -> TimelineBar | None:
@@ -278,7 +280,7 @@ class Session:
             self.frame = frame
 
     def show_news(self) -> None:
-        """Say what is seen now."""
+        """Show in words what is seen now."""
         self._follow(None, self._news)
         self._news = ""
 
@@ -341,20 +343,26 @@ def _files_of(paths: list[Path]) -> dict[str, Any]:
 
 
 def check_sources(source: Any, others: Any, views: Any) -> list[Any]:
-    """The others in a list. Raises TypeError or ValueError for what cannot be shown, or not as it is asked for."""
-    if not isinstance(source, Frame | Scene | Iterable) or isinstance(source, str | bytes):
+    """All sources, of a cloud its scene. Raises TypeError or ValueError for what cannot be shown, or not as asked."""
+    source = scene_of(source) if isinstance(source, PointCloud) else source
+    shows_scene, found = isinstance(source, Scene), items_of(others)
+    if not (shows_scene or _gives_frames(source)):
         raise TypeError(f"source must be a Frame, a Scene, a PointCloud or an iterable of frames, got {shown(source)}")
-    for other in [others] if (found := items_of(others)) is None else found:
-        if found is None or not isinstance(other, Frame | Iterable) or isinstance(other, str | bytes):
+    for other in [others] if found is None else found:
+        if found is None or not _gives_frames(other):
             raise TypeError(f"others must be Frames or iterables of frames, got {shown(other)}")
-    if found and isinstance(source, Scene):
+    if found and shows_scene:
         raise TypeError("a scene has no others: they are more sources of frames of the same thing")
     if views is not None and found:
         raise ValueError(f"{option('views')} merges the frames of one sequence, and others are given: leave it out")
-    if views is not None and (isinstance(source, Frame) or not isinstance(source, Sequence)):
+    if views is not None and not isinstance(source, Sequence):
         got = "a single frame" if isinstance(source, Frame) else f"a {type(source).__name__}"
         raise ValueError(f"{option('views')} merges the frames of a sequence, and this is {got}: leave it out")
-    return list(found or ())
+    return [source, *(found or ())]
+
+
+def _gives_frames(source: Any) -> bool:
+    return isinstance(source, Frame | Iterable) and not isinstance(source, str | bytes)
 
 
 def check_rates(fps: Any, count: int) -> list[float | None]:

@@ -22,7 +22,7 @@ SIDES = {  # names, yaw, pitch: the front is what the frame's own camera looks a
     "KP7": ("above", 0.0, 90.0), "CTRL+KP7": ("below", 0.0, -90.0),
 }  # fmt: skip
 TURNS = {"KP4": (-1, 0), "KP6": (1, 0), "KP2": (0, -1), "KP8": (0, 1)}  # to the right, up
-SMALLEST, LARGEST = 0.25, 8.0  # points, pixels of the frame
+MIN_POINT_SIZE, MAX_POINT_SIZE = 0.25, 8.0  # points, pixels of the frame
 STAYS = "the light stays here: L lets it follow the mouse again"
 LATER = "; seen once lit again (B)"
 NOT_SHADED = "; seen once shaded (2, 3 or 4)"
@@ -51,14 +51,14 @@ class Key(NamedTuple):
 
     names     of the keys
     label     how the help shows them
-    says      what the help says about them
+    help      what the help has beside them
     do        what is to be done, or a function of state, moment and name that gives the answer
     of_frame  they change the look of frames, which a scene's objects have of their own
     """
 
     names: tuple[str, ...]
     label: str
-    says: str
+    help: str
     do: Do | Effect
     of_frame: bool = False
 
@@ -147,9 +147,9 @@ def _factor(name: str) -> float:
 def _resize_points(state: State, _: Snapshot, name: str) -> Answer:
     if state.look.splat == "mesh":
         return state, "a mesh has no point size"
-    size = round(min(max(state.point_size * _factor(name), SMALLEST), LARGEST), 2)
+    size = round(min(max(state.point_size * _factor(name), MIN_POINT_SIZE), MAX_POINT_SIZE), 2)
     size = 1.0 if abs(size - 1) < 0.1 else size
-    end = {SMALLEST: ", the smallest", LARGEST: ", the largest"}.get(size, "")
+    end = {MIN_POINT_SIZE: ", the smallest", MAX_POINT_SIZE: ", the largest"}.get(size, "")
     return state.with_look(point_size=size), f"point size: {size:g} pixels of the frame{end}"
 
 

@@ -14,9 +14,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from ..files.depth.depth_files import ramp
 from ..notes.notes import print_warning
-from ..scene.frame import Frame
 from ..scene.values import BLUE, ColorScale
-from .picture import ShownPicture
+from .state import ShownPicture, frame_in
 
 SECONDS = 4.0
 CLOSES = "(a key or a click closes this)"
@@ -56,7 +55,7 @@ class Messages:
         self._message, self._until = text, time.perf_counter() + (SECONDS if seconds is None else seconds)
 
     def skip(self, text: str) -> None:
-        """Says later, and once, why a frame was skipped. For any thread."""
+        """Shows later, and once, why a frame was skipped. For any thread."""
         self._skipped.append(text)
 
     def update(self, now: float) -> None:
@@ -188,8 +187,8 @@ def values_of(picture: ShownPicture, column: int, row: int, surface: NDArray[np.
     parts = [f"x {x:.3f}  y {y:.3f}  z {z:.3f} m", f"depth {depth:.3f} m"]
     if normal.any():
         parts.append("normal {:.2f} {:.2f} {:.2f}".format(*(normal + 0.0)))
-    if isinstance(shown, Frame):
-        u, v = np.rint(shown.camera.project(point, pose=shown.pose)).astype(int).tolist()
+    if frame := frame_in(shown):
+        u, v = np.rint(frame.camera.project(point, pose=frame.pose)).astype(int).tolist()
         parts.append(f"pixel {u}, {v}")
     return tuple(parts)
 

@@ -24,8 +24,7 @@ from ..scene.orbit import State
 from ..scene.settings import OCCLUSION
 from .controller import KINDS, as_kind, kind_of, placed, titles
 from .events import Command, Effect, RemoveLight, ShowFrame, TakeLight
-from .picture import ShownPicture
-from .state import UNITS, Shown, Snapshot, Views, clouds_of, pose_of, restyled, scene_in, size_of, views_in, with_unit
+from .state import UNITS, ShownPicture, Snapshot, Views, clouds_of, restyled, scene_in, size_of, views_in, with_unit
 
 LINE = 22.0  # of an explanation, in letters' heights
 NAMES_WIDTH = 6.4  # width of the names' column, in sizes of the messages' font
@@ -34,11 +33,13 @@ NAMES_WIDTH = 6.4  # width of the names' column, in sizes of the messages' font
 class Widgets:
     """Draws them by Dear ImGui, and gives what the user made of their values.
 
-    em  size of the font as the messages count it, pixels
+    em         size of the font as the messages count it, pixels
+    explained  what merged views agree on, after what that depends on
     """
 
     def __init__(self, imgui: Any):
         self.imgui, self.em = imgui, 1.0
+        self.explained: tuple[Any, list[str]] = None, []
         self._held = "", 0.0  # the number that was pressed last, and what it was before
 
     def slide(
@@ -188,7 +189,7 @@ SET_STEPS = "surface", "agreement", "trust", "shadows", "surfaces", "light"
 ROWS = 6  # of the list of views that are seen without scrolling
 GOLD = 1.0, 0.85, 0.4, 1.0  # colour of the primary ones
 BRIGHTEST = 10.0
-FARTHEST = 1e4  # metres
+MAX_PLACE = 1e4  # metres
 DEEPEST = 6  # levels of a scene that are seen
 USUAL, WIDE = State(), 45.0  # what a double click on a name brings back
 STEPS = {"off": None} | {share: share for share in ("1%", "2%", "3%", "5%", "10%")}
@@ -226,7 +227,7 @@ class PanelFacts(NamedTuple):
     laps: Mapping[str, Timing] = {}
 
 
-def show_facts(ui: Widgets, shown: Shown, facts: PanelFacts, opened: bool) -> None:
+def show_facts(ui: Widgets, picture: ShownPicture, facts: PanelFacts, opened: bool) -> None:
     """Show rate and samples in two lines; below, if it is opened, the times of the steps and what draws."""
     imgui = ui.imgui
     imgui.text(f"{facts.rate:.1f} pictures/s" if facts.rate else "at rest")
@@ -234,49 +235,45 @@ def show_facts(ui: Widgets, shown: Shown, facts: PanelFacts, opened: bool) -> No
     imgui.text(f"{in_it} of {most} sample{'s' if most > 1 else ''}")
     if not ui.section("this picture", opened):
         return
-    for name in (*(SET_STEPS if views_in(shown) else FRAME_STEPS), "present"):
+    for name in (*(SET_STEPS if views_in(picture.shown) else FRAME_STEPS), "present"):
         lap = facts.laps.get(name)
         ui.row(name, "" if lap is None else f"{lap.gpu_ms or lap.wall_ms:.1f} ms")
-    imgui.text_wrapped(f"{shown.points_known} points" + (f", {facts.choice.method}" if facts.choice else ""))
+    imgui.text_wrapped(f"{picture.shown.points_known} points" + (f", {facts.choice.method}" if facts.choice else ""))
     imgui.text_wrapped(facts.driver + (", a software renderer: slow" if is_software(facts.driver) else ""))
 
 
-class PanelSections:
-    """All sections of the panel, one below the other, drawn by widgets."""
-
-    def __init__(self, ui: Widgets):
-        self.ui = ui
-        self._why: tuple[Any, list[str]] | None = None  # what the views agree on, and of which
-
-    def show(self, picture: ShownPicture, facts: PanelFacts, has_room: bool) -> tuple[Snapshot, list[Effect]]:
-        """Show what there is of a picture, and return what the user made of it. has_room: all sections are open."""
-        ui, now, scene, views = self.ui, picture.now, scene_in(picture.shown), views_in(picture.shown)
-        show_facts(ui, picture.shown, facts, has_room)
-        effects = self._show_views(now.state.look, views, facts) if views else []
-        now, taken = show_light(ui, now, pose_of(picture.shown))
-        effects += taken
-        state = show_surface(ui, show_environment(ui, now.state, has_room), scene is not None)
-        if scene is None:
-            state = show_points(ui, state, has_room)
-        else:
-            effects += [*show_clouds(ui, scene, has_room), *show_nodes(ui, scene)]
-        ui.note(NOTE)
-        return now._replace(state=state), effects
-
-    def _show_views(self, look: Appearance, views: Views, facts: PanelFacts) -> list[Effect]:
-        """List the views, what they agree on below, and return which ones the user switched."""
-        effects: list[Effect] = []
-        if self.ui.section(f"{len(views.shown)} of {len(views.frames)} views as one###views"):
-            effects = _show_views(self.ui, views, facts.weights)
-        if self.ui.section("why", opened=False):
-            key = views.shown, look
-            if facts.explain and (self._why is None or self._why[0] != key):  # once: it is read from the GPU
-                self._why = key, facts.explain(views.shown_names)
-            self.ui.imgui.text_wrapped("\n".join(self._why[1] if self._why else []))
-        return effects
+def show_sections(
+    ui: Widgets, picture: ShownPicture, facts: PanelFacts, has_room: bool
+) -> tuple[Snapshot, list[Effect]]:
+    """Show what there is of a picture, and return what the user made of it. has_room: all sections are open."""
+    now, scene, views = picture.now, scene_in(picture.shown), views_in(picture.shown)
+    show_facts(ui, picture, facts, has_room)
+    effects = show_views(ui, now.state.look, views, facts) if views else []
+    now, taken = show_light(ui, now, picture.shown.pose)
+    effects += taken
+    state = show_surface(ui, show_environment(ui, now.state, has_room), scene is not None)
+    if scene is None:
+        state = show_points(ui, state, has_room)
+    else:
+        effects += [*show_clouds(ui, scene, has_room), *show_nodes(ui, scene)]
+    ui.note(NOTE)
+    return now._replace(state=state), effects
 
 
-def _show_views(ui: Widgets, views: Views, weights: Mapping[Frame, float]) -> list[Effect]:
+def show_views(ui: Widgets, look: Appearance, views: Views, facts: PanelFacts) -> list[Effect]:
+    """List the views, what they agree on below, and return which ones the user switched."""
+    effects: list[Effect] = []
+    if ui.section(f"{len(views.shown)} of {len(views.frames)} views as one###views"):
+        effects = _list_views(ui, views, facts.weights)
+    if ui.section("why", opened=False):
+        key = views.shown, look
+        if facts.explain and ui.explained[0] != key:  # once: it is read from the GPU
+            ui.explained = key, facts.explain(views.shown_names)
+        ui.imgui.text_wrapped("\n".join(ui.explained[1]))
+    return effects
+
+
+def _list_views(ui: Widgets, views: Views, weights: Mapping[Frame, float]) -> list[Effect]:
     imgui = ui.imgui
     row = imgui.get_frame_height() + 2 * imgui.get_style().cell_padding.y
     size = imgui.ImVec2(0, min(len(views.frames), ROWS) * row)
@@ -313,23 +310,20 @@ def show_light(ui: Widgets, now: Snapshot, pose: NDArray[np.float64]) -> tuple[S
         return now, []
     imgui, state = ui.imgui, now.state
     effects = _list(ui, now)
-    lit = ui.tick("lit (B)", state.lit)
-    imgui.begin_disabled(not lit)
-    follows = ui.tick("follows the mouse (L)", state.light_mode)
-    shadows = ui.tick("shadows (S)", state.shadows, "Off, no light casts any. On, each light has its own switch.")
-    held = _held(ui, now.held, now.stage.radius, shadows)
-    color = ui.color("colour", state.light_color, USUAL.light_color)
-    intensity = ui.slide("intensity", state.light_intensity, 1.0, 0.0, BRIGHTEST, logarithmic=True)
+    changes: dict[str, Any] = {"lit": ui.tick("lit (B)", state.lit)}
+    imgui.begin_disabled(not changes["lit"])
+    changes["light_mode"] = ui.tick("follows the mouse (L)", state.light_mode)
+    why = "Off, no light casts any. On, each light has its own switch."
+    changes["shadows"] = ui.tick("shadows (S)", state.shadows, why)
+    held = _held(ui, now.held, now.stage.radius, changes["shadows"])
+    changes["light_color"] = ui.color("colour", state.light_color, USUAL.light_color)
+    changes["light_intensity"] = ui.slide("intensity", state.light_intensity, 1.0, 0.0, BRIGHTEST, logarithmic=True)
     why = "From the middle of the object. 1: as far as at the start."
-    reach = ui.slide("distance", state.light_reach, 1.0, 0.1, 20.0, why, True)
+    changes["light_reach"] = ui.slide("distance", state.light_reach, 1.0, 0.1, 20.0, why, True)
     place = _place(ui, now, pose)
-    finish = replace(state.finish, tone=ui.option(state.finish, "tone"))
+    changes["finish"] = replace(state.finish, tone=ui.option(state.finish, "tone"))
     imgui.end_disabled()
-    state = replace(
-        state, lit=lit, light_mode=follows, shadows=shadows, light_color=color, light_intensity=intensity,
-        light_reach=reach, finish=finish,
-    )  # fmt: skip
-    now = now._replace(state=state, held=held)
+    now = now._replace(state=replace(state, **changes), held=held)
     return placed(now, place, pose) if place else now, effects
 
 
@@ -355,7 +349,7 @@ def _place(ui: Widgets, now: Snapshot, pose: NDArray[np.float64]) -> Vector | No
     """Where the light that the mouse holds is, or which way it shines; None: nothing was changed."""
     light = now.state.light(now.stage, pose, now.held)
     if light.position is not None:
-        before, word, step, most = light.position, "at", 0.01 * now.stage.radius, FARTHEST
+        before, word, step, most = light.position, "at", 0.01 * now.stage.radius, MAX_PLACE
         why = "Where the light is in the world, in metres; it stays there."
     else:
         assert light.direction is not None, "a light has a place or a direction"
@@ -457,11 +451,10 @@ def show_clouds(ui: Widgets, scene: Scene, opened: bool) -> list[Effect]:
     low, high = (0.25, 8.0) if unit == "x" else (0.5, 32.0) if unit else (0.1 * number, 10 * number)
     why = f"Radius, {UNITS[unit]} (+ and -)."
     size = ui.slide("size", number, usual if rule == unit else number, low, high, why, True)
-    if splat != first.splat:
-        return [ShowFrame(restyled(scene, lambda _: CloudStyle(splat=splat)))]
-    return (
-        [] if size == number else [ShowFrame(restyled(scene, lambda _: CloudStyle(point_size=with_unit(size, unit))))]
-    )
+    if splat == first.splat and size == number:
+        return []
+    style = CloudStyle(point_size=with_unit(size, unit)) if splat == first.splat else CloudStyle(splat=splat)
+    return [ShowFrame(restyled(scene, lambda _: style))]
 
 
 def show_nodes(ui: Widgets, scene: Scene) -> list[Effect]:

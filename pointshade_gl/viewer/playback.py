@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
+from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
@@ -16,7 +17,6 @@ from ..notes.words import option, shown
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from .events import ChangeRate, PlayCommand, PlayEffect, Seek, StepFrames
-from .picture import Rate
 from .state import Shown, Views, views_in
 
 SLOWEST, USUAL, FASTEST = 0.5, 30.0, 240.0  # frames per second that keys choose; beyond, they play as fast as they come
@@ -24,7 +24,7 @@ PATIENCE = 0.1  # seconds after which a waiting thread checks again whether it s
 READERS = 2  # threads that read views to merge
 MERGED = "the views are merged: M plays the frames"
 NO_NUMBERS = "the frames of a live stream have no numbers"
-Answer = tuple[Shown | None, str]  # what to show from now on, None for the same; what to say, "" for nothing
+Answer = tuple[Shown | None, str]  # what to show from now on, None for the same; a message, "" for none
 
 
 class Player:
@@ -110,7 +110,7 @@ class Player:
     def step(self, direction: int) -> Frame | None:
         """Pauses and steps one frame forwards or back, past unreadable frames. A camera only goes forwards."""
         self.is_paused = True
-        if not isinstance(self._source, Sequence):
+        if self.total is None:
             self._owed += direction > 0
             return None
         self.close()
@@ -155,9 +155,9 @@ class Player:
     def _take(self, item: Any) -> Frame | None:
         if isinstance(item, BaseException):
             raise item
-        if item is None:
+        if item is None:  # it ends the stream
             return None
-        self.index, frame = item
+        self.index, frame = (-1, item) if self.total is None else item
         if not isinstance(frame, Frame):
             raise TypeError(f"source must give Frames, got {shown(frame)}")
         return frame
@@ -185,10 +185,11 @@ class Player:
             hand_over(error)
 
     def _read(self, index: int) -> Generator[Any, None, None]:
-        """Frames with their numbers, from one on; those of a Sequence that loops over and over again."""
+        """Frames, those of a Sequence with their numbers, from one on, and if it loops over and over again."""
         while True:
             came = False
-            with closing(prefetched(_numbered(self._source, index), self._skipped)) as items:
+            source: Any = _From(self._source, index) if isinstance(self._source, Sequence) else self._source
+            with closing(prefetched(source, self._skipped)) as items:
                 for item in items:
                     came = True
                     yield item
@@ -197,16 +198,6 @@ class Player:
             if not came and index == 0:
                 raise ValueError(f"none of the {self.total} frames can be read")
             index = 0
-
-
-def _numbered(source: Iterable[Frame], start: int) -> Any:
-    """Frames with their numbers: of a Sequence from one on, otherwise -1."""
-    return _From(source, start) if isinstance(source, Sequence) else map(_live, source)
-
-
-def _live(frame: Frame | None) -> tuple[int, Frame] | None:
-    """None ends the stream."""
-    return frame and (-1, frame)
 
 
 class _From(Sequence[tuple[int, Frame]]):
@@ -220,6 +211,31 @@ class _From(Sequence[tuple[int, Frame]]):
 
     def __getitem__(self, index: Any) -> Any:
         return self._start + index, self._source[self._start + index]
+
+
+RATE_GAPS = 20  # times between two pictures
+RATE_PAUSE = 0.5  # seconds after which the next picture's rate begins anew
+
+
+class Rate:
+    """Measures how many pictures come per second, while they come: `tick` when one does."""
+
+    def __init__(self) -> None:
+        self._gaps: deque[float] = deque(maxlen=RATE_GAPS)
+        self._last = float("-inf")
+
+    def tick(self, now: float) -> None:
+        if now - self._last > RATE_PAUSE:
+            self._gaps.clear()
+        else:
+            self._gaps.append(now - self._last)
+        self._last = now
+
+    @property
+    def per_second(self) -> float | None:
+        """The mean of the last ones; None before two came in a row."""
+        spent = sum(self._gaps)
+        return len(self._gaps) / spent if spent else None
 
 
 class TimelineBar(NamedTuple):
@@ -236,7 +252,7 @@ class TimelineBar(NamedTuple):
 class Playback:
     """Where frames come from, one source or several at once, and what keys do to them. What is shown now is passed in.
 
-    sources  a frame or a scene, which does not play, or whatever Viewer takes; several play together as Views
+    sources  a frame or a scene, which alone does not play, or whatever Viewer takes; several play together as Views
     rates    frames per second of each source; None: as fast as they come
     count    how many frames of a sequence are merged, or their numbers; None for all
     skipped  called with one sentence for each frame that cannot be read, or is left out
@@ -248,7 +264,8 @@ class Playback:
         self, sources: Sequence[Frame | Scene | Iterable[Frame]], rates: Sequence[float | None],
         count: int | Sequence[int] | None, skipped: Callable[[str], None],
     ):  # fmt: skip
-        self._first, self._rate, self._count, self._skipped = sources[0], rates[0], count, skipped
+        self._first: Any = sources[0]
+        self._rate, self._count, self._skipped = rates[0], count, skipped
         self._wake: Callable[[], None] = lambda: None
         self._arriving = Rate()
         self._names: list[str] = []  # as the panel calls the sources
@@ -257,19 +274,19 @@ class Playback:
         self._jobs: dict[int, Future[Frame]] = {}
         self._home = -1
         is_alone = len(sources) == 1
-        if is_alone and isinstance(sources[0], Frame | Scene):
-            return
         for k, (source, rate) in enumerate(zip(sources, rates, strict=True)):
+            plays = isinstance(source, Iterable)
+            if is_alone and not plays:
+                break
             name = source.folder.name if isinstance(source, FrameSequence) else f"source {k}"
-            stream: Any = iter([source]) if isinstance(source, Frame) else source
             report = skipped if is_alone else lambda sentence, name=name: skipped(f"{name}: {sentence}")
-            self.players.append(Player(stream, rate, report))
+            self.players.append(Player(source if plays else iter(source.frames), rate, report))
             self._names.append(name)
 
     def first(self, merge: bool) -> Shown:
         """What is shown at first; merge: frames of the sequence are read to be merged."""
         if not self.players:
-            return self._first.framed() if isinstance(self._first, Scene) else self._first  # type: ignore[return-value]
+            return self._first.framed()
         first, *others = frames = tuple(player.first() for player in self.players)
         if others:
             return Views(frames, tuple(self._names), first, (True,) * len(frames), "")
@@ -395,11 +412,10 @@ class Playback:
 
     def _start_merging(self) -> None:
         """Begins to read frames, among them the one that is shown. Raises ValueError if there is none to merge."""
-        sequence: Any = self._first
         self._home = self.players[0].index
-        chosen = choose_views(sequence, self._count, self._skipped, self._home)
+        chosen = choose_views(self._first, self._count, self._skipped, self._home)
         self._pool = ThreadPoolExecutor(READERS, thread_name_prefix="pointshade-decode")
-        self._jobs = {k: self._pool.submit(sequence.__getitem__, k) for k in chosen}
+        self._jobs = {k: self._pool.submit(self._first.__getitem__, k) for k in chosen}
         for job in self._jobs.values():
             job.add_done_callback(lambda _: self._wake())
 
@@ -435,7 +451,7 @@ class Playback:
         return None, ""
 
     def _change_rate(self, factor: float) -> str:
-        """Plays faster (a factor above 1) or slower; what to say."""
+        """Plays faster (a factor above 1) or slower. Returns a message."""
         if len(self.players) == 1 and self._total is None:
             return "a live stream comes at its own rate"
         for player in self.players:

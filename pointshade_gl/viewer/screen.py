@@ -1,33 +1,37 @@
-"""Draws the window: the renderer's picture, the light's marker, text and the panel."""
+"""Draws the window: the renderer's picture, the light's marker, text, and the panel, rows for everything that has a
+number, which needs the extra `gui`; and knows when to draw it again."""
 
 from __future__ import annotations
 
+import itertools
+import tempfile
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
+from PIL import ImageFont
 
 from ..gpu.context.software_driver import return_freed_memory
 from ..gpu.core.steps import Steps
 from ..gpu.shading.present import Marker, PresentPass
 from ..renderer.renderer import Renderer
 from ..scene.orbit import marker_place
-from .controller import BAR, MOUSE
-from .events import Effect
+from .controller import BAR, CLICK_REACH, DOUBLE_CLICK, MOUSE
+from .events import Effect, Event
 from .keys import KEYS
-from .overlay import draw_message, draw_readout, draw_strip, draw_table, legend, values_of
-from .panel import Panel
-from .panel_sections import PanelFacts
-from .picture import ShownPicture
-from .playback import TimelineBar
-from .state import Snapshot
+from .overlay import POINTS, draw_message, draw_readout, draw_strip, draw_table, legend, values_of
+from .panel_sections import PanelFacts, Widgets, show_sections
+from .playback import Rate, TimelineBar
+from .state import ShownPicture, Snapshot
 from .window import Window
 
-MARKER = 7.0  # radius, pixels at scale 1
-BESIDE = 3  # pixels at scale 1 by which a double click may miss a surface: sensors leave holes
-HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.says) for key in KEYS))
+MARKER_RADIUS = 7.0  # pixels at scale 1
+MAX_MISS = 3  # pixels at scale 1 by which a double click may miss a surface: sensors leave holes
+HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.help) for key in KEYS))
 Readout = tuple[tuple[str, str, str] | None, tuple[str, ...]]  # what colours stand for, and the values under the mouse
 
 
@@ -137,7 +141,7 @@ class Screen:
     def find_surface(self, picture: ShownPicture, x: float, y: float) -> tuple[float, float, float] | None:
         """Return the point that the window shows at a pixel, or next to it: view axes; None if there is none."""
         camera = picture.camera
-        found = self.renderer.find_surface(x, y, camera, picture.pose, round(BESIDE * self.window.scale))
+        found = self.renderer.find_surface(x, y, camera, picture.pose, round(MAX_MISS * self.window.scale))
         if found is None:
             return None
         u, v, z = found
@@ -159,7 +163,7 @@ class Screen:
         if not state.is_lit:
             return None
         x, y = marker_place(state, picture.now.stage, camera)
-        radius = MARKER * self.window.scale
+        radius = MARKER_RADIUS * self.window.scale
         x, y = min(max(x, radius), camera.width - radius), min(max(y, radius), camera.height - radius)
         return Marker(x, y, radius, state.light_color, state.is_behind)
 
@@ -189,3 +193,263 @@ class Screen:
         texture = self._present.upload(draw(*arguments))
         self._drawings[name] = arguments, texture
         return texture
+
+
+MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
+WIDTH, NARROWEST = 240.0, 196.0  # pixels at scale 1, of a panel that is not shrunk
+MAX_WIDTH_SHARE = 1 / 3  # of the window's width, at most, unless that is too narrow
+FULL_SIZE_ROOM = 800.0, 600.0  # a smaller window, in pixels at scale 1, has a shrunk panel
+MIN_SCALE = 0.75  # of a panel that is shrunk
+MIN_PANELS_WIDE = 1.6  # a window narrower than so many panels begins with a collapsed one
+MIN_HEIGHT_FOR_ALL = 1100  # a window that is higher, in pixels at scale 1, has room for all sections
+SIZES = {"frame_rounding": 2, "scrollbar_size": 10, "grab_min_size": 8, "indent_spacing": 12}  # pixels at scale 1
+SIZE_PAIRS = {
+    "window_padding": (6, 6), "frame_padding": (4, 1), "item_spacing": (4, 2), "item_inner_spacing": (4, 4),
+    "cell_padding": (2, 1),
+}  # fmt: skip
+SETTLING_PICTURES = 3  # pictures after an event, or after another height, until the panel stops changing
+MAX_SETTLING_PICTURES = 60  # that it waits for: it takes one key, or one click, a picture
+BUTTONS = {"left": 0, "right": 1, "middle": 2}  # as imgui counts them
+NAMED = {
+    "LEFT": "left_arrow", "RIGHT": "right_arrow", "UP": "up_arrow", "DOWN": "down_arrow", "HOME": "home", "END": "end",
+    "BACKSPACE": "backspace", "DELETE": "delete", "ENTER": "enter", "TAB": "tab", "ESCAPE": "escape", "SPACE": "space",
+}  # fmt: skip
+LETTERS = "ACVXYZ"  # that mean something with Ctrl, where text is typed
+
+
+class Panel:
+    """Draws beside the picture with Dear ImGui, in the current context. Raises ImportError without the extra.
+
+    scale        of the window's text; in small windows the panel's own is smaller
+    presses      how often a button was pressed on it; two clicks that are one double click count as one
+    settling     how many more pictures it needs until it has answered all events and stops changing
+    is_deciding  keys must wait: it was clicked on, and what the click opens, which may take them, is not drawn yet
+    """
+
+    def __init__(self, window: Window):
+        from imgui_bundle import imgui
+
+        self.scale = window.scale
+        self._imgui: Any = imgui
+        self._context = imgui.create_context()
+        imgui.set_current_context(self._context)  # another window may have its own
+        self._io = imgui.get_io()
+        self._io.set_ini_filename("")  # otherwise it writes a file into the working directory
+        self._io.mouse_double_click_time = 0.0  # its clock is not that of the events
+        _set_style(imgui)
+        self._size = 0.0
+        imgui.backends.opengl3_init("#version 330")
+        self._io.config_mac_osx_behaviors = False  # an Event's ctrl is Command already
+        self._io.config_input_text_cursor_blink = False  # the window sleeps while nothing changes
+        clipboard = imgui.get_platform_io()
+        clipboard.platform_set_clipboard_text_fn = lambda _, text: window.copy(text)
+        clipboard.platform_get_clipboard_text_fn = lambda _: window.pasted()
+        self._widgets = Widgets(imgui)
+        self._left, self._height, self._is_open = 0.0, 0.0, True
+        self.presses, self._last_press = 0, Event("leave", time=float("-inf"))
+        self.settling, self.is_deciding, self._has_popup = SETTLING_PICTURES, False, False
+
+    def width(self, width: int, height: int) -> int:
+        """Pixels that it takes from a window of that size; 0 while it is collapsed, or if nothing would be left."""
+        taken = round(self._fit(width, height)[1])
+        return taken if self._is_open and taken < width else 0
+
+    def _fit(self, width: int, height: int) -> tuple[float, float]:
+        """The scale of its own text, and its width, in a window of that size."""
+        share = min(width / FULL_SIZE_ROOM[0], height / FULL_SIZE_ROOM[1]) / self.scale
+        size = self.scale * min(max(share, MIN_SCALE), 1.0)
+        return size, min(WIDTH * size, max(MAX_WIDTH_SHARE * width, NARROWEST * size), width)
+
+    @property
+    def takes_keys(self) -> bool:
+        """A field is written into, or a list or a colour is open."""
+        return self._io.want_text_input or self._has_popup
+
+    def handle(self, event: Event) -> bool:
+        """Passes an event to the panel. Returns whether it was meant for the panel."""
+        self._imgui.set_current_context(self._context)
+        if event.kind in ("key", "text"):
+            return self._handle_key(event)
+        io = self._io
+        is_over = event.x >= self._left and event.y < self._height  # imgui itself knows only after the next picture
+        self.settling = max(self.settling, SETTLING_PICTURES)
+        if event.kind == "leave":
+            io.add_mouse_pos_event(-1e9, -1e9)
+        if event.kind in ("move", "press", "release", "wheel"):
+            io.add_mouse_pos_event(event.x, event.y)
+        if event.kind in ("press", "release"):
+            is_double = event.kind == "press" and self._is_double(event)
+            held = event.ctrl or is_double, False, is_double
+            self._press_with(held, lambda: io.add_mouse_button_event(BUTTONS[event.key], event.kind == "press"))
+        if event.kind == "wheel":
+            io.add_mouse_wheel_event(0.0, event.steps)
+        is_meant = is_over or io.want_capture_mouse
+        if event.kind == "press":
+            self.is_deciding = is_meant
+        return is_meant and event.kind in ("move", "press", "wheel")
+
+    def draw(self, picture: ShownPicture, facts: PanelFacts) -> tuple[Snapshot, list[Effect]]:
+        """Draw the panel over a picture, and return what the user chose: view and lights, and what is to be done."""
+        imgui, width, height = self._imgui, picture.camera.width, picture.camera.height
+        imgui.set_current_context(self._context)
+        self._io.display_size = imgui.ImVec2(width, height)
+        imgui.backends.opengl3_new_frame()
+        size, wide = self._fit(width, height)
+        self._resize(size)
+        imgui.new_frame()
+        imgui.begin_disabled()  # or what a list or a colour opens is invisible: imgui 1.93 takes its opacity from here
+        imgui.end_disabled()
+        self._left = width - wide
+        imgui.set_next_window_pos(imgui.ImVec2(width, 0), imgui.Cond_.always, imgui.ImVec2(1, 0))
+        imgui.set_next_window_size_constraints(imgui.ImVec2(wide, 0), imgui.ImVec2(wide, height))
+        imgui.set_next_window_bg_alpha(0.8)
+        imgui.set_next_window_collapsed(width < MIN_PANELS_WIDE * wide, imgui.Cond_.once)
+        flags = imgui.WindowFlags_
+        fixed = flags.no_move | flags.no_resize | flags.always_auto_resize
+        was_open, self._is_open = self._is_open, imgui.begin("pointshade", None, fixed)[0]
+        chosen = picture.now, []
+        if self._is_open:
+            chosen = show_sections(self._widgets, picture, facts, height > MIN_HEIGHT_FOR_ALL * self.scale)
+        before, self._height = self._height, imgui.get_window_size().y
+        imgui.end()
+        imgui.render()
+        imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
+        self._settle((before, was_open) != (self._height, self._is_open))
+        return chosen
+
+    def _resize(self, size: float) -> None:
+        """Text and everything else in this scale."""
+        if size == self._size:
+            return
+        self._size, self._widgets.em = size, POINTS * size
+        style = self._imgui.get_style()
+        style.font_scale_main = size
+        for name, pixels in SIZES.items():
+            setattr(style, name, pixels * size)
+        for name, (x, y) in SIZE_PAIRS.items():
+            setattr(style, name, self._imgui.ImVec2(x * size, y * size))
+
+    def release(self) -> None:
+        self._imgui.set_current_context(self._context)
+        self._imgui.backends.opengl3_shutdown()
+        self._imgui.destroy_context(self._context)
+
+    def _handle_key(self, event: Event) -> bool:
+        if not self.takes_keys:
+            return False
+        keys, io = self._imgui.Key, self._io
+        if event.kind == "text":
+            io.add_input_characters_utf8(event.key)
+        elif event.key in NAMED or (event.ctrl and event.key in LETTERS):
+            key = getattr(keys, NAMED.get(event.key, event.key.lower()))
+
+            def press() -> None:
+                io.add_key_event(key, True)
+                io.add_key_event(key, False)
+
+            self._press_with((event.ctrl, event.shift, False), press)
+        self._wait_for(2)
+        return True
+
+    def _is_double(self, event: Event) -> bool:
+        """Whether a press is the second one of a double click: it counts as Ctrl and Alt and a click."""
+        before, self._last_press = self._last_press, event
+        near = max(abs(event.x - before.x), abs(event.y - before.y)) < CLICK_REACH * self.scale
+        is_double = event.key == before.key == "left" and near and 0 <= event.time - before.time < DOUBLE_CLICK
+        if is_double:
+            self._last_press = replace(event, time=float("-inf"))  # a third one begins anew
+        else:
+            self.presses += 1
+        return is_double
+
+    def _press_with(self, modifiers: tuple[bool, bool, bool], do: Any) -> None:
+        """Holds Ctrl, Shift and Alt while something else happens."""
+        keys = self._imgui.Key
+        three = keys.mod_ctrl, keys.mod_shift, keys.mod_alt
+        for key, is_held in zip(three, modifiers, strict=True):
+            self._io.add_key_event(key, bool(is_held))
+        do()
+        for key in itertools.compress(three, modifiers):
+            self._io.add_key_event(key, False)
+        self._wait_for(2 if any(modifiers) else 0)
+
+    def _wait_for(self, pictures: int) -> None:
+        self.settling = min(max(self.settling, SETTLING_PICTURES) + pictures, MAX_SETTLING_PICTURES)
+
+    def _settle(self, has_changed: bool) -> None:
+        """After each picture. While something is open, keys move through it, and Esc closes it."""
+        imgui, before = self._imgui, self._has_popup
+        self._has_popup = imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+        has_changed = has_changed or self._has_popup != before
+        flag = imgui.ConfigFlags_.nav_enable_keyboard
+        flags = self._io.config_flags & ~flag
+        self._io.config_flags = flags | flag if self._has_popup else flags
+        self.settling = max(self.settling, SETTLING_PICTURES) if has_changed else max(self.settling - 1, 0)
+        self.is_deciding = self.is_deciding and self.settling > 0
+
+
+def _set_style(imgui: Any) -> None:
+    imgui.style_colors_dark()
+    style = imgui.get_style()
+    style.window_border_size = 0
+    at_once = imgui.HoveredFlags_.allow_when_disabled  # no pictures come to wait for
+    style.hover_flags_for_tooltip_mouse = at_once
+    style.set_color_(imgui.Col_.slider_grab, imgui.ImVec4(0.26, 0.59, 0.98, 0.5))  # numbers are read through it
+    font: Any = ImageFont.load_default(POINTS)  # that of the messages
+    with tempfile.TemporaryDirectory() as folder:  # imgui reads it at once
+        path = Path(folder, "font.ttf")
+        path.write_bytes(font.font_bytes)
+        imgui.get_io().fonts.add_font_from_file_ttf(str(path), float(sum(font.getmetrics())))
+
+
+REST = 0.2  # seconds that nothing moves before the picture is refined: moving must not wait for it
+MOST_ADDED = 3  # samples a turn at most: between two turns the window answers
+ADDING_SECONDS = 0.1  # seconds that they may take, if that is not less than one
+
+
+class Redrawing:
+    """Remembers what a window shows: a picture, and what lies over it (marker, text, panel), as values to compare.
+
+    samples  that the picture has: one while things move, more and more while nothing does
+    rate     of the pictures that differ
+    drawn    how often the window was drawn
+    """
+
+    def __init__(self) -> None:
+        self.samples, self.rate, self.drawn = 1, Rate(), 0
+        self._shown: Any = None
+        self._picture: Any = None
+        self._since = self._began = 0.0
+        self._added, self._more = 1, MOST_ADDED  # samples of this turn, and of the next one
+
+    def forget(self) -> None:
+        """Draw anew in any case: the window lost its content."""
+        self._shown = None
+
+    def patience(self, picture: Any, over: Any, now: float, most: int) -> float | None:
+        """Return the seconds until the window must be drawn; None: not before something changes."""
+        return self._rest(picture, now, most) if (picture, over) == self._shown else 0.0
+
+    def begin(self, picture: Any, now: float, most: int) -> int:
+        """Return how many samples the next picture has. It is drawn anew if it has changed."""
+        before, self._began = self.samples, now
+        if picture != self._picture:
+            self.rate.tick(now)
+            self._picture, self._since, self.samples, before = picture, now, 1, 0
+        elif self._rest(picture, now, most) == 0:
+            self.samples = min(self.samples + self._more, most)
+        self._added = self.samples - before
+        return self.samples
+
+    def end(self, picture: Any, over: Any, now: float) -> None:
+        """Remember that this was drawn, until now; None is the picture before, drawn again."""
+        self._shown = picture, over
+        self.drawn += 1
+        if picture is not None and self._added:
+            self._more = max(1, min(MOST_ADDED, int(ADDING_SECONDS * self._added / max(now - self._began, 1e-6))))
+
+    def _rest(self, picture: Any, now: float, most: int) -> float | None:
+        """Seconds until more samples are due; None: they are not."""
+        if picture != self._picture or self.samples >= most:
+            return None
+        return max(self._since + REST - now, 0.0)

@@ -1,4 +1,5 @@
-"""What a window shows, and all that is undone of it: frames, views or a scene, their view, lights and switches."""
+"""What a window shows, and all that is undone of it: frames, views or a scene, their view, lights and switches; and the
+picture of them, as `Renderer.render` is asked for it."""
 
 from __future__ import annotations
 
@@ -14,13 +15,16 @@ from numpy.typing import NDArray
 
 from ..checks.arguments import check_count
 from ..notes.words import option
+from ..renderer.requests import RenderRequest
+from ..scene.appearance import Material
 from ..scene.camera import Camera
 from ..scene.cloud import CloudStyle, PointCloud
 from ..scene.frame import Frame
-from ..scene.graph import Scene
+from ..scene.graph import Scene, shaded, without_environment
 from ..scene.light import Light
-from ..scene.node import Node, NodeOptions
-from ..scene.orbit import OrbitStage, Pair, State
+from ..scene.node import Node, clouds_in, with_drawn
+from ..scene.orbit import UPPER_LEFT, OrbitStage, Pair, State
+from ..scene.settings import Metering
 
 VIEWS = 8  # that are merged unless another number is asked for
 
@@ -58,6 +62,16 @@ class Views:
         return [name for name, on in zip(self.names, self.on, strict=True) if on]
 
     @property
+    def picture_camera(self) -> Camera:
+        """The camera that the viewer starts from, in its own size."""
+        return self.home.picture_camera
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """(4, 4) camera-to-world of that camera."""
+        return self.home.pose
+
+    @property
     def points_known(self) -> int:
         """How many points the frames that are on have."""
         return sum(frame.points_known for frame in self.shown)
@@ -91,20 +105,20 @@ def views_in(shown: Shown) -> Views | None:
 
 def home_of(shown: Shown) -> Frame | Scene:
     """Return whose camera looks."""
-    return shown.home if isinstance(shown, Views) else shown
+    views = views_in(shown)
+    return views.home if views else shown  # type: ignore[return-value]
+
+
+def frame_in(shown: Shown) -> Frame | None:
+    """Return what is shown if it is a single frame."""
+    return shown.frames[0] if len(shown.frames) == 1 else None
 
 
 def camera_of(shown: Shown) -> Camera:
     """Return its own camera, in its own size."""
-    home = home_of(shown)
-    camera = home.picture_camera if isinstance(home, Frame) else home.camera
+    camera = shown.picture_camera
     assert camera is not None  # `framed` gave scenes a camera
     return camera
-
-
-def pose_of(shown: Shown) -> NDArray[np.float64]:
-    """Return (4, 4) camera-to-world of its own camera."""
-    return np.asarray(home_of(shown).pose)
 
 
 def check_views(views: int | str | Sequence[int]) -> int | Sequence[int] | None:
@@ -114,41 +128,37 @@ def check_views(views: int | str | Sequence[int]) -> int | Sequence[int] | None:
     return None if views == "all" else check_count(views, f"{option('views')} must be 'all', or it", 2)
 
 
-LARGEST = 100.0  # pixels or spacings
-SMALLEST = 0.1
+MAX_CLOUD_SIZE = 100.0  # pixels or spacings
+MIN_CLOUD_SIZE = 0.1
 UNITS = {"x": "times the spacing of the points", "px": "pixels", "": "(world units)"}
-
-
-def _clouds_in(node: Node) -> list[PointCloud]:
-    return [part for part in parts_of(node) if isinstance(part, PointCloud)]
 
 
 def clouds_of(shown: Shown) -> list[PointCloud]:
     """Return the clouds of a scene, also those that are hidden; none of anything else."""
     scene = scene_in(shown)
-    return [cloud for _, node in scene.every_node() for cloud in _clouds_in(node)] if scene else []
+    return [cloud for _, node in scene.every_node() for cloud in clouds_in(node)] if scene else []
 
 
-def _restyled(node: Node, look: Callable[[PointCloud], Any]) -> NodeOptions:
-    return {"content": tuple(p.styled(**look(p)) if isinstance(p, PointCloud) else p for p in parts_of(node))}
+def _restyled(node: Node, look: Callable[[PointCloud], Any]) -> dict[str, Any]:
+    return with_drawn(node, lambda part: part.styled(**look(part)) if part.clouds else part)
 
 
 def restyled(scene: Scene, look: Callable[[PointCloud], CloudStyle]) -> Scene:
     """Return a scene whose clouds are drawn as a function of each asks."""
-    return scene.with_every_node(lambda node: _restyled(node, look))  # type: ignore[arg-type]
+    return scene.with_every_node(lambda node: _restyled(node, look))
 
 
 def resized(scene: Scene, factor: float) -> tuple[Scene, str]:
-    """Return a scene with larger or smaller points of its clouds, and what there is to say."""
+    """Return a scene with larger or smaller points of its clouds, and a message."""
 
     def look(cloud: PointCloud) -> CloudStyle:
         number, unit = size_of(cloud)
         larger = number * factor
-        return {"point_size": with_unit(min(max(larger, SMALLEST), LARGEST) if unit else larger, unit)}
+        return {"point_size": with_unit(min(max(larger, MIN_CLOUD_SIZE), MAX_CLOUD_SIZE) if unit else larger, unit)}
 
     changed = restyled(scene, look)
     number, unit = size_of(clouds_of(changed)[0])
-    end = {SMALLEST: ", the smallest", LARGEST: ", the largest"}.get(number, "") if unit else ""
+    end = {MIN_CLOUD_SIZE: ", the smallest", MAX_CLOUD_SIZE: ", the largest"}.get(number, "") if unit else ""
     return changed, f"point size: {number:g} {UNITS[unit]}{end}"
 
 
@@ -162,11 +172,6 @@ def with_unit(number: float, unit: str) -> float | str:
     return f"{number:.3g}{unit}" if unit else float(f"{number:.3g}")
 
 
-def parts_of(node: Node) -> tuple:
-    """Return what a node holds."""
-    return node.content if isinstance(node.content, tuple) else () if node.content is None else (node.content,)
-
-
 NodeSwitch = tuple[bool, tuple[Any, ...]]  # whether a node is visible; splat and point size of each of its clouds
 Switches = tuple[bool | NodeSwitch, ...]
 _known: WeakKeyDictionary[Scene, Switches] = WeakKeyDictionary()  # asked for at each event
@@ -177,7 +182,7 @@ def switches_of(shown: Shown) -> Switches:
     if scene := scene_in(shown):
         if scene not in _known:
             _known[scene] = tuple(
-                (node.visible, tuple((cloud.splat, cloud.point_size) for cloud in _clouds_in(node)))
+                (node.visible, tuple((cloud.splat, cloud.point_size) for cloud in clouds_in(node)))
                 for _, node in scene.every_node()
             )
         return _known[scene]
@@ -229,7 +234,7 @@ class Snapshot(NamedTuple):
 
     def shows(self, other: Snapshot) -> bool:
         """Whether all that is undone is the same."""
-        return self.stage is other.stage and self.beside(other)._replace(stage=None) == other._replace(stage=None)
+        return self.beside(other) == other
 
     def beside(self, now: Snapshot) -> Snapshot:
         """The same, with help, panel and readout as they are at another moment."""
@@ -302,3 +307,81 @@ class History:
 
     def _settle(self, now: Snapshot) -> None:
         self._now, self._rest = now, now.state.light_at
+
+
+@dataclass(frozen=True, eq=False)
+class ShownPicture:
+    """A picture of what is shown, by a camera that is fitted to its size.
+
+    now    view, lights and look
+    shown  the frame, the views or the scene
+    plays  whether the next frame comes by itself
+    exposure  as of OutputSettings: found for the first picture, then the same, so that light is seen to grow or fade
+    """
+
+    now: Snapshot
+    shown: Shown
+    camera: Camera
+    exposure: float | Metering = "sensor"
+    plays: bool = False
+
+    @cached_property
+    def content(self) -> tuple[Any, ...]:
+        """Everything that it depends on, to be compared."""
+        state = replace(self.now.state, help=False, panel=False, readout=None)
+        if not state.is_lit:  # the light may go on following the mouse
+            return replace(state, light_at=UPPER_LEFT), self.shown, self.camera
+        return state, self.now.lights, self.now.held, self.shown, self.camera
+
+    @cached_property
+    def pose(self) -> NDArray[np.float64]:
+        """(4, 4) camera-to-world of who looks."""
+        return self.shown.pose @ self.now.state.pose(self.now.stage)
+
+    @cached_property
+    def lights(self) -> list[Light]:
+        """The light that the mouse holds, then the others."""
+        held = self.now.state.light(self.now.stage, self.shown.pose, self.now.held)
+        return [replace(light, shadow=light.shadow and self.now.state.shadows) for light in (held, *self.now.lights)]
+
+    def request(self, samples: int = 1, rests: bool = True) -> RenderRequest:
+        """Return what a renderer is asked for. rests: it will be refined no more, or is already."""
+        state, scene, views = self.now.state, scene_in(self.shown), views_in(self.shown)
+        plain: dict[str, Any] = {"background": None, "ground": False, "ground_height": None}
+        if not rests and state.finish.ambient_occlusion is None and (self.plays or scene):
+            plain["ambient_occlusion"] = False  # until it rests: it is found for each frame, in scenes for each view
+        finish = replace(state.finish, samples=samples, exposure=self.exposure, **plain)
+        if scene is None:
+            look = state.look if state.lit else state.look.as_taken
+            source: Any = views.shown if views else self.shown
+            return RenderRequest(source, self.lights, look, self.camera, self.pose, finish=finish)
+        scene = without_environment(scene) if finish.environment is None and scene.environment else scene
+        shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
+        return RenderRequest(shaded(scene, shading), self.lights, camera=self.camera, pose=self.pose, finish=finish)
+
+    @property
+    def preparation(self) -> tuple[tuple[Any, ...], str] | None:
+        """Return what must be found before this can be drawn, and takes long: something that compares as what that
+        depends on, and what the user reads meanwhile; None if nothing does."""
+        state, scene, views = self.now.state, scene_in(self.shown), views_in(self.shown)
+        look = state.look if state.lit and state.finish.is_light else state.look.as_taken
+        if scene:
+            return tuple(placed.content for placed in scene.instances), "preparing the scene"
+        if views is None:
+            return ((self.shown,), "dividing the light out") if look.finds_light else None
+        needs = replace(look.of_points, shading="none", material=Material())
+        what = f"{len(views.shown)} views"
+        titles = (look.remove_highlights, f"taking the highlights out of {what}"), (look.align, f"aligning {what}")
+        return (views.shown, needs), next((title for on, title in titles if on), f"merging {what}")
+
+    def most_samples(self, samples: int) -> int:
+        """Return as many, or 1 for a photograph seen as it was taken: it has no more, and stays sharp."""
+        return 1 if self._is_photograph else samples
+
+    @cached_property
+    def _is_photograph(self) -> bool:
+        state, stage = self.now.state, self.now.stage
+        is_own = frame_in(self.shown) is not None and self.camera == camera_of(self.shown)
+        is_plain = state.finish.is_light and (not state.lit or state.look.shading == "none")
+        is_there = is_own and is_plain and np.allclose(state.pose(stage), np.eye(4), rtol=0, atol=1e-9 * stage.radius)
+        return bool(is_there)

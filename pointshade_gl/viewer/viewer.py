@@ -22,7 +22,7 @@ from ..renderer.renderer import Renderer
 from ..scene.camera import Camera
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
-from ..scene.graph import Scene, scene_of
+from ..scene.graph import Scene
 from ..scene.light import Light, check_lights
 from ..scene.noise import Choice
 from ..scene.orbit import State
@@ -32,12 +32,10 @@ from .controller import ControllerInputs, controller, hides_pointer, is_for_time
 from .document import CommandLine, Document, SavedPicture, Session, check_rates, check_sources
 from .events import Command, Effect, Event, Open, Remember, TurnAround
 from .overlay import Messages
-from .panel import MISSING
 from .panel_sections import PanelFacts
-from .picture import Redrawing, ShownPicture
 from .playback import Playback, TimelineBar
-from .screen import Overlay, Screen
-from .state import VIEWS, check_views
+from .screen import MISSING, Overlay, Redrawing, Screen
+from .state import VIEWS, ShownPicture, check_views
 from .window import Window, size_for
 
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
@@ -76,7 +74,7 @@ class Viewer(Session):
     fps : float or sequence of float, optional
         Frames of a stream per second, or of each source; None: as fast as they come.
     place : View, optional
-        From where it is seen at first, of which only the pose or how it is moved counts; None: as the state says.
+        From where it is seen at first, of which only the pose or how it is moved counts; None: as the state has it.
     views : int, "all" or sequence of int, optional
         How many frames of a sequence, evenly chosen, or their numbers: drawn as one object, by their poses, as soon as
         they are read; the key M switches between that and playing. None plays at first, and M draws 8 as one object.
@@ -106,15 +104,14 @@ class Viewer(Session):
         record: str | Path | None = None, panel: bool = False, command_line: CommandLine | None = None,
         notes: Note | None = None,
     ):  # fmt: skip
-        source = scene_of(source) if isinstance(source, PointCloud) else source
-        others = check_sources(source, others, views)
+        sources = check_sources(source, others, views)
         if not is_a(title, str):
             raise TypeError(f"title must be a text, got {shown(title)}")
         size = None if window_size is None else check_size(window_size, "window_size")
         state = State() if state is None else check_type(state, State, "state")
         lights = check_lights(lights)
         place = None if place is None else check_type(place, View, "place")
-        rates = check_rates(fps, 1 + len(others))
+        rates = check_rates(fps, len(sources))
         count = VIEWS if views is None else check_views(views)
         check_flag(panel, "panel")
         self.events: list[Event] = []  # of the next turn
@@ -127,7 +124,7 @@ class Viewer(Session):
             self.recorder = None if record is None else Recorder(check_path(record), rates[0] or RATE)
             if self.recorder:
                 undo.callback(self.recorder.close)
-            playback = Playback([source, *others], rates, count, messages.skip)
+            playback = Playback(sources, rates, count, messages.skip)
             super().__init__(Document(playback, state, lights, merge=views is not None, place=place), messages)
             undo.callback(lambda: self.document.playback.close())
             size = size or size_for(self.own_camera)
@@ -408,7 +405,7 @@ class Viewer(Session):
         return self.document.playback.end_merging()
 
     def toggle_panel(self) -> None:
-        """Open or close the panel. Without its extra, say how to install it."""
+        """Open or close the panel. Without its extra, show how to install it."""
         try:
             self.screen.panel  # noqa: B018
         except ImportError:
@@ -434,7 +431,7 @@ class Viewer(Session):
                 self.open(paths)
 
     def open(self, paths: Sequence[str]) -> None:
-        """Show what files or folders hold, as `pointshade view` would. If that fails, say why and show the same."""
+        """Show what files or folders hold, as `pointshade view` would. If it fails, show why and the same as before."""
         document, state = self.document, self.state
         self.background.start(Work(
             f"opening {' and '.join(paths)}", do=lambda _: document.instead(paths, state),

@@ -121,10 +121,10 @@ class TestSeveralInputs:
         assert (np.abs(aligned - again) > 1).mean() < 1e-3
 
     def test_a_page_has_the_corrected_poses(self, typed, tmp_path, monkeypatch):
-        from pointshade_gl.page import page_file
+        from pointshade_gl.page import parts
 
-        axes, usual = [], page_file.surface_part
-        monkeypatch.setattr(page_file, "surface_part", lambda one, how: (axes.append(one.axes), usual(one, how))[1])
+        axes, usual = [], parts.surface_part
+        monkeypatch.setattr(parts, "surface_part", lambda one, how: (axes.append(one.axes), usual(one, how))[1])
         code, _, errors = typed("render A B C --poses rig.json --align --save-poses saved.txt -o out.html")
         assert code == 0, errors
         saved = read_poses(tmp_path / "saved.txt").poses

@@ -10,6 +10,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page
 from pointshade_gl.page.page_contents import reduced
+from pointshade_gl.renderer.requests import RenderRequest
 
 from ..support import frames
 from ..support.browser import altered
@@ -243,8 +244,9 @@ def test_large_clouds_are_shown_by_an_even_sample_which_a_note_tells(renderer, c
 def test_clouds_of_a_scene_share_what_a_page_may_hold():
     at, colors = torus(4000)
     clouds = [ps.PointCloud(at, colors=colors, sizes=np.ones(4000)), ps.PointCloud(at[:1000], seen_from=(1, 2, 3))]
-    scene = reduced(ps.Scene((ps.Node(clouds[0]), ps.Node(tuple(clouds)))), 2048, 900, 9000)
-    small, (again, other) = (node.content for node in scene.nodes)
+    request = RenderRequest(ps.Scene((ps.Node(clouds[0]), ps.Node(tuple(clouds)))))
+    scene = reduced(request, 2048, 900, 9000).source
+    (small,), (again, other) = (node.content for node in scene.nodes)
     assert again is small  # one cloud stays one
     assert len(small) == pytest.approx(400, rel=0.2) and len(other) == pytest.approx(100, rel=0.3)
     assert (small.sizes == np.float32(np.sqrt(10))).all() and (other.seen_from == (1, 2, 3)).all()

@@ -11,7 +11,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page, write_page
-from pointshade_gl.page.template import FOLDER, SCRIPTS, shader_texts
+from pointshade_gl.page.parts import FOLDER, SCRIPTS, shader_texts
 
 from ..support import frames
 from ..support.places import ROOT

@@ -55,7 +55,7 @@ moved = ps.orbit_pose(matrix, np.zeros(3), 10)
 frame = ps.Frame(np.zeros((480, 640, 3), np.uint8), np.ones((480, 640)), camera, pose=rows, source="left")
 plain = ps.Frame(None, [[1.0, 2.0], [3.0, 4.0]], camera)
 color, depth, pose, name = frame.color, frame.depth, frame.pose, frame.source
-own, larger, upright = frame.camera, frame.picture_camera, frame.upright
+own, larger, upright, itself_alone = frame.camera, frame.picture_camera, frame.upright, frame.frames
 itself = frame.framed()
 facts = frame.points_known, frame.is_sparse, frame.box, frame.depth_range, frame.scale
 places = [frame.corners, frame.splat_corners(0.5), frame.main_corners, frame.pivot]
@@ -163,10 +163,10 @@ kept = mesh.color, mesh.material, mesh.shading
 point_object = ps.PointObject(frame, splat="round", normals=np.zeros((2, 2, 3)))
 several = ps.PointObject([frame, plain], look=appearance), ps.PointObject(frame, material, others=(plain,))
 of_object = point_object.frame, point_object.look, point_object.others, point_object.frames, point_object.members
-counts = point_object.is_single, point_object.points_known, point_object.scale
+counts = point_object.is_single, point_object.clouds, point_object.points_known, point_object.scale
 of_frames = point_object.shading, point_object.material, point_object.is_alike_from_everywhere
 of_boxes = point_object.corners, point_object.main_corners, point_object.pose_in_node, point_object.up_direction
-of_drawn = mesh.main_corners, mesh.pose_in_node, mesh.up_direction, mesh.frames, mesh.is_single
+of_drawn = mesh.main_corners, mesh.pose_in_node, mesh.up_direction, mesh.frames, mesh.clouds, mesh.is_single
 node = ps.Node(point_object, "vase", rows, [ps.Node(light)], visible=True, shadow=False)
 group = ps.Node([mesh, light], transform=matrix, children=(node,)), ps.Node((mesh, light)), ps.Node()
 of_node = node.content, node.name, node.transform[:3, 3], node.children, node.visible, node.shadow, node.title
@@ -176,6 +176,7 @@ below_a_sky = ps.Scene(environment="sky"), ps.Scene(environment=np.ones((4, 8, 3
 of_scene = scene.nodes, scene.camera, scene.pose[:3, 3], scene.ambient, scene.bounds, scene.extent, scene.scale
 lights, names, boxes = scene.lights, scene.light_names, scene.boxes
 placed, instances, count = list(scene.placed()), scene.instances, scene.points_known
+no_frames, of_pictures = scene.frames, scene.picture_camera
 framed, pivot, upright = scene.framed(), scene.pivot, scene.upright
 hidden = scene.with_node((0, 1), visible=False, transform=matrix)
 bare = scene.with_every_node(lambda each: {"shadow": each.name != "floor"})
@@ -219,7 +220,7 @@ of_place = (
 of_levels = point_cloud.front, point_cloud.points_known, point_cloud.thins, point_cloud.arrays, point_cloud.reach(0.5)
 balls = point_cloud.styled(splat="ball", point_size="3px", shading="edl")
 is_like = point_cloud.is_like(balls)
-of_nodes = point_cloud.frames, point_cloud.is_single, point_cloud.pose_in_node
+of_nodes = point_cloud.frames, point_cloud.clouds, point_cloud.is_single, point_cloud.pose_in_node
 anything = ps.sources.load_any(folder / "scan.pcd", up="-y", most=None)
 with ps.Renderer(device=0, rasterizer="points", merge=0) as renderer:
     drawn = renderer.render(scene, [light], samples=2)

@@ -9,8 +9,7 @@ from pointshade_gl.scene.orbit import OWN_LIGHT, OrbitStage, State
 from pointshade_gl.viewer.controller import Control, ControllerInputs, controller
 from pointshade_gl.viewer.events import Event, Remember, ShowMessage
 from pointshade_gl.viewer.panel_sections import Widgets, show_environment
-from pointshade_gl.viewer.picture import ShownPicture
-from pointshade_gl.viewer.state import Snapshot
+from pointshade_gl.viewer.state import ShownPicture, Snapshot
 
 from ..support import frames
 from ..support.viewing import drag, press, quiet, shown

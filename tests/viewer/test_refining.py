@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.viewer import picture as redrawing
+from pointshade_gl.viewer import screen as redrawing
 from pointshade_gl.viewer.events import Event
 from pointshade_gl.viewer.viewer import SAMPLES, Viewer
 

@@ -26,9 +26,9 @@ def test_only_the_application_s_file_names_it():
     assert {name for name, path in FILES.items() if "Viewer" in named(path)} == {f"{VIEWER}.viewer"}
 
 
-@pytest.mark.parametrize("name", ["controller", "keys", "state", "events", "document", "picture"])
+@pytest.mark.parametrize("name", ["controller", "keys", "state", "events", "document"])
 def test_the_pure_files_need_neither_gl_nor_a_window(name):
-    drawing = {f"{VIEWER}.{one}" for one in ("window", "screen", "panel", "panel_sections", "viewer")}
+    drawing = {f"{VIEWER}.{one}" for one in ("window", "screen", "panel_sections", "viewer")}
     reached, todo = set(), [f"{VIEWER}.{name}"]
     while todo:
         reached.add(todo.pop())

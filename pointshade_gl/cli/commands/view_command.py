@@ -40,7 +40,7 @@ def view(
     """
     from ...scene.orbit import State
     from ...viewer import Viewer
-    from ...viewer.panel import MISSING
+    from ...viewer.screen import MISSING
 
     if window.panel and find_spec("imgui_bundle") is None:
         raise ValueError(MISSING)

@@ -168,14 +168,9 @@ class Accumulator(FullscreenPasses):
         sums.content, sums.count = content, finish.samples
 
     def _add_missing(
-        self,
-        target: Target,
-        visible: VisibleScene,
-        drawables: Drawables,
-        finish: OutputSettings,
-        count: Count,
-        done: int,
-    ) -> None:
+        self, target: Target, visible: VisibleScene, drawables: Drawables, finish: OutputSettings, count: Count,
+        done: int
+    ) -> None:  # fmt: skip
         """Add up the samples that are not there yet. In large stills many pixels share what they have in common."""
         sums, is_soft, light_set = target.samples, any(light.is_soft for light in visible.lights), None
         canvas = self._resolve.canvas(sums.surfaces)

@@ -42,13 +42,9 @@ class Estimates:
 
     @takes(SurfaceOptions, Appearance)
     def estimate_normals(
-        self,
-        frame: Frame | PointCloud | FilePath | RenderRequest,
-        method: Method = "auto",
-        *,
-        notes: Note | None = None,
-        **options: Unpack[SurfaceOptions],
-    ) -> NDArray[np.float32]:
+        self, frame: Frame | PointCloud | FilePath | RenderRequest, method: Method = "auto", *,
+        notes: Note | None = None, **options: Unpack[SurfaceOptions]
+    ) -> NDArray[np.float32]:  # fmt: skip
         """Estimate the normals of a frame, or of its folder, or of a point cloud.
 
         Of a cloud the normals that it has are kept. The others point to its `seen_from`, or else outwards; those of an
@@ -159,14 +155,9 @@ class Estimates:
 
     @takes(SurfaceOptions, Appearance)
     def align_frames(
-        self,
-        frames: Sequence[Frame],
-        *,
-        search: bool = False,
-        notes: Note | None = None,
-        progress: Progress | None = None,
-        **options: Unpack[SurfaceOptions],
-    ) -> tuple[Frame, ...]:
+        self, frames: Sequence[Frame], *, search: bool = False, notes: Note | None = None,
+        progress: Progress | None = None, **options: Unpack[SurfaceOptions]
+    ) -> tuple[Frame, ...]:  # fmt: skip
         """Correct the poses of several frames of one thing, so that their depths and colours agree.
 
         The first frame keeps its pose. A given pose of a camera that looks belongs to the given poses: pass its frame

@@ -176,21 +176,12 @@ class Renderer(Estimates):
 
     @takes(RenderOptions, *GROUPS)
     def render(
-        self,
-        frame: Source,
-        light: Light | Sequence[Light] | None = None,
-        material: Material | None = None,
-        camera: Camera | None = None,
-        pose: Numbers | None = None,
-        normals: Method | Numbers = "auto",
-        shading: Shading = "phong",
-        point_size: float | Numbers | str | None = None,
-        *,
-        out: NDArray[Any] | Exporter | None = None,
-        notes: Note | None = None,
-        progress: Progress | None = None,
-        **options: Unpack[RenderOptions],
-    ) -> NDArray[np.uint8]:
+        self, frame: Source, light: Light | Sequence[Light] | None = None, material: Material | None = None,
+        camera: Camera | None = None, pose: Numbers | None = None, normals: Method | Numbers = "auto",
+        shading: Shading = "phong", point_size: float | Numbers | str | None = None, *,
+        out: NDArray[Any] | Exporter | None = None, notes: Note | None = None, progress: Progress | None = None,
+        **options: Unpack[RenderOptions]
+    ) -> NDArray[np.uint8]:  # fmt: skip
         """Draw a frame, lit, as a camera sees it.
 
         Several frames of one thing, in a sequence, are drawn as one object, by their poses: where they see the same
@@ -251,20 +242,11 @@ class Renderer(Estimates):
 
     @takes(RenderOptions, *GROUPS, like=render)
     def draw(
-        self,
-        frame: Source,
-        light: Light | Sequence[Light] | None = None,
-        material: Material | None = None,
-        camera: Camera | None = None,
-        pose: Numbers | None = None,
-        normals: Method | Numbers = "auto",
-        shading: Shading = "phong",
-        point_size: float | Numbers | str | None = None,
-        *,
-        notes: Note | None = None,
-        progress: Progress | None = None,
-        **options: Unpack[RenderOptions],
-    ) -> moderngl.Texture:
+        self, frame: Source, light: Light | Sequence[Light] | None = None, material: Material | None = None,
+        camera: Camera | None = None, pose: Numbers | None = None, normals: Method | Numbers = "auto",
+        shading: Shading = "phong", point_size: float | Numbers | str | None = None, *, notes: Note | None = None,
+        progress: Progress | None = None, **options: Unpack[RenderOptions]
+    ) -> moderngl.Texture:  # fmt: skip
         """Draw as `render` does, but leave the picture on the GPU: an RGBA8 texture, top row first.
 
         It belongs to this renderer and holds the picture until the next call. If that shows the same with more samples,
@@ -295,17 +277,10 @@ class Renderer(Estimates):
 
     @takes(DepthOptions, *GROUPS, like=render)
     def render_depth(
-        self,
-        frame: Source,
-        camera: Camera | None = None,
-        pose: Numbers | None = None,
-        normals: Method | Numbers = "auto",
-        point_size: float | Numbers | str | None = None,
-        *,
-        notes: Note | None = None,
-        progress: Progress | None = None,
-        **options: Unpack[DepthOptions],
-    ) -> NDArray[np.float32]:
+        self, frame: Source, camera: Camera | None = None, pose: Numbers | None = None,
+        normals: Method | Numbers = "auto", point_size: float | Numbers | str | None = None, *,
+        notes: Note | None = None, progress: Progress | None = None, **options: Unpack[DepthOptions]
+    ) -> NDArray[np.float32]:  # fmt: skip
         """Return the depth of the picture that `render` draws.
 
         Where "auto" smooths noise, this is the smoothed depth. With clean depth and the frame's own camera it is
@@ -411,18 +386,11 @@ class Renderer(Estimates):
 
     @takes(PointsOptions, *GROUPS, like=render)
     def render_points(
-        self,
-        frame: Frame | Sequence[Frame] | FilePath | RenderRequest,
-        light: Light | Sequence[Light] | None = None,
-        material: Material | None = None,
-        pose: Numbers | None = None,
-        normals: Method | Numbers = "auto",
-        shading: Shading = "phong",
-        *,
-        notes: Note | None = None,
-        progress: Progress | None = None,
-        **options: Unpack[PointsOptions],
-    ) -> PointCloud:
+        self, frame: Frame | Sequence[Frame] | FilePath | RenderRequest, light: Light | Sequence[Light] | None = None,
+        material: Material | None = None, pose: Numbers | None = None, normals: Method | Numbers = "auto",
+        shading: Shading = "phong", *, notes: Note | None = None, progress: Progress | None = None,
+        **options: Unpack[PointsOptions]
+    ) -> PointCloud:  # fmt: skip
         """Return all points of a frame in the world, with the depth and the light that `render` draws them with.
 
         Of several frames of one thing it returns each place once, by the points of the frame that has them most densely

@@ -140,23 +140,12 @@ class Light:
     size: tuple[float, float] | None
 
     def __init__(
-        self,
-        position: Numbers | None = None,
-        direction: Numbers | None = None,
-        color: Numbers = (1.0, 1.0, 1.0),
-        intensity: float | None = None,
-        attenuation: Numbers | None = None,
-        cone: Numbers = (0.0, 45.0),
-        shadow: bool = False,
-        radius: float = 0.0,
-        angle: float = 0.0,
-        size: Numbers | None = None,
-        *,
-        watts: float | None = None,
-        candela: float | None = None,
-        lux: float | None = None,
-        falloff: Falloff | None = None,
-    ) -> None:
+        self, position: Numbers | None = None, direction: Numbers | None = None, color: Numbers = (1.0, 1.0, 1.0),
+        intensity: float | None = None, attenuation: Numbers | None = None, cone: Numbers = (0.0, 45.0),
+        shadow: bool = False, radius: float = 0.0, angle: float = 0.0, size: Numbers | None = None, *,
+        watts: float | None = None, candela: float | None = None, lux: float | None = None,
+        falloff: Falloff | None = None
+    ) -> None:  # fmt: skip
         strengths = {"intensity": intensity, "watts": watts, "candela": candela, "lux": lux}
         is_real = watts is not None or candela is not None
         vars(self).update(

@@ -32,15 +32,9 @@ from ..output import open_renderer, print_line, report, spinner
 
 @options.spread
 def normals(
-    output: options.NormalsOutput,
-    frame: options.FrameOptions,
-    surface: NormalOptions,
-    axes: options.Axes = None,
-    bits: options.Bits = 8,
-    explain: options.Explain = False,
-    *,
-    run: options.RunOptions,
-) -> None:
+    output: options.NormalsOutput, frame: options.FrameOptions, surface: NormalOptions, axes: options.Axes = None,
+    bits: options.Bits = 8, explain: options.Explain = False, *, run: options.RunOptions
+) -> None:  # fmt: skip
     """Estimate normals: .npy and .exr get floats, a picture shows them in the usual colours.
 
     Of a point cloud, write a .ply of its points with normals, turned outwards, or the normals alone to an .npy.
@@ -73,13 +67,9 @@ def normals(
 
 @options.spread
 def depth(
-    output: options.DepthOutput,
-    frame: options.FrameOptions,
-    surface: NormalOptions,
-    place: options.ViewOptions,
-    *,
-    run: options.RunOptions,
-) -> None:
+    output: options.DepthOutput, frame: options.FrameOptions, surface: NormalOptions, place: options.ViewOptions, *,
+    run: options.RunOptions
+) -> None:  # fmt: skip
     """Write the depth of the picture that render draws: metres to .exr, .tif and .npy, millimetres to .png.
 
     Write all frames of a sequence to numbered files such as %04d.png. Missing depth is 0.
@@ -110,12 +100,9 @@ def depth(
 
 @options.spread
 def albedo(
-    output: options.AlbedoOutput,
-    frame: options.FrameOptions,
-    explain: options.Explain = False,
-    *,
-    run: options.RunOptions,
-) -> None:
+    output: options.AlbedoOutput, frame: options.FrameOptions, explain: options.Explain = False, *,
+    run: options.RunOptions
+) -> None:  # fmt: skip
     """Write the albedo that several photographs of one view share, each taken under its own light.
 
     INPUT is a folder with a sequence: one camera at one place, things at rest, only the light moves.

@@ -26,12 +26,10 @@ from ..output import open_renderer, print_line, report, spinner
 
 @options.spread
 def info(
-    frame: options.FrameOptions,
-    output: options.SheetOutput = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
-    *,
-    run: options.RunOptions,
-) -> None:
+    frame: options.FrameOptions, output: options.SheetOutput = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False, *,
+    run: options.RunOptions
+) -> None:  # fmt: skip
     """Print what is in a file or folder, and how it would be read; without INPUT, what draws: GL vendor, limits."""
     if frame.named is frame:
         if frame.kind is Kind.CLOUD:

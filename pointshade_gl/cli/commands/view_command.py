@@ -23,16 +23,10 @@ from ..output import announce
 
 @options.spread
 def view(
-    frame: options.FrameOptions,
-    look: AppearanceGroup,
-    environment: options.EnvironmentOptions,
-    place: options.PlaceOptions,
-    window: options.WindowOptions,
-    others: options.MoreOptions,
-    output: options.NoOutput = None,
-    overwrite: options.Overwrite = False,
-    quiet: options.Quiet = False,
-) -> None:
+    frame: options.FrameOptions, look: AppearanceGroup, environment: options.EnvironmentOptions,
+    place: options.PlaceOptions, window: options.WindowOptions, others: options.MoreOptions,
+    output: options.NoOutput = None, overwrite: options.Overwrite = False, quiet: options.Quiet = False
+) -> None:  # fmt: skip
     """Open a window where the light follows the mouse; H lists the keys. It shows frames, scenes and point clouds.
 
     A folder with a sequence is played; with --views, or when M is pressed, frames of it are merged into one object.

@@ -60,14 +60,9 @@ class CloudOptions:
 
 
 def load_cloud(
-    path: FilePath,
-    *,
-    up: Up | None = None,
-    most: int | None = None,
-    color_by: ColorBy | None = None,
-    max_pixels: float = MAX_PIXELS,
-    notes: Note | None = None,
-) -> PointCloud:
+    path: FilePath, *, up: Up | None = None, most: int | None = None, color_by: ColorBy | None = None,
+    max_pixels: float = MAX_PIXELS, notes: Note | None = None
+) -> PointCloud:  # fmt: skip
     """Read a point cloud from a file.
 
     Parameters

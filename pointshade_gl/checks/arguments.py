@@ -81,6 +81,8 @@ def check_path(path: Any) -> Path:
 
 def check_float(value: Any, complaint: str, low: float = -LARGEST, high: float = LARGEST) -> float:
     """The number as a float. Raises ValueError with the complaint unless it lies between low and high."""
+    if value.__class__ is float and low <= value <= high:
+        return value
     try:
         if isinstance(value, str | bytes | bytearray | np.complexfloating) or getattr(value, "ndim", 0):
             raise TypeError
@@ -99,6 +101,8 @@ def check_float(value: Any, complaint: str, low: float = -LARGEST, high: float =
 
 def check_number(value: Any, name: str, low: float, high: float = LARGEST) -> float:
     """The number as a float. Raises ValueError unless it lies between low and high."""
+    if type(value) is float and low <= value <= high:
+        return value  # without the complaint: what was checked before is checked for every picture
     return check_float(value, f"{name} must be a number from {low:g} to {high:g}", low, high)
 
 
@@ -197,8 +201,12 @@ def check_numbers(
     value: Any, count: int, complaint: str, low: float = -LARGEST, high: float = LARGEST
 ) -> tuple[float, ...]:
     """Exactly `count` numbers, as floats. Raises ValueError with the complaint unless all lie between low and high."""
-    if type(value) is tuple and len(value) == count and all(type(x) is float and low <= x <= high for x in value):
-        return value  # checked before: lights are made anew for every picture
+    if type(value) is tuple and len(value) == count:
+        for x in value:
+            if type(x) is not float or not low <= x <= high:
+                break
+        else:
+            return value  # checked before: lights are made anew for every picture
     array = as_array(value, complaint)
     if isinstance(value, list | tuple) and any(map(_is_flag, value)):
         raise TypeError(f"{complaint}, got {shown(value)}")

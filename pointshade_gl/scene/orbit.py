@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from .frame import Frame, probing_step
 from .graph import Scene
 from .light import Light, at_upper_left
 from .settings import SIMPLE, OutputSettings, with_environment_turned
-from .values import Options
+from .values import Options, frozen
 
 Axis = tuple[float, float, float]
 VERTICAL: Axis = (0.0, 1.0, 0.0)
@@ -288,8 +289,8 @@ class State:
         """
         place = self.seen_middle(stage) + self.towards * stage.radius * self.light_reach
         pose = frame_pose @ self.pose(stage)
-        x, y, z = pose[:3, :3] @ stage.upright @ place + pose[:3, 3]
-        dx, dy, dz = pose[:3, :3] @ stage.upright @ -self.towards
+        x, y, z = (pose[:3, :3] @ stage.upright @ place + pose[:3, 3]).tolist()
+        dx, dy, dz = (pose[:3, :3] @ stage.upright @ -self.towards).tolist()
         position = None if kind.position is None else (x, y, z)
         direction = (dx, dy, dz) if kind.position is None or kind.direction is not None else None
         own = {"color": self.light_color, "intensity": self.light_intensity}
@@ -335,8 +336,13 @@ def marker_place(state: State, stage: OrbitStage, camera: Camera) -> Pair:
 
 
 def _turn(state: State, axis: Axis) -> NDArray[np.float64]:
-    turn = orbit_pose(None, (0, 0, 1), state.yaw, state.pitch, upright=axis)[:3, :3]
-    return turn @ _rolled(state.roll) if state.roll else turn
+    return _turned(state.yaw, state.pitch, state.roll, axis)
+
+
+@lru_cache(maxsize=8)  # each picture asks several times
+def _turned(yaw: float, pitch: float, roll: float, axis: Axis) -> NDArray[np.float64]:
+    turn = orbit_pose(None, (0.0, 0.0, 1.0), yaw, pitch, upright=axis)[:3, :3]
+    return frozen(turn @ _rolled(roll) if roll else turn.copy())
 
 
 def _rolled(degrees: float) -> NDArray[np.float64]:

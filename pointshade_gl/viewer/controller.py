@@ -153,7 +153,7 @@ def _move_light(last: Pair, now: Pair, state: State, stage: OrbitStage, camera: 
     before, after = rims_from(middle, *last, camera), rims_from(middle, *now, camera)
     left = math.exp(-CATCH_UP * math.dist(before, after))
     (x, y), (was_x, was_y) = state.light_at, before
-    return replace(state, light_at=(after[0] + left * (x - was_x), after[1] + left * (y - was_y)))
+    return replace(state, light_at=(float(after[0] + left * (x - was_x)), float(after[1] + left * (y - was_y))))
 
 
 def _is_same_place(event: Event, other: Event | None, scale: float) -> bool:

@@ -328,7 +328,9 @@ class ShownPicture:
     @cached_property
     def content(self) -> tuple[Any, ...]:
         """Everything that it depends on, to be compared."""
-        state = replace(self.now.state, help=False, panel=False, readout=None)
+        state = self.now.state
+        if state.help or state.panel or state.readout is not None:
+            state = replace(state, help=False, panel=False, readout=None)
         if not state.is_lit:  # the light may go on following the mouse
             return replace(state, light_at=UPPER_LEFT), self.shown, self.camera
         return state, self.now.lights, self.now.held, self.shown, self.camera
@@ -342,15 +344,18 @@ class ShownPicture:
     def lights(self) -> list[Light]:
         """The light that the mouse holds, then the others."""
         held = self.now.state.light(self.now.stage, self.shown.pose, self.now.held)
-        return [replace(light, shadow=light.shadow and self.now.state.shadows) for light in (held, *self.now.lights)]
+        lights, is_kept = (held, *self.now.lights), self.now.state.shadows
+        return [light if is_kept or not light.shadow else replace(light, shadow=False) for light in lights]
 
     def request(self, samples: int = 1, rests: bool = True) -> RenderRequest:
         """Return what a renderer is asked for. rests: it will be refined no more, or is already."""
         state, scene, views = self.now.state, scene_in(self.shown), views_in(self.shown)
-        plain: dict[str, Any] = {"background": None, "ground": False, "ground_height": None}
+        plain: dict[str, Any] = {"background": None, "ground": False, "ground_height": None, "samples": samples}
+        plain["exposure"] = self.exposure
         if not rests and state.finish.ambient_occlusion is None and (self.plays or scene):
             plain["ambient_occlusion"] = False  # until it rests: it is found for each frame, in scenes for each view
-        finish = replace(state.finish, samples=samples, exposure=self.exposure, **plain)
+        changes = {name: value for name, value in plain.items() if getattr(state.finish, name) != value}
+        finish = replace(state.finish, **changes) if changes else state.finish
         if scene is None:
             look = state.look if state.lit else state.look.as_taken
             source: Any = views.shown if views else self.shown

@@ -1,11 +1,11 @@
 """What a picture costs in calls of Python and C: of small frames on a GPU that is all of its time."""
 
-import sys
-
 import numpy as np
 import pytest
 
 import pointshade_gl as ps
+
+from ..support.calls import calls
 
 
 def frame(k):
@@ -13,23 +13,6 @@ def frame(k):
     v, u = np.mgrid[0:24, 0:32]
     depth = (2 + 0.3 * np.sin(u / 5 + k) + 0.2 * np.cos(v / 4)).astype(np.float32)
     return ps.Frame(random.integers(0, 255, (24, 32, 3), np.uint8), depth, ps.Camera.from_fov(60, 32, 24))
-
-
-def calls(work):
-    """How many functions of Python and of C are called."""
-    count = 0
-
-    def note(_, event, function):
-        nonlocal count
-        count += event in ("call", "c_call") and function is not sys.setprofile
-
-    before = sys.getprofile()
-    sys.setprofile(note)
-    try:
-        work()
-    finally:
-        sys.setprofile(before)
-    return count - 1  # `work` itself
 
 
 LIGHTS = [ps.Light(position=(0.1 * k, -1, 0)) for k in range(4)]

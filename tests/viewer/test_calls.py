@@ -1,0 +1,25 @@
+"""What a move of the mouse costs in calls of Python and C."""
+
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.viewer.events import Event
+
+from ..support.calls import calls
+
+MOST = {"light": 1600, "orbit": 2200}
+
+
+@pytest.mark.parametrize("what", MOST)
+def test_a_mouse_move_takes_few_calls(open_viewer, what):
+    viewer = open_viewer(ps.load_frame("vase"))
+    if what == "orbit":
+        viewer.handle(Event("press", "left", 100, 80))
+    for k in range(6):
+
+        def move(k=k):
+            viewer.handle(Event("move", x=100 + 5 * k, y=80))
+            viewer.step(wait=False)
+
+        found = calls(move)
+    assert found <= MOST[what], found

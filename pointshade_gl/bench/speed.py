@@ -47,6 +47,10 @@ def show_speed(results: dict[str, Any], console: Console) -> None:
     console.print(table)
     rates = ", ".join(f"{kind.upper()} {rate / 1e9:.3g} GB/s" for kind, rate in results["bandwidth"].items())
     console.print(f"limit: bytes that a stage must move, divided by the bandwidth of a copy ({rates})", soft_wrap=True)
+    table = new_table("one picture of 32x24 points: what is paid beside its pixels", "change", "calls", "microseconds")
+    for row in results["overhead"]:
+        table.add_row(row["change"], str(row["calls"]), brief(row["us"]))
+    console.print(table)
     columns = "rasterizer", "new frame", "million per second", "other view", "other light", "splats", "GPU MB"
     table = new_table("milliseconds from frame to NumPy, by number of points", "points", *columns)
     for row in results["points"]:
@@ -180,6 +184,7 @@ def measure_speed(device: int, rounds: int, sizes: Sequence[tuple[int, int]], ad
         results: dict[str, Any] = {"gl": context.limits(), "is_software": context.is_software, "rounds": rounds}
         results["bandwidth"] = bandwidths(renderer)
         results["stages"] = measure_stages(renderer, rounds, results["bandwidth"])
+        results["overhead"] = measure_overhead(renderer, rounds)
         advance()
     results["points"] = measure_points(device, rounds, sizes, advance)
     results["merging"] = measure_merging(device, rounds)
@@ -275,6 +280,43 @@ def measure_stages(renderer: Renderer, rounds: int, bandwidth: dict[str, float])
         row = {"name": name, "ms": median(ms for ms, _ in times[1:]), "clock": times[-1][1]}
         rows.append(row | {"limit_ms": 1e3 * limit})
     return rows
+
+
+def measure_overhead(renderer: Renderer, rounds: int) -> list[dict[str, Any]]:
+    """What a picture of 32x24 points costs beside its pixels: [{change, calls of Python and C, microseconds}], medians.
+
+    change  what is another than in the picture before: nothing ("same"), the light, the view, or the frame ("new")
+    """
+    first, rows = hilly(32, 24), []
+    poses, lights = [orbit_pose(None, (0, 0, 2), yaw=k) for k in range(3)], [Light((k, -1, 0)) for k in range(3)]
+    for change in ("same", "light", "view", "new"):
+        calls, times = 0, []
+        for k in range(3 + max(rounds, 9) * 2):
+            light, pose = lights[k % 3 if change == "light" else 0], poses[k % 3 if change == "view" else 0]
+            frame = hilly(32, 24) if change == "new" else first
+            draw = partial(renderer.render, frame, light=light, pose=pose)
+            if k == 2:
+                calls = calls_of(draw)
+            else:
+                times.append(1e3 * clocked(draw)[1])
+        rows.append({"change": change, "calls": calls, "us": median(times[2:])})
+    return rows
+
+
+def calls_of(work: Callable[[], object]) -> int:
+    """Return how many functions of Python and of C are called."""
+    count, before = 0, sys.getprofile()
+
+    def note(_: object, event: str, function: object) -> None:
+        nonlocal count
+        count += event in ("call", "c_call") and function is not sys.setprofile
+
+    sys.setprofile(note)
+    try:
+        work()
+    finally:
+        sys.setprofile(before)
+    return count
 
 
 def hilly(width: int, height: int) -> Frame:

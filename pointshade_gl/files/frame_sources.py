@@ -9,7 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextvars import copy_context
 from functools import partial
 from itertools import islice, repeat
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeGuard, cast
 
 import numpy as np
 
@@ -29,8 +29,7 @@ from .frames.frame_files import load_frame
 from .frames.frame_parts import LoadOptions, ReadOptions
 from .frames.sequences import FrameSequence, first_readable, open_frames
 from .gltf import load_scene
-from .input_kinds import Kind
-from .input_kinds import is_scene as is_scene  # of `ps.sources`
+from .input_kinds import Kind, names_scene
 from .networks.model_options import is_model
 
 if TYPE_CHECKING:
@@ -40,6 +39,17 @@ _END = object()  # of an iterator, which may give anything else, None included
 
 
 @takes(LoadOptions, like=load_frame)
+def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:
+    """Return whether it is the name of a built-in scene or a glTF file's.
+
+    Parameters
+    ----------
+    source : path or None
+        A name; the file is not read.
+    """
+    return names_scene(source)
+
+
 def open_source(path: FilePath | None, **load_options: Unpack[LoadOptions]) -> Frame | FrameSequence:
     """Open the frame, or the sequence of frames, of a folder, a depth file or a built-in name.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from enum import Enum
 from os import PathLike
-from typing import TypeGuard
 
 from .access.content import FilePath
 from .access.known_names import SCENE_SUFFIXES, SCENES, builtin_name
@@ -20,16 +19,10 @@ class Kind(Enum):
         """The kind of what a source names; None is the built-in frame, or files that are named one by one."""
         from .clouds.load_cloud import is_cloud  # only here: it imports the readers of many files
 
-        return cls.SCENE if is_scene(source) else cls.CLOUD if is_cloud(source) else cls.FRAMES
+        return cls.SCENE if names_scene(source) else cls.CLOUD if is_cloud(source) else cls.FRAMES
 
 
-def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:
-    """Return whether it is the name of a built-in scene or a glTF file's.
-
-    Parameters
-    ----------
-    source : path or None
-        A name; the file is not read.
-    """
+def names_scene(source: FilePath | None) -> bool:
+    """As `ps.sources.is_scene`, without the readers of files."""
     is_file = isinstance(source, str | PathLike) and str(source).lower().endswith(SCENE_SUFFIXES)
     return is_file or builtin_name(source) in SCENES

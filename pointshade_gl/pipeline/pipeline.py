@@ -57,7 +57,7 @@ class LitPoints(NamedTuple):
 
 
 @dataclass
-class Plan:
+class PicturePlan:
     """What the last picture was made of, so that the same one is not made again, and another light only lights it."""
 
     scene: Scene
@@ -116,7 +116,7 @@ class Pipeline(Owner):
         self.environment_light = NO_ENVIRONMENT  # of it
         self.scale: ColorScale | None = None  # of its colours, if they are no light
         self._stands: tuple[Hashable, tuple[np.ndarray, bool]] | None = None  # the last stream, and where up is in it
-        self._plan: Plan | None = None  # of the last picture
+        self._plan: PicturePlan | None = None  # of the last picture
 
     def draw(
         self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: OutputSettings = SIMPLE,
@@ -171,7 +171,7 @@ class Pipeline(Owner):
         content = scene.instances[0].content if is_alone(scene.instances) else None
         is_whole = content is not None and content.is_alike_from_everywhere
         state = pose.tobytes(), self.steps.forgotten, lights, visible, drawables, target, is_whole, light_set
-        plan = Plan(scene, source, given_finish, camera, *state, has_places=visible.lights == [*lights])
+        plan = PicturePlan(scene, source, given_finish, camera, *state, has_places=visible.lights == [*lights])
         self._draw_planned(plan)
         if self.steps.counts["upload"] > uploads and target.surfaces.version == before:
             target.surfaces.free()  # new frames are lit as they are drawn: a third of a stream's memory
@@ -179,7 +179,7 @@ class Pipeline(Owner):
         count.step()
         return target
 
-    def _draw_planned(self, plan: Plan) -> None:
+    def _draw_planned(self, plan: PicturePlan) -> None:
         target, visible, drawables, light_set = plan.target, plan.visible, plan.drawables, plan.light_set
         plan.numbered, canvas = None, Canvas(target.picture)
         single = single_object(visible, drawables, light_set)
@@ -190,7 +190,7 @@ class Pipeline(Owner):
             plan.numbered = self._frame_pass.draw(target, canvas, visible, drawables, light_set)
         plan.versions = target.splats.version, target.surfaces.version
 
-    def _draw_again(self, plan: Plan, lights: Sequence[Light], pose: Matrix) -> bool:
+    def _draw_again(self, plan: PicturePlan, lights: Sequence[Light], pose: Matrix) -> bool:
         """Draw what a plan shows, also from another place or under other lights, unless that needs more than drawing.
 
         Return whether it was drawn.

@@ -299,6 +299,11 @@ class TestSpeed:
         assert all(row[key] > 0 for row in rows for key in ("live_ms", "view_ms", "light_ms", "splats_ms", "memory_mb"))
         assert len(calls) == 2
 
+    def test_what_a_small_picture_costs_is_counted_and_timed(self, renderer):
+        rows = {row["change"]: row for row in speed.measure_overhead(renderer, 1)}
+        assert list(rows) == ["same", "light", "view", "new"] and all(row["us"] > 0 for row in rows.values())
+        assert 0 < rows["same"]["calls"] < rows["light"]["calls"] < rows["view"]["calls"] < rows["new"]["calls"]
+
     def test_a_frame_in_tiles_is_timed_and_held_tile_by_tile(self, renderer, monkeypatch):
         monkeypatch.setattr(tiling, "LARGEST_WHOLE", 1200)
         rows = speed.measure_points(0, 2, [(40, 30), (80, 60)], lambda: None)
@@ -328,4 +333,4 @@ class TestSpeed:
             assert image.width > 1000
         shown = capsys.readouterr().out
         assert ("a software renderer" in shown) == renderer.context.is_software
-        assert "cold start" in shown and "merging" in shown
+        assert "cold start" in shown and "merging" in shown and "32x24 points" in shown

@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 _END = object()  # of an iterator, which may give anything else, None included
 
 
-@takes(LoadOptions, like=load_frame)
 def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:
     """Return whether it is the name of a built-in scene or a glTF file's.
 
@@ -50,6 +49,7 @@ def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:
     return names_scene(source)
 
 
+@takes(LoadOptions, like=load_frame)
 def open_source(path: FilePath | None, **load_options: Unpack[LoadOptions]) -> Frame | FrameSequence:
     """Open the frame, or the sequence of frames, of a folder, a depth file or a built-in name.
 

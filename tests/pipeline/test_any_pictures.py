@@ -309,7 +309,8 @@ def test_small_frames_agree_with_the_mirror(renderers, rasterizer, data):
     assume(light.position is None or light.direction is None)
     look = ps.Appearance(shading=data.draw(SHADINGS), normals="star")
     pose = data.draw(st.one_of(st.just(np.eye(4)), moved(frame)))
-    actual = renderer.render(frame, light, camera=frame.camera, pose=pose, **look.options)
+    seen = {"camera": frame.camera, "pose": pose, "ambient_occlusion": False}  # which a far lamp would bring
+    actual = renderer.render(frame, light, **seen, **look.options)
     normals = np.nan_to_num(renderer.estimate_normals(frame, "star"))
     mirror = mirror_render(frame, normals, [light], look, Eye.at_distance(frame.camera, pose, frame.scale), rasterizer)
     differ = np.abs(actual.astype(int) - mirror).max(-1) > 2
@@ -318,8 +319,6 @@ def test_small_frames_agree_with_the_mirror(renderers, rasterizer, data):
         one, other = (any_of_them.render_depth(frame, **seen)[differ] for any_of_them in renderers.values())
         assert 1e-6 < abs(one / other - 1) < 1e-3
         actual[differ] = mirror[differ]
-    if mirror.size < 400 and np.abs(actual.astype(int) - mirror).max() <= 1:
-        return  # a picture of a few equal pixels is one number, and its mean says how that was rounded
     assert not compare_images(actual, mirror)
 
 

@@ -149,8 +149,7 @@ class Context:
         self._callers = None if self.owned else CallersState(self.gl)
         with self._set_aside():
             self.info = self.gl.info  # asked of the driver each time, and only right while current
-        if self.is_software:
-            keep_freed_memory()
+        keep_freed_memory()
 
     @property
     def renderer(self) -> str:

@@ -95,7 +95,7 @@ def keep_freed_memory() -> None:
 
     A software driver takes and frees about 60 MB for each picture of 300 000 points. Given back each time, that memory
     costs 15 000 page faults a picture, a quarter of the time; and the arrays of a frame and its picture, each mapped
-    anew beyond 128 kB, another 1000, a tenth of it.
+    anew beyond 128 kB, another 1000, a tenth of it. On a GPU these are most of what reading a picture takes.
     """
     _call_malloc("mallopt", M_TRIM_THRESHOLD, 256 << 20)
     _call_malloc("mallopt", M_MMAP_THRESHOLD, 32 << 20)  # the most that it takes

@@ -118,16 +118,15 @@ class GpuScene(Owner):
         last = self._last
         if last is None or self._forgotten != self._steps.forgotten or last.scene is not now.scene:
             return False
-        if (last.environment_light, last.shown, last.shadow_casters) != (
-            now.environment_light,
-            now.shown,
-            now.shadow_casters,
-        ):
+        if last.environment_light != now.environment_light or last.shown != now.shown:
             return False
-        if last.eye is now.eye:
+        if last.shadow_casters != now.shadow_casters:
+            return False
+        is_same_camera = last.eye.camera == now.eye.camera
+        if is_same_camera and np.array_equal(last.eye.pose, now.eye.pose):
             return True
         content = now.scene.instances[0].content  # a frame alone has all of its points in every view of one size
-        return is_alone(now.scene.instances) and content.is_alike_from_everywhere and last.eye.camera == now.eye.camera
+        return is_alone(now.scene.instances) and content.is_alike_from_everywhere and is_same_camera
 
     def read_normals(self, frame: Frame, look: Appearance) -> NDArray[np.float32]:
         """Return (h, w, 4), read-only: the normals and depths of a frame's points, in its camera's axes."""

@@ -33,7 +33,7 @@ from ..scene.light import Light, at_upper_left
 from ..scene.node import Matrix, Placed
 from ..scene.settings import SIMPLE, OutputSettings
 from ..scene.values import CERTAINTY, ColorScale, scale_of_depths
-from ..scene.visible import VisibleScene, compose, composed_again, is_alone
+from ..scene.visible import VisibleScene, compose, is_alone
 from .accumulation import Accumulator, ExposureMeter, SharedSamples
 from .aligned_poses import Aligned, Aligner, alignment_steps
 from .frame_pass import FramePass, single_object
@@ -109,7 +109,6 @@ class Pipeline(Owner):
         self._aligner = Aligner(self.gpu_scene)
         self._target: Target | None = None
         self._drawn: Scene | None = None  # the last scene
-        self._composed: VisibleScene | None = None  # the last view, before it was lit
         self._seen: VisibleScene | None = None  # what was last seen of it, from the middle of its pixels
         self._has_surfaces = False  # whether the target certainly holds the surfaces of that
         self.exposure = 0.0  # of the last picture, stops
@@ -136,7 +135,7 @@ class Pipeline(Owner):
         count, given = self._count(progress, scene, camera, pose, finish.samples), scene
         uploads = self.steps.counts["upload"]
         scene = self._aligner.aligned(scene, count)
-        self._composed = visible = composed_again(self._composed, scene, lights, camera, pose)
+        visible = compose(scene, lights, camera, pose)
         environment_light = environment_light_of(
             finish, source or given, scene, lights, visible.materials, self._upright
         )
@@ -200,7 +199,9 @@ class Pipeline(Owner):
         if is_lit and is_there and self._frame_pass.light_again(target.picture):
             self.gpu_scene.photo_lights = []
             return True
-        if not (plan.is_alone or is_there) or (not is_lit and isinstance(plan.finish.exposure, str)):
+        if not is_there and (not plan.is_alone or visible.scale is not None):
+            return False  # colours stand for the depths of one view
+        if not is_lit and isinstance(plan.finish.exposure, str):
             return False
         if not is_there:
             visible = VisibleScene(Eye(plan.camera, pose, visible.eye.near), *visible[1:])
@@ -365,7 +366,7 @@ class Pipeline(Owner):
         self.steps.forget()
         if self._target is not None:
             self._target.release()
-        self._target = self._drawn = self._seen = self._composed = self._plan = None
+        self._target = self._drawn = self._seen = self._plan = None
         super().release()
 
 

@@ -61,19 +61,6 @@ def compose(
     )
 
 
-def composed_again(
-    last: VisibleScene | None, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix
-) -> VisibleScene:
-    """Return what `compose` does; the same objects again if only the lights differ from those of the last time."""
-    is_same = last is not None and last.scene is scene and last.eye.camera == camera
-    if last is None or not is_same or not np.array_equal(last.eye.pose, pose):
-        return compose(scene, lights, camera, pose)
-    shadow_casters = last.shadow_casters if any(light.shadow for light in lights) == bool(last.shadow_casters) else None
-    if shadow_casters is None:
-        return compose(scene, lights, camera, pose)._replace(eye=last.eye, shown=last.shown)
-    return last._replace(lights=[at_upper_left(light, pose) for light in lights])
-
-
 def is_alone(instances: Sequence[Placed]) -> bool:
     """Return whether this is a single point object, which is always drawn from all of its points."""
     return len(instances) == 1 and bool(instances[0].content.frames)

@@ -58,7 +58,8 @@ class LitPoints(NamedTuple):
 
 @dataclass
 class PicturePlan:
-    """What the last picture was made of, so that the same one is not made again, and another light only lights it."""
+    """What the last picture was made of: the same one, or one under another light, then only has its pixels lit, and
+    one from another place only its splats drawn."""
 
     scene: Scene
     source: Frame | Scene | None
@@ -136,12 +137,10 @@ class Pipeline(Owner):
         uploads = self.steps.counts["upload"]
         scene = self._aligner.aligned(scene, count)
         visible = compose(scene, lights, camera, pose)
-        environment_light = environment_light_of(
-            finish, source or given, scene, lights, visible.materials, self._upright
-        )
-        self.environment_light = environment_light
-        if environment_light != visible.environment_light:
-            visible = visible._replace(environment_light=environment_light)
+        found = finish, source or given, scene, lights, visible.materials, self._upright
+        self.environment_light = environment_light_of(*found)
+        if self.environment_light != visible.environment_light:
+            visible = visible._replace(environment_light=self.environment_light)
         drawables = self.gpu_scene.prepare(visible, count if progress else None)
         if self._drawn is not scene:
             self.steps.forget("exposure")

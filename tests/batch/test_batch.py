@@ -217,6 +217,7 @@ def test_what_was_made_otherwise_is_never_mixed_in_silence(batch, tmp_path):
     assert code == 0 and "2 written" in out and picture.read_bytes() == before
 
 
+@pytest.mark.system
 def test_resume_trusts_a_line_only_for_the_same_bytes_and_the_same_input(batch, tmp_path):
     write_sequence(tmp_path / "seq", 4)
     assert batch(f"seq -o out {SMALL}")[0] == 0

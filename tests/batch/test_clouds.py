@@ -45,6 +45,7 @@ def test_a_folder_of_clouds_becomes_pictures_and_a_broken_one_is_one_line(typed,
     assert np.array_equal(one, many)
 
 
+@pytest.mark.system
 def test_what_is_there_is_left_and_a_changed_cloud_is_done_again(typed, clouds, tmp_path):
     (clouds / "broken.ply").unlink()
     assert typed(f"batch clouds -o out {SMALL}")[0] == 0
@@ -80,6 +81,7 @@ def test_a_film_needs_a_turntable(typed, clouds, tmp_path):
     assert code == 3 and "pass --turntable light or camera" in errors
 
 
+@pytest.mark.system
 def test_map_draws_clouds_as_render_does(clouds):
     view, look = ps.View(picture_size=(64, 48)), ps.Appearance(shading="edl")
     made = list(ps.batch.map([ball(500), str(clouds / "b.ply")], look, view, workers=1))

@@ -142,6 +142,20 @@ class Image(Images):
         """Return the first texture as (h, w, components), read-only."""
         return read_texture(self._context, self.texture)
 
+    def read_all(self) -> np.ndarray:
+        """Return textures of one format as (n, h, w, components), read-only: the GPU is waited for once."""
+        first, size = self.texture, self._for_reading.size // len(self.textures)
+        for k, texture in enumerate(self.textures):
+            texture.read_into(self._for_reading, alignment=1, write_offset=k * size)
+        values = np.frombuffer(self._for_reading.read(), _DTYPES[first.dtype])
+        check_memory(self._context)  # some drivers take it only when they draw
+        return values.reshape(-1, first.height, first.width, first.components)
+
+    @cached_property
+    def _for_reading(self) -> moderngl.Buffer:
+        size = sum(np.dtype(_DTYPES[one.dtype]).itemsize * one.components for one in self.textures)
+        return self._allocate(self._context.buffer, reserve=size * self.size[0] * self.size[1])
+
 
 class Fitted(Generic[_Images]):
     """Images of the size that was asked for last. Those of another size are freed before: both might not fit."""

@@ -13,7 +13,7 @@ from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ...scene.noise import Noise, NoiseWords
 from ..core.frame_textures import DepthTextures, PointSurface
-from ..core.images import RG32F, RGBA32F, Fitted, Image, Images, empty, read_texture
+from ..core.images import RG32F, RGBA32F, Fitted, Image, Images, empty
 from ..core.programs import FullscreenPasses, data_texture
 from ..core.steps import Steps
 
@@ -84,7 +84,7 @@ class NoisePass(FullscreenPasses):
         measure.draw(images.patches.target, {"depth_map": frame.depth}, stride=stride, first=images.first)
         patches, steps = images.patches.textures
         blocks.draw(images.blocks.target, {"patches": patches, "patch_steps": steps})
-        levels, counts = (read_texture(self._context, one) for one in images.blocks.textures)
+        levels, counts = images.blocks.read_all()
         return levels, counts
 
     def _structure(self, frame: DepthTextures, images: NoiseImages) -> np.ndarray:

@@ -15,8 +15,10 @@ REFUSED = "eglCreateContext failed (0x3009)"
 
 @pytest.fixture
 def driver(renderer, monkeypatch):
-    """driver(newest) plays one that gives exactly what it is asked for, and nothing above `newest`; returns the versions
-    that it was asked for."""
+    """driver(newest) plays one that gives what it is asked for, and nothing above `newest`.
+
+    It returns the versions that are asked for from then on.
+    """
     from glcontext import egl
 
     create = egl.create_context

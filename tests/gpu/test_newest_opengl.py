@@ -2,9 +2,11 @@
 
 import sys
 
+import moderngl
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.gpu.context.context import _create
 
 from ..support import frames
 from ..support.drivers import need_compute
@@ -55,6 +57,21 @@ def test_a_driver_without_opengl_is_one_sentence_with_its_last_word(driver):
     with pytest.raises(ps.ContextError, match=r"no OpenGL 3\.3 context \(eglCreateContext failed .*\); .*install"):
         ps.Renderer()
     assert asked == [460, 450, 430, 330]
+
+
+@pytest.mark.parametrize(("system", "asked"), [("win32", [460, 450, 430]), ("darwin", [330])])
+def test_other_systems_are_asked_in_the_same_order_and_macos_for_what_it_has(monkeypatch, system, asked):
+    seen = []
+
+    def create(*, standalone, require):
+        seen.append(require)
+        if require > 430:
+            raise ValueError("Requested OpenGL version 460, got version 430")
+        return "a context"
+
+    monkeypatch.setattr(sys, "platform", system)
+    monkeypatch.setattr(moderngl, "create_context", create)
+    assert _create(0) == "a context" and seen == asked
 
 
 def test_what_draws_is_told_with_the_driver(renderer, monkeypatch):

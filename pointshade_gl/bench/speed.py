@@ -6,12 +6,13 @@ import subprocess
 import sys
 import tempfile
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
@@ -174,6 +175,13 @@ PATIENCE = 60.0  # seconds for one size and rasteriser; a slower one is left out
 TOLERANCES = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 PACKAGES = Path(__file__).resolve().parents[2]  # the folder that holds the package
 COPY = 64 * 2**20  # bytes of the copy that measures a bandwidth
+COPIED_BY_GROUP = 256 * 16
+COPY_SHADER = """#version 430 core
+layout(local_size_x = 256) in;
+layout(std430, binding = 0) restrict writeonly buffer Target { uvec4 target[]; };
+layout(std430, binding = 1) restrict readonly buffer Source { uvec4 source[]; };
+void main() { target[gl_GlobalInvocationID.x] = source[gl_GlobalInvocationID.x]; }
+"""
 Advance = Callable[[], None]
 
 
@@ -202,17 +210,45 @@ def steps_of(sizes: Sequence[tuple[int, int]]) -> int:
 def bandwidths(renderer: Renderer) -> dict[str, float]:
     """Bytes per second, read and written, of the best of several copies: of the driver, and of NumPy in main memory."""
 
-    def best(copy: Callable[[], object]) -> float:
-        return max(2 * COPY / (clocked(copy)[1] / 1e3) for _ in range(8))
+    def best(copy: Callable[[], object], copies: int = 1) -> float:
+        return max(2 * COPY * copies / (clocked(copy)[1] / 1e3) for _ in range(8))
 
-    with renderer.context.gl as gl:
-        source, target = gl.buffer(reserve=COPY), gl.buffer(reserve=COPY)
+    with renderer.context.in_use():
+        gl, is_software = renderer.context.gl, renderer.context.is_software
+        target, source = gl.buffer(reserve=COPY), gl.buffer(reserve=COPY)
         gl.finish()
-        gpu = best(lambda: (gl.copy_buffer(target, source), gl.finish()))
-        source.release()
+        gpu = max(best(partial(copy, times), times) for copy, times in copies(target, source, is_software))
         target.release()
+        source.release()
     ones, others = np.ones(COPY, np.uint8), np.ones(COPY, np.uint8)
     return {"gpu": gpu, "cpu": best(lambda: np.copyto(others, ones))}
+
+
+def copies(
+    target: moderngl.Buffer, source: moderngl.Buffer, is_software: bool
+) -> Iterator[tuple[Callable[[int], None], int]]:
+    """Ways to copy COPY bytes some times, and how often: what copies buffers for a GPU is a small part of it."""
+    gl = target.ctx
+
+    def by_driver(times: int) -> None:
+        for _ in range(times):
+            gl.copy_buffer(target, source)
+        gl.finish()
+
+    yield by_driver, 1
+    if gl.version_code < 430:
+        return
+    shader = gl.compute_shader(COPY_SHADER)
+    target.bind_to_storage_buffer(0)
+    source.bind_to_storage_buffer(1)
+
+    def by_shader(times: int) -> None:
+        for _ in range(times):
+            shader.run(COPY // COPIED_BY_GROUP)
+        gl.finish()
+
+    yield by_shader, 1 if is_software else 16  # the wait counts, too
+    shader.release()
 
 
 def timed(lap: Timing) -> float:

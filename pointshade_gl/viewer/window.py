@@ -1,4 +1,4 @@
-"""The window, opened by GLFW with OpenGL 3.3 or newer. Its events are plain values."""
+"""The window, opened by GLFW with the newest OpenGL. Its events are plain values."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import lru_cache
+from itertools import product
 from typing import Any
 
-from ..gpu.context.context import kept
+from ..gpu.context.context import VERSIONS, kept
 from ..notes.errors import ContextError
 from ..scene.camera import Camera
 from .events import Event, EventKind
@@ -99,22 +100,23 @@ class Window(GLContext):
             set_callback(self.handle, callback)
 
     def _create(self, title: str, size: tuple[int, int]) -> Any:
-        """The first that the driver can make: GL 4.3 by the display's own API, GL 4.3 by EGL, then both with GL 3.3."""
+        """The first that the driver can make: of newer GL by the display's own API, by EGL, then both with GL 3.3."""
         glfw = self.glfw
-        for version in ((4, 3), (3, 3)):
-            for way in (glfw.NATIVE_CONTEXT_API, glfw.EGL_CONTEXT_API):
-                glfw.default_window_hints()
-                glfw.window_hint(glfw.CONTEXT_VERSION_MAJOR, version[0])
-                glfw.window_hint(glfw.CONTEXT_VERSION_MINOR, version[1])
-                glfw.window_hint(glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE)
-                glfw.window_hint(glfw.OPENGL_FORWARD_COMPAT, sys.platform == "darwin")
-                glfw.window_hint(glfw.CONTEXT_CREATION_API, way)
-                glfw.window_hint(glfw.SCALE_TO_MONITOR, True)
-                glfw.window_hint(glfw.DEPTH_BITS, 0)
-                glfw.window_hint(glfw.STENCIL_BITS, 0)
-                glfw.window_hint_string(glfw.X11_CLASS_NAME, "pointshade")
-                if handle := glfw.create_window(*size, title, None, None):
-                    return handle
+        ways = glfw.NATIVE_CONTEXT_API, glfw.EGL_CONTEXT_API
+        newer = VERSIONS[1:-1]  # nothing here needs 4.6, and each version that is refused costs 12 ms
+        for way, version in (*product(ways, newer), *product(ways, VERSIONS[-1:])):
+            glfw.default_window_hints()
+            glfw.window_hint(glfw.CONTEXT_VERSION_MAJOR, version[0])
+            glfw.window_hint(glfw.CONTEXT_VERSION_MINOR, version[1])
+            glfw.window_hint(glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE)
+            glfw.window_hint(glfw.OPENGL_FORWARD_COMPAT, sys.platform == "darwin")
+            glfw.window_hint(glfw.CONTEXT_CREATION_API, way)
+            glfw.window_hint(glfw.SCALE_TO_MONITOR, True)
+            glfw.window_hint(glfw.DEPTH_BITS, 0)
+            glfw.window_hint(glfw.STENCIL_BITS, 0)
+            glfw.window_hint_string(glfw.X11_CLASS_NAME, "pointshade")
+            if handle := glfw.create_window(*size, title, None, None):
+                return handle
         raise ContextError(f"no window with OpenGL 3.3 ({_complaint(glfw)}): {NO_WINDOW}")
 
     def beside(self) -> GLContext:

@@ -291,6 +291,21 @@ class TestSpeed:
         assert small.points_known == 32 * 24
         assert np.abs(large.depth[5::10, 5::10] - small.depth).max() < 0.05
 
+    def test_each_way_to_measure_a_bandwidth_copies_all(self, renderer, monkeypatch):
+        monkeypatch.setattr(speed, "COPY", 4 * speed.COPIED_BY_GROUP)
+        with renderer.context.in_use():
+            gl, content = renderer.context.gl, bytes(range(256)) * (speed.COPY // 256)
+            target, source = gl.buffer(reserve=speed.COPY), gl.buffer(content)
+            ways = 0
+            for copy, times in speed.copies(target, source, is_software=False):
+                target.clear()
+                copy(times)
+                assert target.read() == content
+                ways += 1
+            target.release()
+            source.release()
+        assert ways == (2 if gl.version_code >= 430 else 1)
+
     def test_every_size_and_rasterizer_is_timed(self, renderer):
         calls = []
         rows = speed.measure_points(0, 2, [(40, 30), (80, 60)], lambda: calls.append(1))

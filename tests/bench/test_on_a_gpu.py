@@ -66,3 +66,29 @@ SKIPPED [1] tests/a.py:3: the compute rasteriser needs OpenGL 4.3
     assert found["failures"] == ["tests/a.py::test_two[x-FAILED] - AssertionError: 3 % of the pixels"]
     assert found["skips"] == ["[1] tests/a.py:3: the compute rasteriser needs OpenGL 4.3"]
     assert script.judge(part, script.Run(0, "", 1.0))["verdict"] == "nothing ran"
+
+
+def test_wheels_need_no_network_and_what_vtk_asks_for_beside_is_left_out(script, tmp_path, monkeypatch):
+    for name in ("vtk-9.7.2-cp311.whl", "imageio_ffmpeg-0.6.0-py3.whl"):
+        (tmp_path / name).touch()
+    commands, answers = [], iter([["numpy"], ["numpy"], []])  # what both Pythons lack, and nothing in the end
+    monkeypatch.setattr(script, "missing", lambda *_: next(answers))
+    monkeypatch.setattr(script, "run", lambda command, *_: commands.append(command) or script.Run(0, "", 0.0))
+    python, environment = script.find_python(argparse.Namespace(python=None, wheels=tmp_path), tmp_path)
+    assert python == sys.executable and all("--no-index" in one for one in commands)
+    vtk, ours = commands
+    assert "--no-deps" in vtk and vtk[-1].endswith("vtk-9.7.2-cp311.whl")
+    assert ours[-1] == "imageio-ffmpeg" and "pytest-xdist" not in ours and "numpy" in ours
+    assert ours[ours.index("--target") + 1] in environment["PYTHONPATH"]
+
+
+@pytest.mark.system
+def test_a_broken_plugin_of_another_package_stops_no_test(script, tmp_path):
+    about = tmp_path / "broken-1.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Name: broken\nVersion: 1\n")
+    (about / "entry_points.txt").write_text("[pytest11]\nbroken = nowhere_at_all\n")
+    part = script.Part("tests", "a title", 1, ("support/test_compare",))
+    command = script.command_of(part, sys.executable, tmp_path, has_workers=True)
+    done = script.run(command, 60, script.environment_of([str(tmp_path)]), tmp_path / "log.txt")
+    assert script.judge(part, done)["verdict"] == "passed", done.output

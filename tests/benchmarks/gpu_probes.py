@@ -21,9 +21,9 @@ from speed_jobs import NOISE, ball_and_wall
 import pointshade_gl as ps
 from pointshade_gl.bench.charts import wide_console
 from pointshade_gl.bench.command import write
+from pointshade_gl.bench.measure import clocked
 from pointshade_gl.bench.speed import SIZES, measure_speed, show_speed, speed_chart
 from pointshade_gl.gpu.context.context import _cuda_numbers, egl_device
-from pointshade_gl.gpu.context.software_driver import wants_software
 
 LIMITS = (
     "GL_MAX_COLOR_ATTACHMENTS", "GL_MAX_VIEWPORT_DIMS", "GL_MAX_TEXTURE_IMAGE_UNITS", "GL_MAX_ARRAY_TEXTURE_LAYERS",
@@ -39,8 +39,6 @@ def probe_environment(report: Path) -> None:
     with ps.Renderer() as renderer:
         facts |= renderer.context.limits()
         facts["is software"] = renderer.context.is_software
-        facts["programs"] = "software" if wants_software(renderer.context.gl) else "hardware"
-        facts["rasterizers"] = "points, compute" if renderer.context.gl.version_code >= 430 else "points"
         facts["limits"] = ", ".join(f"{name[3:]} {renderer.context.info.get(name)}" for name in LIMITS)
         assert renderer.render(ps.load_frame("vase")).any(), "the vase is an empty picture"
     facts["CUDA numbers of the EGL devices"] = _cuda_numbers()
@@ -115,6 +113,38 @@ def probe_cuda(_: Path) -> None:
             sys.exit(f"GPU {index} is {name}, but EGL device {device} is {drawing}")
 
 
+def probe_clouds(_: Path) -> None:
+    """Print what a cloud costs: its first picture, which finds the normals, then other views and lights."""
+    with ps.Renderer() as renderer:
+        count = 10**5 if renderer.context.is_software else 10**7
+        ball = np.random.default_rng(0).normal(size=(count, 3))
+        ball /= np.linalg.norm(ball, axis=1, keepdims=True)
+        places = (ball * (1 + 0.05 * np.sin(8 * ball[:, :1]))).astype(np.float32)
+        cloud = ps.PointCloud(places, colors=(127 + 120 * ball).astype(np.uint8))
+
+        def ms(yaw: float, x: float) -> float:
+            picture, ms = clocked(lambda: renderer.render(cloud, ps.Light(position=(x, -3, 0)), yaw=yaw))
+            assert picture[..., 3].any(), "the cloud is an empty picture"
+            return ms
+
+        first, views, lights = ms(0, 0), [ms(k, 0) for k in (1, 2, 3)], [ms(3, k) for k in (1, 2, 3)]
+    view, light = np.median(views), np.median(lights)
+    print(f"{count} points: first picture {first:.0f} ms, new view {view:.1f} ms, new light {light:.1f} ms")
+
+
+def probe_batch(_: Path) -> None:
+    """Print how many new frames a second processes draw together. Fails where they draw another picture than one."""
+    cores, frames = os.cpu_count() or 1, [ps.Frame(*ball_and_wall(640, 480)) for _ in range(64)]
+    expected = ps.render(frames[0], yaw=15)
+    for workers in sorted({1, min(4, cores), min(8, cores)}):
+        pictures = ps.batch.map(frames, view=ps.View(yaw=15), workers=workers)
+        for _k in range(2 * workers):  # until all have started
+            next(pictures)
+        rest, ms = clocked(lambda pictures=pictures: list(pictures))
+        print(f"{workers} workers: {1e3 * len(rest) / ms:.0f} pictures a second", flush=True)
+        assert all(np.array_equal(one, expected) for one in rest), f"{workers} workers draw another picture"
+
+
 def probe_speed(report: Path) -> None:
     """Measure as `bench --speed` does: tables, speed.json and, with matplotlib, speed.png."""
     with ps.Renderer() as renderer:
@@ -130,7 +160,8 @@ def probe_speed(report: Path) -> None:
 
 
 PROBES: dict[str, Callable[[Path], None]] = {
-    "environment": probe_environment, "rasterizers": probe_rasterizers, "cuda": probe_cuda, "speed": probe_speed
+    "environment": probe_environment, "rasterizers": probe_rasterizers, "cuda": probe_cuda, "speed": probe_speed,
+    "clouds": probe_clouds, "batch": probe_batch,
 }  # fmt: skip
 
 

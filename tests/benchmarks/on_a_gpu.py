@@ -11,6 +11,7 @@ right pictures passed, 1 if not, 2 if nothing could run.
 It runs with --python, else with .venv, else with the Python that runs this script, if it has what is needed. If none
 has, it installs: from --wheels, else by README's line. Needed beforehand are a driver with EGL (libEGL.so.1) and Python
 3.10; without a network also .venv, or wheels for that Python: `--list` prints the line that downloads them (60 MB).
+VTK is measured beside it if it is installed, or if its wheel lies among the others.
 
 Stored pictures come from llvmpipe: on a GPU they may differ a little. The report tells by how much, also of those that
 pass. This script never rewrites them, and only llvmpipe may (`--update-golden`).
@@ -41,7 +42,11 @@ NEEDED = {  # modules, and the packages that have them
     "moderngl": "moderngl", "numpy": "numpy", "glfw": "glfw", "PIL": "pillow", "typer": "typer", "rich": "rich",
     "pytest": "pytest", "pytest_timeout": "pytest-timeout", "hypothesis": "hypothesis",
 }  # fmt: skip
-USEFUL = {"xdist": "pytest-xdist", "imageio_ffmpeg": "imageio-ffmpeg"}  # tests on all cores, films
+USEFUL = {  # tests on all cores, films; later wheels of ffmpeg alone are larger than 64 MB
+    "xdist": "pytest-xdist", "imageio_ffmpeg": "imageio-ffmpeg==0.6.0",
+}  # fmt: skip
+BESIDE = {"vtkmodules": "vtk"}
+PLUGINS = {"pytest_timeout": "timeout", "hypothesis": "hypothesispytest", "xdist": "xdist"}  # of pytest, by module
 INSTALLING = 200.0  # seconds at most
 LAST_WORDS = 5.0  # seconds after the limit
 MOST_LISTED = 40  # failures of a part in report.md; log.txt has all
@@ -49,7 +54,7 @@ DIFFERENCES = "differences.jsonl"
 _WORD = "(PASSED|FAILED|ERROR|SKIPPED)"
 OUTCOME = re.compile(rf"^tests/.* {_WORD} +\[ *\d+%\]|^\[gw\d+\] \[ *\d+%\] {_WORD} ", re.M)  # by pytest, pytest-xdist
 PROBES = "tests/benchmarks/gpu_probes.py"
-FILMS = "tests/benchmarks/film_beside_others.py"
+FILMS, VTK = "tests/benchmarks/film_beside_others.py", "tests/benchmarks/vtk_points.py"
 
 
 class Part(NamedTuple):
@@ -70,11 +75,11 @@ class Part(NamedTuple):
 
 
 PARTS = (
-    Part("environment", "what draws, its limits, the first picture", 40),
+    Part("environment", "what draws, its limits, the first picture", 30),
     Part(
         "pictures",
         "whole pictures beside stored ones, the CPU mirror and the truth",
-        150,
+        130,
         tuple(
             f"pipeline/test_{name}"
             for name in (
@@ -83,7 +88,7 @@ PARTS = (
             )
         ),
     ),
-    Part("rasterizers", "points beside compute: pictures and times", 40),
+    Part("rasterizers", "points beside compute: pictures and times", 30),
     Part(
         "contexts",
         "contexts of callers: their state, ours, threads",
@@ -93,7 +98,7 @@ PARTS = (
     Part(
         "functions",
         "functions of shaders and passes beside the CPU mirror",
-        80,
+        70,
         tuple(
             f"gpu/test_{name}"
             for name in (
@@ -103,10 +108,13 @@ PARTS = (
             )
         ),
     ),
-    Part("limits", "extreme sizes, textures too small, tiles", 60, ("pipeline/test_extreme_sizes", "gpu/test_tiles")),
-    Part("cuda", "CUDA's number of a GPU beside EGL's", 20),
-    Part("cuda_tests", "the same, and what else was foreseen", 20, ("gpu/test_cuda_devices",)),
-    Part("speed", "bench --speed: stages, points, jobs", 90, decides=False),
+    Part("limits", "extreme sizes, textures too small, tiles", 50, ("pipeline/test_extreme_sizes", "gpu/test_tiles")),
+    Part("cuda", "CUDA's number of a GPU beside EGL's", 10),
+    Part("cuda_tests", "the same, and what else was foreseen", 10, ("gpu/test_cuda_devices",)),
+    Part("speed", "bench --speed: stages, what a small picture costs, points, jobs", 80, decides=False),
+    Part("vtk", "points by VTK", 30, script=(VTK,), decides=False, needs="vtkmodules"),
+    Part("clouds", "a cloud: normals, views, lights", 30, decides=False),
+    Part("batch", "new frames by several processes", 30),
     Part("films", "frames a second to film", 40, script=(FILMS, "--frames", "60", "--rounds", "1"),
         decides=False, needs="imageio_ffmpeg"),
 )  # fmt: skip
@@ -121,10 +129,12 @@ class Run(NamedTuple):
 
 
 def environment_of(paths: Sequence[str]) -> dict[str, str]:
-    """The environment of every part: the package of this folder, and no test may be skipped for want of OpenGL."""
+    """The environment of every part: the package of this folder, pytest with our plugins alone, and no test may be
+    skipped for want of OpenGL."""
     before = os.environ.get("PYTHONPATH")
     places = os.pathsep.join([str(ROOT), *paths, *([before] if before else [])])
-    return os.environ | {"PYTHONPATH": places, "POINTSHADE_REQUIRE_GL": "1", "PYTHONUNBUFFERED": "1", "COLUMNS": "140"}
+    ours = {"POINTSHADE_REQUIRE_GL": "1", "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    return os.environ | ours | {"PYTHONPATH": places, "PYTHONUNBUFFERED": "1", "COLUMNS": "140"}
 
 
 def run(command: Sequence[str], limit: float, environment: dict[str, str], log: Path) -> Run:
@@ -171,7 +181,8 @@ def command_of(part: Part, python: str, report: Path, has_workers: bool) -> list
     cores = os.cpu_count() or 1
     shared = ["-n", str(min(cores, 8)), "--dist", "worksteal"] if has_workers and cores > 4 else []
     files = [f"tests/{name}.py" for name in part.tests]
-    asked = ["-v", "--timeout", "120", "-m", "not system", "--differences", str(report / DIFFERENCES)]
+    plugins = [word for module, name in PLUGINS.items() if module != "xdist" or has_workers for word in ("-p", name)]
+    asked = ["-v", "--timeout", "120", "-m", "not system", "--differences", str(report / DIFFERENCES), *plugins]
     return [python, "-m", "pytest", "-p", "no:cacheprovider", *asked, *shared, *files]
 
 
@@ -227,11 +238,14 @@ def find_python(asked: argparse.Namespace, report: Path) -> tuple[str, dict[str,
         return f"{asked.python} lacks {', '.join(NEEDED[name] for name in lacks)}"
     if asked.wheels:
         site = tempfile.mkdtemp(prefix="pointshade_site_")
+        names = [name.partition("==")[0] for name in USEFUL.values()]
         present = [path.name.lower().replace("_", "-") for path in asked.wheels.glob("*.whl")]
-        useful = [name for name in USEFUL.values() if any(one.startswith(f"{name}-") for one in present)]
-        offline = ["-m", "pip", "install", "-q", "--no-index", "--find-links", str(asked.wheels.resolve())]
-        command = [sys.executable, *offline, "--target", site, *NEEDED.values(), *useful]
+        useful = [name for name in names if any(one.startswith(f"{name}-") for one in present)]
+        offline = ["-m", "pip", "install", "-q", "--no-index", "--target", site]
+        command = [sys.executable, *offline, "--find-links", str(asked.wheels.resolve()), *NEEDED.values(), *useful]
         python, environment = sys.executable, environment_of([site])
+        for wheel in asked.wheels.glob("vtk-*.whl"):  # what else it asks for, it does not need here
+            run([python, *offline, "--no-deps", str(wheel.resolve())], INSTALLING, environment, report / "log.txt")
     else:
         command, python = ["bash", "-c", readme_line()], venv
     done = run(command, INSTALLING, environment, report / "log.txt")
@@ -343,13 +357,13 @@ def work(asked: argparse.Namespace, parts: Sequence[Part]) -> int:
         print(f"nothing ran: {found}", file=sys.stderr)
         return 2
     python, environment = found
-    lacks = missing(python, list(USEFUL), environment)
+    lacks = missing(python, [*USEFUL, *BESIDE], environment)
     results["machine"]["Python"] = python
     for part in parts:
         left = 60 * asked.minutes - (time.monotonic() - begin)
         limit = min(part.seconds * asked.minutes / 10, left)
         if part.needs in lacks:
-            row = {"verdict": f"left out: needs {USEFUL[part.needs]}", "seconds": 0.0}
+            row = {"verdict": f"left out: needs {(USEFUL | BESIDE)[part.needs]}", "seconds": 0.0}
             row |= {"name": part.name, "title": part.title, "decides": part.decides}
         else:
             command = command_of(part, python, report, "xdist" not in lacks)

@@ -150,6 +150,8 @@ class TestWithGl:
         done = run("info")
         assert done.returncode == 0
         assert renderer.context.renderer in done.stdout and "largest point" in done.stdout
+        limits = renderer.context.limits()
+        assert re.findall(r"(?:rasterizer|programs) +(\w+)", done.stdout) == [limits["rasterizer"], limits["programs"]]
 
     def test_a_device_that_does_not_exist_is_exit_code_1(self, tmp_path):
         done = run("render", "-o", tmp_path / "out.png", "--device", "99")

@@ -5,6 +5,8 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.gpu.context.software_driver import by_flat_inputs, by_images, is_software, reads_images
+from pointshade_gl.gpu.core.frame_textures import FrameTextures
+from pointshade_gl.gpu.core.images import read_texture
 from pointshade_gl.gpu.core.programs import build_compute, build_program
 from pointshade_gl.scene import shadow_cameras
 from pointshade_gl.scene.appearance import SHADINGS
@@ -124,6 +126,19 @@ def test_pictures_and_normals_are_those_of_the_plain_shaders(monkeypatch, raster
 
 def test_the_drivers_kind_is_told_by_the_environment(renderer, told):
     assert reads_images(renderer.context.gl) == (told == "software" and renderer.context.gl.version_code >= 430)
+
+
+@pytest.mark.parametrize("channels", [3, 4])
+def test_colours_reach_the_gpu_bit_by_bit_through_its_buffer_and_without(renderer, told, channels):
+    colors = np.random.default_rng(0).integers(0, 256, (4, 7, 2 * 13, channels), np.uint8)[:, :, ::2]  # with gaps
+    shown = [ps.Frame(color, np.ones((7, 13)), ps.Camera(9, 9, 6, 3, 13, 7)) for color in colors]
+    with renderer.context.in_use():
+        textures = FrameTextures(renderer.context.gl, shown[0])
+        for frame in shown:
+            textures.upload(frame)
+            np.testing.assert_array_equal(read_texture(renderer.context.gl, textures.color), frame.color)
+        assert ("_pixels" in vars(textures)) == (told == "hardware")
+        textures.release()
 
 
 def test_uniforms_of_a_full_screen_pass_become_flat_inputs():

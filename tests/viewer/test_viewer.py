@@ -156,6 +156,25 @@ class TestView:
         with pytest.raises(ps.ContextError, match=r"no window with OpenGL 3\.3 .*`pointshade render`"):
             Viewer(frames.sphere())
 
+    def test_a_driver_with_the_oldest_gl_alone_opens_one_too_and_is_asked_for_newer_before(
+        self, open_viewer, monkeypatch
+    ):
+        glfw, hints, asked = open_viewer().window.glfw, {}, []
+        hint, create = glfw.window_hint, glfw.create_window
+
+        def note(what, value):
+            hints[what] = value
+            hint(what, value)
+
+        def give(*arguments):
+            asked.append((hints[glfw.CONTEXT_VERSION_MAJOR], hints[glfw.CONTEXT_VERSION_MINOR]))
+            return create(*arguments) if asked[-1] == (3, 3) else None
+
+        monkeypatch.setattr(glfw, "window_hint", note)
+        monkeypatch.setattr(glfw, "create_window", give)
+        Window("", (64, 48), print).release()
+        assert asked == [(4, 5), (4, 3), (4, 5), (4, 3), (3, 3)]
+
 
 class TestRest:
     def test_it_draws_only_when_something_has_changed(self, open_viewer):

@@ -18,7 +18,7 @@ import moderngl
 from ...notes.errors import SPAWN, ContextError, check_process
 from ...notes.words import option
 from .caller_state import CallersState, managed, textures
-from .software_driver import is_software, keep_freed_memory, return_freed_memory
+from .software_driver import is_software, keep_freed_memory, return_freed_memory, wants_software
 
 
 class WindowSystem:
@@ -111,6 +111,8 @@ _handler_of = getattr(signal.getsignal, "__wrapped__", signal.getsignal)  # with
 
 
 _OF_DRIVERS = (Exception, ValueError, ImportError, RuntimeError, OSError, moderngl.Error)  # by backend of moderngl
+# NVIDIA gives the version that is asked for, no newer one. 4.1, which macOS has, does nothing for us beyond 3.3.
+VERSIONS = ((4, 6), (4, 5), (4, 3), (3, 3))
 
 
 class Context:
@@ -163,9 +165,12 @@ class Context:
     def limits(self) -> dict[str, Any]:
         """Return the limits that `pointshade info` lists."""
         info = self.info
+        with self.in_use():
+            programs = "software" if wants_software(self.gl) else "hardware"
         return {
             "vendor": info["GL_VENDOR"], "renderer": self.renderer, "version": info["GL_VERSION"],
             "largest texture": info["GL_MAX_TEXTURE_SIZE"], "largest point": info["GL_POINT_SIZE_RANGE"][1],
+            "rasterizer": "compute" if self.gl.version_code >= 430 else "points", "programs": programs,
         }  # fmt: skip
 
     def in_use(self) -> InUse:
@@ -340,6 +345,18 @@ def signals_later() -> Iterator[None]:
             handlers[number](number, frame)
 
 
+def _newest(create: Callable[[int], Any]) -> Any:
+    """Return what create(version) gives for the newest version that the driver has."""
+    *newer, oldest = (100 * major + 10 * minor for major, minor in VERSIONS)
+    for version in newer:
+        try:
+            return create(version)
+        except Exception as error:
+            if type(error) not in _OF_DRIVERS:
+                raise
+    return create(oldest)
+
+
 @signals_later()
 def _create(device: int) -> moderngl.Context:
     store = getattr(moderngl, "_store", None)  # with the context that moderngl.get_context() gives: not ours
@@ -348,13 +365,15 @@ def _create(device: int) -> moderngl.Context:
         if sys.platform.startswith("linux"):
             # EGL itself hands out all of GL: without libGL (package libgl1) its own library will do.
             libgl = "libGL.so.1" if _is_there("libGL.so.1") else "libEGL.so.1"
-            how = {"mode": "standalone", "glversion": 330, "libgl": libgl, "libegl": "libEGL.so.1"}
+            how = {"mode": "standalone", "libgl": libgl, "libegl": "libEGL.so.1", "device_index": device}
             # moderngl itself would import ctypes.util first: 8 ms of the first picture
             egl: Any = import_module("glcontext.egl")
             with kept("egl"):
-                opened = egl.create_context(**how, device_index=device)
+                opened = _newest(lambda version: egl.create_context(**how, glversion=version))
                 return moderngl.create_context(standalone=True, require=330, context=opened)
-        return moderngl.create_context(standalone=True, require=330)
+        if sys.platform == "darwin":  # gives its newest
+            return moderngl.create_context(standalone=True, require=330)
+        return _newest(lambda version: moderngl.create_context(standalone=True, require=version))
     except Exception as error:
         if type(error) not in _OF_DRIVERS:  # what a caller raises in this thread is not about OpenGL
             raise

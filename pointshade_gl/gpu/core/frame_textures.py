@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -13,6 +14,7 @@ from ...notes.notes import print_note
 from ...scene.camera import Camera
 from ...scene.frame import NEUTRAL, Frame
 from ...scene.noise import Choice, Noise
+from ..context.software_driver import wants_software
 from .images import R32F, RGBA8, RGBA32F, Box, Image, Images, check_size, empty
 
 if TYPE_CHECKING:
@@ -57,6 +59,7 @@ class FrameTextures(DepthTextures):
         super().__init__(context, _size(frame.depth))
         color = GREY if frame.color is None else frame.color
         self._shape = frame.depth.shape, color.shape
+        self._is_software = wants_software(context)
         with self._all_or_nothing():
             check_size(context, *_size(color))
             self.color = self._texture(color.shape[2], size=_size(color))
@@ -81,9 +84,22 @@ class FrameTextures(DepthTextures):
         left, top, right, bottom = frame.box
         self.surface.confine((left, top, right - left, bottom - top))
         self.depth.write(np.ascontiguousarray(frame.depth))
-        self.color.write(GREY if frame.color is None else np.ascontiguousarray(frame.color))
+        self._write_color(GREY if frame.color is None else np.ascontiguousarray(frame.color))
         self.frame = frame
         self.raise_version()
+
+    def _write_color(self, color: np.ndarray) -> None:
+        if self._is_software or not self.version:  # a frame that stays the only one needs no buffer
+            self.color.write(color)
+            return
+        self._pixels.orphan()  # its last picture may still be on its way
+        self._pixels.write_chunks(color, 0, color.nbytes, 1)  # moderngl maps the buffer for this alone
+        self.color.write(self._pixels)
+
+    @cached_property
+    def _pixels(self) -> moderngl.Buffer:
+        """From which a GPU takes colours itself: drivers rearrange 8-bit channels on the CPU, four times slower."""
+        return self._allocate(self._context.buffer, reserve=math.prod(self._shape[1]), dynamic=True)
 
     def note_once(self, what: str, why: str, camera: Camera, text: str) -> None:
         """Print a note on a camera's picture, unless its last note gave the same reason: a stream would repeat it."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Generator, Sequence
 from ctypes import byref, c_int
-from functools import cache
+from functools import cache, cached_property
 from marshal import dumps
 from pathlib import Path
 from typing import Any
@@ -116,15 +116,78 @@ def build_program(
         raise ShaderError(translate_log(log, origin) or f"{vertex}, {fragment}: {log}") from error
 
 
-def build_compute(context: moderngl.Context, name: str, **constants: int) -> moderngl.ComputeShader:
-    """A compute program from one shader file. Raises ShaderError with file and line of the driver's complaints."""
-    defines = [f"#define {constant} {value}" for constant, value in constants.items()]
-    text, origin = _begin(context, name, splice(name), defines)
+def build_compute(
+    context: moderngl.Context, name: str, added: Sequence[str] = (), **constants: int
+) -> moderngl.ComputeShader:
+    """A compute program from one shader file, also from a fragment shader: see `by_compute`.
+
+    Raises ShaderError with file and line of the driver's complaints.
+    """
+    lines, spliced, version = [f"#define {constant} {value}" for constant, value in constants.items()], splice(name), 0
+    if name.endswith(".frag"):
+        lines, spliced, version = [*lines, *_FRAGMENT], by_compute(name, spliced, added), 430
+    text, origin = _begin(context, name, spliced, lines, version)
     try:
         with signals_later():
             return context.compute_shader(text)
     except moderngl.Error as error:
         raise ShaderError(translate_log(str(error), origin) or f"{name}: {error}") from error
+
+
+_STORED = re.compile(r"^#(?:if|el|endif).*|^(?:layout\(location = (\d)\) )?out (float|vec[234]) (\w+);", re.MULTILINE)
+_FUNCTION = re.compile(r"^(\w+) (\w+)\(.*\) {$", re.MULTILINE)
+_FILLED = {"float": "vec4({})", "vec2": "vec4({}, 0.0, 0.0)", "vec3": "vec4({}, 1.0)", "vec4": "{}"}
+_FRAGMENT = (
+    "layout(local_size_x = 8, local_size_y = 8) in;",
+    "uniform ivec4 fragment_window;  // left, top, right, bottom",
+    "uniform int fragment_outs;  // as many of the values are stored",
+    "vec4 fragment_coord; float fragment_depth; bool is_discarded = false;",
+)
+_STORE = """void main() {
+    ivec2 place = fragment_window.xy + ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(place, fragment_window.zw))) return;
+    fragment_coord = vec4(vec2(place) + 0.5, 0.5, 1.0);
+    fragment_main();
+    if (is_discarded) return;"""
+
+
+def by_compute(fragment: str, spliced: Spliced, added: Sequence[str] = ()) -> Spliced:
+    """Return a fragment shader as a compute shader that stores in images what it would draw; for `_FRAGMENT`.
+
+    added  the formats of images that the values are added to; without them, they take the place of what is there
+    """
+    text, origin = spliced
+    text = text.replace("gl_FragCoord", "fragment_coord").replace("gl_FragDepth", "fragment_depth")
+    head, main = text.split("void main() {", 1)
+    leaving = []  # functions that discard
+    while "discard;" in head:
+        before, after = head.split("discard;", 1)
+        kind, function = _FUNCTION.findall(before)[-1]
+        head = f"{before}{{ is_discarded = true; {kind} nothing; return nothing; }}{after}"
+        leaving.append(function)
+    main = main.replace("discard;", "{ is_discarded = true; return; }")
+    if leaving:
+        main = re.sub(rf"(\b(?:{'|'.join(leaving)})\(.*?\);)", r"\1 if (is_discarded) return;", main)
+    stores = [_STORE]
+
+    def declare(match: re.Match[str]) -> str:
+        number, kind, name = match.groups()
+        if kind is None:
+            stores.append(match[0])  # an #if round a value is one round its store
+            return match[0]
+        k, value = int(number or 0), _FILLED[kind].format(name)
+        how = f"layout(binding = {k}) uniform writeonly"
+        if k < len(added):
+            how, value = f"layout({added[k]}, binding = {k}) uniform", f"imageLoad(image_{k}, place) + {value}"
+        stores.append(f"    if (fragment_outs > {k}) imageStore(image_{k}, place, {value});")
+        return f"{kind} {name}; {how} image2D image_{k};"
+
+    head = _STORED.sub(declare, head)
+    # never done: without it the uniforms that only depth needs would be gone
+    stores += ["    if (fragment_outs == 0) imageStore(image_0, place, vec4(fragment_depth));", "}"]
+    lines = "\n".join(stores).split("\n")
+    text = "\n".join([f"{head}void fragment_main() {{{main.rstrip()}", *lines, ""])
+    return text, [*origin, (fragment, [1] * len(lines))]
 
 
 def translate_log(log: str, origin: Origin) -> str:
@@ -176,29 +239,81 @@ _last_way: tuple[Any, Any, Any, dict[str, Any]] = None, None, None, {}  # severa
 
 
 class FullscreenPass(Owner):
-    """A fragment shader drawn over a whole target."""
+    """A fragment shader drawn over a whole target.
+
+    On GPUs a compute shader stores the same values, where the target has images and no depth: some GPUs draw fragments
+    with a few of their units only.
+    """
 
     def __init__(self, context: moderngl.Context, fragment: str, version: int = 330, **constants: int):
         super().__init__(context)
-        with self._all_or_nothing():
-            program = build_program(context, "fullscreen.vert", fragment, None, version, **constants)
-            self._program = self._keep(program)
-            self._array = self._allocate(context.vertex_array, program, [])
+        self._fragment, self._version, self._constants = fragment, version, constants
+        self._can_store = context.version_code >= 430 and not wants_software(context)
+        self._programs: dict[Any, moderngl.Program | moderngl.ComputeShader] = {}  # made when they are first needed
 
     def draw(self, target: moderngl.Framebuffer, textures: dict[str, moderngl.Texture], /, **uniforms: Any) -> None:
         """Draw onto the target. textures: by the names of their samplers; they may also be among the uniforms."""
+        self._program = self._program_for(target)
         set_inputs(self._program, textures | uniforms)
         self.draw_again(target)
 
     def draw_again(self, target: moderngl.Framebuffer) -> None:
         """Draw with the inputs of the last time, while `holds_inputs`."""
-        target.use()
-        self._array.render(moderngl.TRIANGLES, 3)
+        if type(self._program) is moderngl.ComputeShader:
+            _store(self._program, target)
+        else:
+            target.use()
+            self._array.render(moderngl.TRIANGLES, 3)
 
     @property
     def holds_inputs(self) -> bool:
         """Return whether no other program has bound textures since this was drawn."""
         return textures.program is self._program
+
+    def _program_for(self, target: moderngl.Framebuffer) -> moderngl.Program | moderngl.ComputeShader:
+        formats = _formats_of(target) if self._can_store else []
+        added = formats if self._context in _adding else ()
+        can_store = bool(formats) and all(one.endswith("32f") for one in added)  # others are not added as blending does
+        key = tuple(added) if can_store else None
+        if key not in self._programs:
+            self._programs[key] = self._keep(self._build(key))
+        return self._programs[key]
+
+    def _build(self, added: tuple[str, ...] | None) -> moderngl.Program | moderngl.ComputeShader:
+        if added is not None:
+            return build_compute(self._context, self._fragment, added, **self._constants)
+        return build_program(self._context, "fullscreen.vert", self._fragment, None, self._version, **self._constants)
+
+    @cached_property
+    def _array(self) -> moderngl.VertexArray:
+        return self._allocate(self._context.vertex_array, self._programs[None], [])
+
+
+def _formats_of(target: moderngl.Framebuffer) -> list[str]:
+    """Return the formats of a target's images; [] if it has depth, or something that shaders cannot store in."""
+    found = target.color_attachments or ()
+    formats = [image_format(one) if type(one) is moderngl.Texture else "" for one in found]
+    return formats if target.depth_attachment is None and all(formats) else []
+
+
+_AFTER = (  # what may read or change an image that was stored in
+    moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT
+    | moderngl.TEXTURE_UPDATE_BARRIER_BIT | moderngl.FRAMEBUFFER_BARRIER_BIT
+)  # fmt: skip
+
+
+def _store(program: moderngl.ComputeShader, target: moderngl.Framebuffer) -> None:
+    """Run a compute shader made of a fragment shader, over what could be drawn to of the target."""
+    (left, top, width, height), (x, y, w, h) = target.viewport, target.scissor
+    low = max(left, x), max(top, y)
+    high = min(left + width, x + w, target.width), min(top + height, y + h, target.height)
+    if low[0] >= high[0] or low[1] >= high[1]:
+        return
+    for unit, texture in enumerate(target.color_attachments):
+        texture.bind_to_image(unit)
+    set_uniforms(program, fragment_window=(*low, *high), fragment_outs=len(target.color_attachments))
+    program.run(-(-(high[0] - low[0]) // 8), -(-(high[1] - low[1]) // 8))
+    target.ctx.memory_barrier(_AFTER)
 
 
 class FullscreenPasses(Owner):
@@ -250,9 +365,15 @@ def _bind_image(
     program: moderngl.Program | moderngl.ComputeShader, name: str, texture: moderngl.Texture, unit: int
 ) -> None:
     if name not in program.extra:  # for the first time
-        is_as_said = IMAGES[name] == "rgba"[: texture.components] + {"f4": "32f", "f2": "16f"}.get(texture.dtype, "")
+        is_as_said = image_format(texture) == IMAGES[name]
         assert is_as_said, f"{name} must be {IMAGES[name]}: software drivers read it as an image"
     texture.bind_to_image(unit, read=True, write=False)
+
+
+def image_format(texture: moderngl.Texture) -> str:
+    """Return the name of a texture's format in GLSL; "" if images have none such."""
+    bits = {"f4": "32f", "f2": "16f", "nu2": "16", "f1": "8"}.get(texture.dtype)
+    return "rgba"[: texture.components] + bits if bits and texture.components != 3 else ""
 
 
 def _known_of(program: moderngl.Program | moderngl.ComputeShader) -> dict[str, Any]:
@@ -276,6 +397,9 @@ EQUATIONS = 0x8009, 0x883D  # for colour, for alpha
 BUFFERS = 3  # colours of a target that are added to
 
 
+_adding: set[moderngl.Context] = set()  # whose draws are added to their target
+
+
 class AdditiveBlend:
     """Additive blending. Afterwards the caller's own factors and equations are back: no other pass changes them."""
 
@@ -290,9 +414,11 @@ class AdditiveBlend:
         for k in range(BUFFERS):
             self._set(k, [ONE] * 4 + [ADD] * 2)
         self._context.enable_direct(BLEND)
+        _adding.add(self._context)
         try:
             yield
         finally:
+            _adding.discard(self._context)
             self._context.disable_direct(BLEND)
             for k, values in enumerate(before):
                 self._set(k, values)

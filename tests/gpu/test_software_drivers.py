@@ -8,7 +8,14 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.gpu.context.software_driver import by_flat_inputs, by_images, is_software, reads_images
-from pointshade_gl.gpu.core.programs import AdditiveBlend, FullscreenPass, build_compute, build_program, splice
+from pointshade_gl.gpu.core.programs import (
+    AdditiveBlend,
+    ComputedPass,
+    FullscreenPass,
+    build_compute,
+    build_program,
+    splice,
+)
 from pointshade_gl.pipeline import accumulation
 from pointshade_gl.scene import shadow_cameras
 from pointshade_gl.scene.appearance import SHADINGS
@@ -211,12 +218,11 @@ def hardware(renderer, monkeypatch):
 def drawn(gl, name, constants, adds=False):
     """What a pass draws as a fragment shader, and as a compute shader."""
     parts = [COMPONENTS[kind] for kind in _OUT.findall(splice(name)[0])][: 1 + constants.get("SPLIT", 9)]
-    made = [FullscreenPass(gl, name, 430 if constants.get("LOOK_UP") else 330, **constants) for _ in range(2)]
-    made[0]._can_store = False
-    inputs, found = None, []
+    kinds, version = (FullscreenPass, ComputedPass), 430 if constants.get("LOOK_UP") else 330
+    made = [kind(gl, name, version, **constants) for kind in kinds]
+    inputs, found = values(gl, made[0]._program, np.random.default_rng(1)), []
     for one in made:
         target = target_of(gl, *parts)
-        inputs = inputs or values(gl, one._program_for(target), np.random.default_rng(1))
         blend = AdditiveBlend(gl)
         if adds:
             with blend.on():
@@ -247,6 +253,7 @@ def test_most_full_screen_passes_can_be_compute_shaders():
     reasons = {name: why_fragment(name) for name, _ in FULLSCREEN}
     assert len(dict(STORED)) > 0.9 * len(reasons)
     assert set(reasons.values()) == {"", "draws integers", "draws depth alone"}
+    assert not [name for name in reasons if re.search(r"\b(dFd[xy]|fwidth)\b", splice(name)[0])], "compute has none"
 
 
 @pytest.mark.parametrize(
@@ -260,23 +267,24 @@ def test_most_full_screen_passes_can_be_compute_shaders():
 )  # fmt: skip
 def test_which_targets_compute_shaders_write(hardware, target, adds, stored):
     """None that is depth tested, none whose sums are rounded, and none that has no format of images."""
-    passed = FullscreenPass(hardware, "output/present.frag")
-    target = target_of(hardware, target.pop("parts", 4), **target)
+    passed, target = (
+        ComputedPass(hardware, "output/present.frag"),
+        target_of(hardware, target.pop("parts", 4), **target),
+    )
     with AdditiveBlend(hardware).on() if adds else hardware:
-        assert (type(passed._program_for(target)) is moderngl.ComputeShader) == stored
+        passed.draw(target, {}, picture=hardware.texture(SIZE, 4))
+    assert (type(passed._program) is moderngl.ComputeShader) == stored
+    assert hardware.error == "GL_NO_ERROR"
 
 
 def test_nothing_is_drawn_outside_of_the_window(hardware):
-    target = target_of(hardware, 4)
-    passed = FullscreenPass(hardware, "surface/film_colors.frag")
-    inputs = values(hardware, passed._program_for(target), np.random.default_rng(1))
-    passed.draw(target, {}, **inputs)
-    is_before = (bits(target.color_attachments[0]).view("f4") == BEFORE).all(-1)
-    assert is_before[:4].all() and is_before[15:].all() and is_before[:, :3].all() and is_before[:, 20:].all()
-    assert not is_before[4:15, 3:20].any()
-    target.scissor = 0, 0, 0, 0
+    target, passed = target_of(hardware, 4), ComputedPass(hardware, "output/present.frag")
+    passed.draw(target, {}, picture=hardware.texture(SIZE, 4))
     before = bits(target.color_attachments[0])
-    passed.draw(target, {}, **inputs)
+    is_drawn = (before.view("f4") != BEFORE).any(-1)
+    assert is_drawn[4:15, 3:20].all() and is_drawn.sum() == 11 * 17
+    for target.scissor in ((0, 0, 0, 0), (0, 0, 24, 4)):
+        passed.draw_again(target)
     np.testing.assert_array_equal(bits(target.color_attachments[0]), before)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Generator, Sequence
 from ctypes import byref, c_int
-from functools import cache, cached_property
+from functools import cache
 from marshal import dumps
 from pathlib import Path
 from typing import Any
@@ -117,7 +117,7 @@ def build_program(
 
 
 def build_compute(
-    context: moderngl.Context, name: str, added: Sequence[str] = (), **constants: int
+    context: moderngl.Context, name: str, added: Sequence[str] = (), /, **constants: int
 ) -> moderngl.ComputeShader:
     """A compute program from one shader file, also from a fragment shader: see `by_compute`.
 
@@ -239,61 +239,32 @@ _last_way: tuple[Any, Any, Any, dict[str, Any]] = None, None, None, {}  # severa
 
 
 class FullscreenPass(Owner):
-    """A fragment shader drawn over a whole target.
+    """A fragment shader drawn over a whole target."""
 
-    On GPUs a compute shader stores the same values, where the target has images and no depth: some GPUs draw fragments
-    with a few of their units only.
-    """
+    _program: moderngl.Program | moderngl.ComputeShader
+    _array: moderngl.VertexArray
 
     def __init__(self, context: moderngl.Context, fragment: str, version: int = 330, **constants: int):
         super().__init__(context)
-        self._fragment, self._version, self._constants = fragment, version, constants
-        self._can_store = context.version_code >= 430 and not wants_software(context)
-        self._programs: dict[Any, moderngl.Program | moderngl.ComputeShader] = {}  # made when they are first needed
+        with self._all_or_nothing():
+            program = build_program(context, "fullscreen.vert", fragment, None, version, **constants)
+            self._program = self._keep(program)
+            self._array = self._allocate(context.vertex_array, program, [])
 
     def draw(self, target: moderngl.Framebuffer, textures: dict[str, moderngl.Texture], /, **uniforms: Any) -> None:
         """Draw onto the target. textures: by the names of their samplers; they may also be among the uniforms."""
-        self._program = self._program_for(target)
         set_inputs(self._program, textures | uniforms)
         self.draw_again(target)
 
     def draw_again(self, target: moderngl.Framebuffer) -> None:
         """Draw with the inputs of the last time, while `holds_inputs`."""
-        if type(self._program) is moderngl.ComputeShader:
-            _store(self._program, target)
-        else:
-            target.use()
-            self._array.render(moderngl.TRIANGLES, 3)
+        target.use()
+        self._array.render(moderngl.TRIANGLES, 3)
 
     @property
     def holds_inputs(self) -> bool:
         """Return whether no other program has bound textures since this was drawn."""
         return textures.program is self._program
-
-    def _program_for(self, target: moderngl.Framebuffer) -> moderngl.Program | moderngl.ComputeShader:
-        formats = _formats_of(target) if self._can_store else []
-        added = formats if self._context in _adding else ()
-        can_store = bool(formats) and all(one.endswith("32f") for one in added)  # others are not added as blending does
-        key = tuple(added) if can_store else None
-        if key not in self._programs:
-            self._programs[key] = self._keep(self._build(key))
-        return self._programs[key]
-
-    def _build(self, added: tuple[str, ...] | None) -> moderngl.Program | moderngl.ComputeShader:
-        if added is not None:
-            return build_compute(self._context, self._fragment, added, **self._constants)
-        return build_program(self._context, "fullscreen.vert", self._fragment, None, self._version, **self._constants)
-
-    @cached_property
-    def _array(self) -> moderngl.VertexArray:
-        return self._allocate(self._context.vertex_array, self._programs[None], [])
-
-
-def _formats_of(target: moderngl.Framebuffer) -> list[str]:
-    """Return the formats of a target's images; [] if it has depth, or something that shaders cannot store in."""
-    found = target.color_attachments or ()
-    formats = [image_format(one) if type(one) is moderngl.Texture else "" for one in found]
-    return formats if target.depth_attachment is None and all(formats) else []
 
 
 _AFTER = (  # what may read or change an image that was stored in
@@ -302,18 +273,63 @@ _AFTER = (  # what may read or change an image that was stored in
 )  # fmt: skip
 
 
-def _store(program: moderngl.ComputeShader, target: moderngl.Framebuffer) -> None:
-    """Run a compute shader made of a fragment shader, over what could be drawn to of the target."""
-    (left, top, width, height), (x, y, w, h) = target.viewport, target.scissor
-    low = max(left, x), max(top, y)
-    high = min(left + width, x + w, target.width), min(top + height, y + h, target.height)
-    if low[0] >= high[0] or low[1] >= high[1]:
-        return
-    for unit, texture in enumerate(target.color_attachments):
-        texture.bind_to_image(unit)
-    set_uniforms(program, fragment_window=(*low, *high), fragment_outs=len(target.color_attachments))
-    program.run(-(-(high[0] - low[0]) // 8), -(-(high[1] - low[1]) // 8))
-    target.ctx.memory_barrier(_AFTER)
+class ComputedPass(FullscreenPass):
+    """The same for GPUs, some of which draw fragments with a few of their units only: a compute shader stores the
+    values, where the target has images and no depth.
+    """
+
+    def __init__(self, context: moderngl.Context, fragment: str, version: int = 330, **constants: int):
+        Owner.__init__(self, context)
+        self._fragment, self._version, self._constants = fragment, version, constants
+        self._programs: dict[Any, moderngl.Program | moderngl.ComputeShader] = {}  # made when they are first needed
+        self._drawn_to: Any = None
+        self._window = 0, 0, 0, 0
+
+    def draw(self, target: moderngl.Framebuffer, textures: dict[str, moderngl.Texture], /, **uniforms: Any) -> None:
+        formats = target.extra if target.color_attachments else ()
+        if formats is None:
+            formats = target.extra = stored_formats(target)
+        is_added = self._context in _adding
+        # sums of other formats are rounded, each driver in its own way
+        can_store = bool(formats) and not (is_added and any(not one.endswith("32f") for one in formats))
+        key = (formats if is_added else ()) if can_store else None
+        self._program = self._programs.get(key) or self._built(key)
+        super().draw(target, textures, **uniforms)
+
+    def draw_again(self, target: moderngl.Framebuffer) -> None:
+        program = self._program
+        if type(program) is moderngl.Program:
+            super().draw_again(target)
+            return
+        drawn_to = target.viewport, target.scissor
+        if drawn_to != self._drawn_to:
+            (left, top, width, height), (x, y, w, h) = self._drawn_to = drawn_to
+            self._window = max(left, x), max(top, y), min(left + width, x + w), min(top + height, y + h)
+        left, top, right, bottom = self._window
+        if left >= right or top >= bottom:
+            return
+        for unit, texture in enumerate(target.color_attachments):
+            texture.bind_to_image(unit)  # type: ignore[union-attr]
+        set_uniforms(program, fragment_window=self._window, fragment_outs=len(target.color_attachments))
+        program.run(-(-(right - left) // 8), -(-(bottom - top) // 8))  # type: ignore[union-attr]
+        self._context.memory_barrier(_AFTER)
+
+    def _built(self, added: tuple[str, ...] | None) -> moderngl.Program | moderngl.ComputeShader:
+        """added: see `by_compute`; None draws fragments."""
+        if added is not None:
+            program: Any = build_compute(self._context, self._fragment, added, **self._constants)
+        else:
+            inputs = "fullscreen.vert", self._fragment, None, self._version
+            program = build_program(self._context, *inputs, **self._constants)
+            self._array = self._allocate(self._context.vertex_array, program, [])
+        self._programs[added] = self._keep(program)
+        return program
+
+
+def stored_formats(target: moderngl.Framebuffer) -> tuple[str, ...]:
+    """Return the formats of a target's images; () if compute shaders cannot store all that is drawn to it."""
+    formats = tuple([image_format(one) if type(one) is moderngl.Texture else "" for one in target.color_attachments])
+    return formats if target.depth_attachment is None and all(formats) else ()
 
 
 class FullscreenPasses(Owner):
@@ -328,8 +344,9 @@ class FullscreenPasses(Owner):
         constants |= {} if look_up is None else {"LOOK_UP": int(look_up)}
         key = fragment, *constants.items()
         if key not in self._passes:
-            version = 430 if look_up else 330
-            self._passes[key] = self._keep(FullscreenPass(self._context, fragment, version, **constants))
+            computes = self._context.version_code >= 430 and not wants_software(self._context)
+            kind, version = ComputedPass if computes else FullscreenPass, 430 if look_up else 330
+            self._passes[key] = self._keep(kind(self._context, fragment, version, **constants))
         return self._passes[key]
 
 

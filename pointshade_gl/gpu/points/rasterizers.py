@@ -163,7 +163,9 @@ class ComputeSplatPass(Owner):
     look_up = True
 
     def __init__(self, context: moderngl.Context, tolerance: float, is_software: bool):
-        """tolerance: how far off a plane pixels may lie to be drawn as one larger splat, as a share of 1/z."""
+        """tolerance: how far off a plane pixels may lie to be drawn as one larger splat, as a share of 1/z; on GPUs a
+        thread for each pixel is faster.
+        """
         super().__init__(context)
         self._is_software = is_software
         merges = wants_software(context)
@@ -331,7 +333,8 @@ class RimList(Owner):
             self._buffer = self._allocate(self._context.buffer, reserve=len(head) + 4 * most)
             self._most = most
         self._buffer.write(head)
-        return self.bound(place)
+        self._buffer.bind_to_storage_buffer(place)
+        return self._buffer
 
     def bound(self, place: int) -> moderngl.Buffer:
         """Return the list as it is, where the shaders at this binding find it."""

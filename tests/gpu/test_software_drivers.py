@@ -102,7 +102,7 @@ def others(draw, frame):
     yield "several", draw(several, yaw=5)
     yield "several, normals of the view", draw(several, SHADOWS, yaw=5, normals_at="target")
     yield "scene", draw(scene, SHADOWS)
-    yield "near", draw(frame, dolly=0.9)
+    yield "near", draw(frame, dolly=0.5)  # large splats
     yield "hidden light", draw(frame, SHADOWS, yaw=5, samples=2, ambient_occlusion=True, ground=True)
 
 

@@ -17,7 +17,7 @@ from ..reference import sample_mean as developed
 from ..reference.render import render as mirror_render
 from ..support import frames
 from ..support.compare import compare_images
-from ..support.drivers import need_compute
+from ..support.drivers import merging, need_compute
 from ..support.view_sets import pose_at, three_views
 from .test_pictures import vase
 
@@ -159,7 +159,8 @@ def test_samples_are_averaged_as_the_mirror_averages_them(rasterizer, golden, mo
     eye = Eye.at_distance(frame.camera, ASIDE, frame.scale)
     finish = OutputSettings(count, options.get("background"))
     look = ps.Appearance(shading=shading)
-    mirror = mirror_render(frame, normals, [light], look, eye, rasterizer.name, finish=finish)
+    merge = merging(rasterizer)
+    mirror = mirror_render(frame, normals, [light], look, eye, rasterizer.name, merge, finish=finish)
     golden(f"samples {name}", actual, mirror, stored=False)
 
 

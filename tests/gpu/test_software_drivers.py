@@ -14,6 +14,7 @@ from pointshade_gl.gpu.core.programs import (
     FullscreenPass,
     build_compute,
     build_program,
+    by_compute,
     splice,
 )
 from pointshade_gl.pipeline import accumulation
@@ -247,6 +248,14 @@ def test_what_is_added_is_added_by_compute_shaders(hardware, name):
     constants = {key: 1 for key in ("LINEAR", "LOOK_UP") if key in dict(FULLSCREEN)[name]}
     for one, other in zip(*drawn(hardware, name, dict(FULLSCREEN)[name] | constants, adds=True), strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+def test_each_line_of_a_compute_shader_has_its_place_in_a_file():
+    for name in dict(STORED):
+        text, origin = by_compute(name, splice(name))
+        own = splice(name)[0].splitlines()
+        assert len(text.splitlines()) == sum(len(numbers) for _, numbers in origin)
+        assert text.splitlines()[len(own) - 1] == own[-1] == "}"
 
 
 def test_most_full_screen_passes_can_be_compute_shaders():

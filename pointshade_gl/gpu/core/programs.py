@@ -134,7 +134,7 @@ def build_compute(
         raise ShaderError(translate_log(str(error), origin) or f"{name}: {error}") from error
 
 
-_STORED = re.compile(r"^#(?:if|el|endif).*|^(?:layout\(location = (\d)\) )?out (float|vec[234]) (\w+);", re.MULTILINE)
+_OUTS = re.compile(r"^#(?:if|el|endif).*|^(?:layout\(location = (\d)\) )?out (float|vec[234]) (\w+);", re.MULTILINE)
 _FUNCTION = re.compile(r"^(\w+) (\w+)\(.*\) {$", re.MULTILINE)
 _FILLED = {"float": "vec4({})", "vec2": "vec4({}, 0.0, 0.0)", "vec3": "vec4({}, 1.0)", "vec4": "{}"}
 _FRAGMENT = (
@@ -143,7 +143,7 @@ _FRAGMENT = (
     "uniform int fragment_outs;  // as many of the values are stored",
     "vec4 fragment_coord; float fragment_depth; bool is_discarded = false;",
 )
-_STORE = """void main() {
+_MAIN = """void main() {
     ivec2 place = fragment_window.xy + ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(place, fragment_window.zw))) return;
     fragment_coord = vec4(vec2(place) + 0.5, 0.5, 1.0);
@@ -152,7 +152,7 @@ _STORE = """void main() {
 
 
 def by_compute(fragment: str, spliced: Spliced, added: Sequence[str] = ()) -> Spliced:
-    """Return a fragment shader as a compute shader that stores in images what it would draw; for `_FRAGMENT`.
+    """Return a fragment shader, to follow `_FRAGMENT`, as a compute shader that stores in images what it would draw.
 
     added  the formats of images that the values are added to; without them, they take the place of what is there
     """
@@ -162,13 +162,13 @@ def by_compute(fragment: str, spliced: Spliced, added: Sequence[str] = ()) -> Sp
     leaving = []  # functions that discard
     while "discard;" in head:
         before, after = head.split("discard;", 1)
-        kind, function = _FUNCTION.findall(before)[-1]
+        kind, function = _FUNCTION.findall(before, before.rindex("\n}"))[0]
         head = f"{before}{{ is_discarded = true; {kind} nothing; return nothing; }}{after}"
         leaving.append(function)
     main = main.replace("discard;", "{ is_discarded = true; return; }")
     if leaving:
         main = re.sub(rf"(\b(?:{'|'.join(leaving)})\(.*?\);)", r"\1 if (is_discarded) return;", main)
-    stores = [_STORE]
+    stores = [_MAIN]
 
     def declare(match: re.Match[str]) -> str:
         number, kind, name = match.groups()
@@ -182,7 +182,7 @@ def by_compute(fragment: str, spliced: Spliced, added: Sequence[str] = ()) -> Sp
         stores.append(f"    if (fragment_outs > {k}) imageStore(image_{k}, place, {value});")
         return f"{kind} {name}; {how} image2D image_{k};"
 
-    head = _STORED.sub(declare, head)
+    head = _OUTS.sub(declare, head)
     # never done: without it the uniforms that only depth needs would be gone
     stores += ["    if (fragment_outs == 0) imageStore(image_0, place, vec4(fragment_depth));", "}"]
     lines = "\n".join(stores).split("\n")

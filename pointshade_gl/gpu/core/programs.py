@@ -317,12 +317,13 @@ class ComputedPass(FullscreenPass):
     def _built(self, added: tuple[str, ...] | None) -> moderngl.Program | moderngl.ComputeShader:
         """added: see `by_compute`; None draws fragments."""
         if added is not None:
-            program: Any = build_compute(self._context, self._fragment, added, **self._constants)
+            program: Any = self._keep(build_compute(self._context, self._fragment, added, **self._constants))
         else:
             inputs = "fullscreen.vert", self._fragment, None, self._version
-            program = build_program(self._context, *inputs, **self._constants)
-            self._array = self._allocate(self._context.vertex_array, program, [])
-        self._programs[added] = self._keep(program)
+            with self._all_or_nothing(len(self._made)):
+                program = self._keep(build_program(self._context, *inputs, **self._constants))
+                self._array = self._allocate(self._context.vertex_array, program, [])
+        self._programs[added] = program
         return program
 
 

@@ -195,7 +195,7 @@ def measure_speed(device: int, rounds: int, sizes: Sequence[tuple[int, int]], ad
         results["overhead"] = measure_overhead(renderer, rounds)
         advance()
     results["points"] = measure_points(device, rounds, sizes, advance)
-    results["merging"] = measure_merging(device, rounds)
+    results["merging"] = measure_merging(device, rounds) if results["is_software"] else []  # GPUs merge none
     advance()
     results["cold_start_s"] = cold_start(device, rounds)
     advance()

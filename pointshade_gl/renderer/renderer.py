@@ -83,8 +83,8 @@ class Renderer(Estimates):
         "points" draws splats as GL points (OpenGL 3.3), "compute" by a compute shader (4.3), which leaves sizes other
         than 1 and round splats to the points; "auto" is compute where the driver has it.
     merge : float
-        Of the compute rasteriser: 2x2 or 4x4 pixels on one plane, to within this share of 1/z, are drawn as one splat.
-        Colours and normals stay those of the pixels. 0 draws each pixel by itself.
+        Of the compute rasteriser on software drivers: 2x2 or 4x4 pixels on one plane, to within this share of 1/z, are
+        drawn as one splat. Colours and normals stay those of the pixels. 0 draws each pixel by itself, as GPUs do.
 
     Raises
     ------

@@ -28,11 +28,11 @@ void take_splat(Footprint splat, float reach) {
 void take_rim(ivec2 pixel) {}  // rims are never large
 
 void main() {
-    int columns = (textureSize(surface_map, 0).x + 3) / 4;
+    int columns = (textureSize(surface_map, 0).x + BLOCK - 1) / BLOCK;
     uint end = min(count, uint(list_length));
     for (uint k = gl_WorkGroupID.x; k < end; k += gl_NumWorkGroups.x) {
         int block = int(large[k]);
-        take_splats(4 * ivec2(block % columns, block / columns));
+        take_splats(BLOCK * ivec2(block % columns, block / columns));
     }
 #if WINDOW
     note_window();

@@ -1,6 +1,10 @@
 // Which splats a block of source pixels is drawn as, and how they are drawn: for splats.comp and large_splats.comp.
 #include "points/compute_raster.glsl"
 
+#ifndef BLOCK
+#define BLOCK 4  // source pixels a side that are drawn together: 4, or 1, which merges none
+#endif
+
 uniform float tolerance;  // how far off a plane a block's pixels may lie, as a share of 1/z; 0 draws each by itself
 uniform int list_length;
 
@@ -62,12 +66,12 @@ bool take_block(ivec2 block, int side) {
     return whole;
 }
 
-// The splats of 4x4 source pixels: one, or of each quarter one, or of its pixels one each.
+// The splats of 4x4 source pixels: one, or of each quarter one, or of its pixels one each. Of BLOCK 1 that of a pixel.
 void take_splats(ivec2 block) {
-    int quarters = take_block(block, 4) ? 0 : 4;
+    int quarters = BLOCK == 1 ? 1 : take_block(block, 4) ? 0 : 4;
     for (int k = 0; k < quarters; ++k) {
         ivec2 quarter = block + 2 * ivec2(k & 1, k >> 1);
-        int singles = take_block(quarter, 2) ? 0 : 4;
+        int singles = BLOCK == 1 ? 1 : take_block(quarter, 2) ? 0 : 4;
         for (int j = 0; j < singles; ++j) {
             ivec2 pixel = quarter + ivec2(j & 1, j >> 1);
             vec4 surface = texel_or_zero(surface_map, pixel);

@@ -2,8 +2,9 @@
 // The compute rasteriser: projects splats into the view and notes 1/z of their planes at every target pixel that they
 // cover; the nearest stays (cf. software rasterisation of points by atomics: Schuetz, Kerbl, Wimmer 2021). Inverse
 // depths are above 0, where floats have the order of their bits.
-// One thread draws a block of 4x4 source pixels. Where the block, or a quarter of it, lies on one plane, it is one larger
-// splat. The picture loses nothing: the resolve pass finds every source pixel again by its place.
+// On software drivers a thread draws a block of 4x4 source pixels. Where the block, or a quarter of it, lies on one plane,
+// it is one larger splat. The picture loses nothing: the resolve pass finds every source pixel again by its place.
+// GPUs want many small threads: there each draws a pixel.
 // Splats near the camera cover much of the view, or bend in it: large_splats.comp draws them, many threads each.
 // Rims cost more than splats, and are few: rims.comp draws them, one thread each, all that the frame has.
 #ifndef WINDOW
@@ -15,11 +16,14 @@
 #ifndef MASKED
 #define MASKED 0  // only some tiles of the view are drawn; 1: lists the blocks that may be seen there, 2: draws only those
 #endif
+#ifndef GROUP
+#define GROUP 32  // threads
+#endif
 #include "points/splat_blocks.glsl"
 
-layout(local_size_x = 32) in;
+layout(local_size_x = GROUP) in;
 
-uniform ivec2 corner;     // of the part that has points, a multiple of 4
+uniform ivec2 corner;     // of the part that has points, a multiple of BLOCK
 uniform int most_groups;  // of large_splats.comp and of rims.comp
 uniform int known_rims;   // of the frame, if rims.comp has kept them; -1 lists them
 
@@ -47,7 +51,7 @@ void choose(ivec2 low, ivec2 high) {
 
 void put_chosen_on_list(uint block) {
     uint place = atomicAdd(chosen_count, 1u);
-    atomicMax(chosen_groups.x, min(place / 32u + 1u, uint(most_groups)));
+    atomicMax(chosen_groups.x, min(place / uint(GROUP) + 1u, uint(most_groups)));
     if (place < uint(chosen.length())) chosen[place] = block;
 }
 #endif
@@ -73,7 +77,7 @@ void take_splat(Footprint splat, float reach) {
 }
 
 void take_rim(ivec2 pixel) {
-    rims_here |= 1u << uint(4 * (pixel.y & 3) + (pixel.x & 3));
+    rims_here |= 1u << uint(4 * (pixel.y & BLOCK - 1) + (pixel.x & BLOCK - 1));
 #if MASKED == 1
     is_chosen = true;
 #endif
@@ -100,21 +104,21 @@ void draw_block(ivec2 block, int columns) {
     rims_here = 0u;
     take_splats(block);
     if (rims_here != 0u && known_rims < 0) put_rims_on_list(block);
-    if (leaves_some) put_on_list(uint(block.y / 4 * columns + block.x / 4));
+    if (leaves_some) put_on_list(uint(block.y / BLOCK * columns + block.x / BLOCK));
 #if MASKED == 1
-    if (is_chosen) put_chosen_on_list(uint(block.y / 4 * columns + block.x / 4));
+    if (is_chosen) put_chosen_on_list(uint(block.y / BLOCK * columns + block.x / BLOCK));
 #endif
 }
 
 void main() {
-    int columns = (textureSize(surface_map, 0).x + 3) / 4;
+    int columns = (textureSize(surface_map, 0).x + BLOCK - 1) / BLOCK;
 #if MASKED == 2
-    for (uint k = gl_GlobalInvocationID.x; k < chosen_count; k += 32u * gl_NumWorkGroups.x) {
-        draw_block(4 * pixel_of(int(chosen[k]), columns), columns);
+    for (uint k = gl_GlobalInvocationID.x; k < chosen_count; k += uint(GROUP) * gl_NumWorkGroups.x) {
+        draw_block(BLOCK * pixel_of(int(chosen[k]), columns), columns);
     }
 #else
-    ivec2 block = corner + 4 * ivec2(gl_GlobalInvocationID.xy);
-    if (block.x >= 4 * columns) return;
+    ivec2 block = corner + BLOCK * ivec2(gl_GlobalInvocationID.xy);
+    if (block.x >= BLOCK * columns) return;
     draw_block(block, columns);
 #endif
 #if WINDOW

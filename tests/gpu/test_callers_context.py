@@ -303,6 +303,22 @@ def test_state_is_kept_when_a_renderer_comes_and_goes(context, gl, expected):
         assert context.error == "GL_NO_ERROR"
 
 
+def test_programs_of_gpus_keep_what_is_bound(context, gl, monkeypatch):
+    """Their full-screen passes are compute shaders, which write images, and ask for the window themselves."""
+    monkeypatch.setenv("POINTSHADE_PROGRAMS", "hardware")
+    with ps.Renderer() as own:
+        pictures = {name: call(own) for name, call in CALLS.items()}
+    with context, ps.Renderer(context) as renderer:
+        things = Things(context)
+        for setter in (set_images, set_textures, set_scissor_by_gl, set_viewport, set_blending, set_discard):
+            setter(context, gl, things)
+        state, known = gl.state(), known_to_moderngl(context)
+        for name, call in CALLS.items():
+            np.testing.assert_array_equal(call(renderer), pictures[name], err_msg=name)
+            assert (gl.state(), known_to_moderngl(context)) == (state, known)
+        assert context.error == "GL_NO_ERROR"
+
+
 def test_what_a_caller_draws_afterwards_goes_where_it_went_before(context, gl):
     with ps.Renderer(context) as renderer, context:
         things = Things(context)

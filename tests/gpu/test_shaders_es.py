@@ -72,14 +72,14 @@ CONSTANTS = {  # the values that the project builds each with
     },
     "points/set_shadow.frag": {"LOOK_UP": FLAG},
     "shading/shadow.frag": {"LOOK_UP": FLAG},
-    "points/large_splats.comp": {"SET": FLAG, "WINDOW": FLAG},
+    "points/large_splats.comp": {"SET": FLAG, "WINDOW": FLAG, "BLOCK": (4, 1)},
     "points/rims.comp": {"SET": FLAG, "WINDOW": FLAG},
     "points/rims.frag": {"LIT": FLAG, "SET": FLAG},
     "points/rims.vert": {"LIT": FLAG},
     "surface/sparse_cells.frag": {"FROM_DEPTH": FLAG},
     "points/splats.frag": {"LIT": FLAG},
     "points/splats.vert": {"LIT": FLAG},
-    "points/splats.comp": {"SET": FLAG, "WINDOW": FLAG, "MASKED": (0, 1, 2)},
+    "points/splats.comp": {"SET": FLAG, "WINDOW": FLAG, "MASKED": (0, 1, 2), "BLOCK": (4, 1), "GROUP": (32, 64)},
     "surface/normals_adaptive.frag": {"STAGE": (0, 1, 2, 3), "BUMPY": FLAG},
     "surface/normals_plane_fit.frag": {"WINDOW": tuple(PLANE_FITS.values())},
     "surface/normals_sparse.frag": {"REST": FLAG},
@@ -208,7 +208,7 @@ def test_each_value_of_a_constant_and_each_choice_of_inputs_is_built():
         for key, values in possible.items():
             assert {constants[key] for constants in built} == set(values)
     masked = [constants for name, _, constants in found if name == "points/splats.comp"]
-    assert len(masked) == 12 and all(len(constants) == 3 for constants in masked)
+    assert len(masked) == 14 and all(len(constants) == 5 for constants in masked)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,8 @@
-"""Programs for software drivers: their pictures are those of the shaders as they stand, bit by bit."""
+"""Programs for software drivers and for GPUs: their pictures are those of the shaders as they stand, bit by bit."""
 
+import re
+
+import moderngl
 import numpy as np
 import pytest
 
@@ -7,11 +10,21 @@ import pointshade_gl as ps
 from pointshade_gl.gpu.context.software_driver import by_flat_inputs, by_images, is_software, reads_images
 from pointshade_gl.gpu.core.frame_textures import FrameTextures
 from pointshade_gl.gpu.core.images import read_texture
-from pointshade_gl.gpu.core.programs import build_compute, build_program
+from pointshade_gl.gpu.core.programs import (
+    AdditiveBlend,
+    ComputedPass,
+    FullscreenPass,
+    build_compute,
+    build_program,
+    by_compute,
+    splice,
+)
+from pointshade_gl.pipeline import accumulation
 from pointshade_gl.scene import shadow_cameras
 from pointshade_gl.scene.appearance import SHADINGS
 
 from ..support import frames
+from ..support.compare import compare_images
 from ..support.drivers import need_compute
 from .test_shaders_es import SEED, random_variants, variants
 
@@ -92,6 +105,13 @@ def others(draw, frame):
     yield "several", draw(several, yaw=5)
     yield "several, normals of the view", draw(several, SHADOWS, yaw=5, normals_at="target")
     yield "scene", draw(scene, SHADOWS)
+    yield "near", draw(frame, dolly=0.5)  # large splats
+    yield "hidden light", draw(frame, SHADOWS, yaw=5, samples=2, ambient_occlusion=True, ground=True)
+
+
+def shared(draw, frame):
+    """Of most pixels all samples share what they show; the splats of the others are listed."""
+    return [(f"{samples} samples", draw(frame, samples=samples)) for samples in (2, 4)]
 
 
 def normals(renderer, frame):
@@ -101,6 +121,7 @@ def normals(renderer, frame):
 
 MADE = {
     "shadings": lambda made, clean, noisy: lit(made.render, clean, SHADINGS),
+    "shared": lambda made, clean, noisy: shared(made.render, clean),
     "flat": lambda made, clean, noisy: lit(made.render, clean, ["flat"]),
     "others": lambda made, clean, noisy: others(made.render, clean),
     "noisy": lambda made, clean, noisy: [("noisy", made.render(noisy, LAMP, yaw=15))],
@@ -114,14 +135,178 @@ MADE = {
 )
 def test_pictures_and_normals_are_those_of_the_plain_shaders(monkeypatch, rasterizer, what):
     monkeypatch.setattr(shadow_cameras, "SHADOW_SIDE", 128)
+    monkeypatch.setattr(accumulation, "WORTH", 1 if what == "shared" else accumulation.WORTH)
     clean, noisy, found = small(frames.sphere_before_wall()), frames.noisy(), {}
     for told in ("software", "hardware"):
         monkeypatch.setenv("POINTSHADE_PROGRAMS", told)
-        with ps.Renderer(rasterizer=rasterizer) as made:
+        with ps.Renderer(rasterizer=rasterizer, merge=0) as made:  # GPUs merge no splats
             found[told] = dict(MADE[what](made, clean, noisy))
     assert found["software"].keys() == found["hardware"].keys() != set()
     for name, picture in found["software"].items():
         np.testing.assert_array_equal(picture, found["hardware"][name], err_msg=name)
+
+
+SIZE, BEFORE = (24, 20), 7.0  # of targets, and what they hold
+WINDOW = 3, 2, 17, 13  # of a target, smaller than its viewport on some sides
+VIEWPORT = 0, 4, 20, 16
+_OUT = re.compile(r"^(?:layout.*\) )?out (\w+) \w+;", re.MULTILINE)
+COMPONENTS = {"float": 1, "vec2": 2, "vec4": 4}
+SAMPLERS, WHOLE = {0x8B5E: "f4", 0x8DCA: "i4"}, (0x1404, 0x8B53, 0x8B54, 0x8B55, 0x8B56)  # types: 2D; int, ivec, bool
+
+
+def why_fragment(name):
+    """Why a full-screen pass is never a compute shader; '' if it is one wherever its target has images and no depth."""
+    outs = _OUT.findall(splice(name)[0])
+    return "" if set(outs) and set(outs) <= set(COMPONENTS) else "draws integers" if outs else "draws depth alone"
+
+
+FULLSCREEN = [
+    (name, constants)
+    for name, constants in DRAWN
+    if name.endswith(".frag") and not re.search(r"^(flat )?in ", splice(name)[0], re.MULTILINE)
+]
+STORED = [
+    one for one in FULLSCREEN if not why_fragment(one[0])
+]  # of each file the last variant, or both ways to look up
+STORED = list({(name, constants.get("LOOK_UP")): (name, constants) for name, constants in STORED}.values())
+ADDED = "shading/light.frag", "points/resolve_lit.frag", "points/resolve_picture.frag", "points/set_accumulate.frag"
+
+
+def values(gl, program, rng):
+    """Inputs for all that a program asks for: a quarter of each picture is 0."""
+    found = {}
+    for name in (name for name in program if not name.startswith("gl_")):
+        kind = getattr(program[name], "gl_type", None)
+        if kind in SAMPLERS:
+            numbers = rng.uniform(0, 2, (SIZE[1], SIZE[0], 4)) * (rng.random((SIZE[1], SIZE[0], 1)) > 0.25)
+            found[name] = gl.texture(SIZE, 4, numbers.astype(SAMPLERS[kind]).tobytes(), dtype=SAMPLERS[kind])
+            found[name].filter = moderngl.NEAREST, moderngl.NEAREST
+        elif kind in WHOLE:
+            numbers = [int(value) for value in rng.integers(1, 4, program[name].dimension)]
+            found[name] = numbers[0] if len(numbers) == 1 else tuple(numbers)
+        elif kind is not None:
+            found[name] = rng.uniform(0.5, 1.5, program[name].dimension).astype("f4").tobytes()
+    return found
+
+
+def target_of(gl, *parts, dtype="f4", depth=False):
+    """A target of pictures with so many components, with a window, in which all is BEFORE."""
+    content = (np.full((SIZE[1], SIZE[0], part), BEFORE, "f4").tobytes() for part in parts)
+    pictures = [
+        gl.texture(SIZE, part, data if dtype == "f4" else None, dtype=dtype, alignment=1)
+        for part, data in zip(parts, content, strict=True)
+    ]
+    target = gl.framebuffer(pictures, gl.depth_renderbuffer(SIZE) if depth else None)
+    target.viewport, target.scissor = VIEWPORT, WINDOW
+    return target
+
+
+def bits(texture):
+    """Its values, bit by bit; all NaN are one."""
+    numbers = np.frombuffer(texture.read(), "f4").reshape(SIZE[1], SIZE[0], -1)
+    return np.where(np.isnan(numbers), np.float32(np.nan), numbers).view("u4")
+
+
+@pytest.fixture
+def hardware(renderer, monkeypatch):
+    """A context whose programs are those of a GPU, and in which splats have been drawn."""
+    monkeypatch.setenv("POINTSHADE_PROGRAMS", "hardware")
+    need_compute(renderer)
+    with renderer.context.gl as gl:
+        nearest = np.random.default_rng(5).uniform(0.5, 2, SIZE).astype("f4") * np.random.default_rng(6).choice(2, SIZE)
+        gl.buffer(nearest.tobytes()).bind_to_storage_buffer(0)
+        yield gl
+
+
+def drawn(gl, name, constants, adds=False):
+    """What a pass draws as a fragment shader, and as a compute shader."""
+    parts = [COMPONENTS[kind] for kind in _OUT.findall(splice(name)[0])][: 1 + constants.get("SPLIT", 9)]
+    kinds, version = (FullscreenPass, ComputedPass), 430 if constants.get("LOOK_UP") else 330
+    made = [kind(gl, name, version, **constants) for kind in kinds]
+    inputs, found = values(gl, made[0]._program, np.random.default_rng(1)), []
+    for one in made:
+        target = target_of(gl, *parts)
+        blend = AdditiveBlend(gl)
+        if adds:
+            with blend.on():
+                one.draw(target, {}, **inputs)
+        else:
+            one.draw(target, {}, **inputs)
+        found.append([bits(texture) for texture in target.color_attachments])
+    assert [type(one._program) for one in made] == [moderngl.Program, moderngl.ComputeShader]
+    return found
+
+
+@pytest.mark.parametrize(("name", "constants"), STORED, ids=lambda value: str(value or "plain"))
+def test_a_full_screen_pass_stores_what_it_would_draw(hardware, name, constants):
+    """Inside the window and the viewport, where it discards nothing."""
+    by_fragments, by_compute = drawn(hardware, name, constants)
+    for one, other in zip(by_fragments, by_compute, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("name", ADDED)
+def test_what_is_added_is_added_by_compute_shaders(hardware, name):
+    constants = {key: 1 for key in ("LINEAR", "LOOK_UP") if key in dict(FULLSCREEN)[name]}
+    for one, other in zip(*drawn(hardware, name, dict(FULLSCREEN)[name] | constants, adds=True), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_each_line_of_a_compute_shader_has_its_place_in_a_file():
+    for name in dict(STORED):
+        text, origin = by_compute(name, splice(name))
+        own = splice(name)[0].splitlines()
+        assert len(text.splitlines()) == sum(len(numbers) for _, numbers in origin)
+        assert text.splitlines()[len(own) - 1] == own[-1] == "}"
+
+
+def test_most_full_screen_passes_can_be_compute_shaders():
+    reasons = {name: why_fragment(name) for name, _ in FULLSCREEN}
+    assert len(dict(STORED)) > 0.9 * len(reasons)
+    assert set(reasons.values()) == {"", "draws integers", "draws depth alone"}
+    assert not [name for name in reasons if re.search(r"\b(dFd[xy]|fwidth)\b", splice(name)[0])], "compute has none"
+
+
+@pytest.mark.parametrize(
+    ("target", "adds", "stored"),
+    [
+        ({}, False, True), ({"dtype": "f2"}, False, True), ({"dtype": "f1"}, False, True),
+        ({"dtype": "nu2"}, False, True), ({}, True, True), ({"dtype": "f2"}, True, False),
+        ({"dtype": "f1"}, True, False), ({"depth": True}, False, False), ({"parts": 3}, False, False),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_which_targets_compute_shaders_write(hardware, target, adds, stored):
+    """None that is depth tested, none whose sums are rounded, and none that has no format of images."""
+    passed, target = (
+        ComputedPass(hardware, "output/present.frag"),
+        target_of(hardware, target.pop("parts", 4), **target),
+    )
+    with AdditiveBlend(hardware).on() if adds else hardware:
+        passed.draw(target, {}, picture=hardware.texture(SIZE, 4))
+    assert (type(passed._program) is moderngl.ComputeShader) == stored
+    assert hardware.error == "GL_NO_ERROR"
+
+
+def test_nothing_is_drawn_outside_of_the_window(hardware):
+    target, passed = target_of(hardware, 4), ComputedPass(hardware, "output/present.frag")
+    passed.draw(target, {}, picture=hardware.texture(SIZE, 4))
+    before = bits(target.color_attachments[0])
+    is_drawn = (before.view("f4") != BEFORE).any(-1)
+    assert is_drawn[4:15, 3:20].all() and is_drawn.sum() == 11 * 17
+    for target.scissor in ((0, 0, 0, 0), (0, 0, 24, 4)):
+        passed.draw_again(target)
+    np.testing.assert_array_equal(bits(target.color_attachments[0]), before)
+
+
+def test_gpus_draw_each_pixel_by_itself_and_the_picture_is_that_of_merged_pixels(monkeypatch):
+    pictures = []
+    for told in ("software", "hardware"):
+        monkeypatch.setenv("POINTSHADE_PROGRAMS", told)
+        with ps.Renderer() as made:
+            pictures.append(made.render(frames.sphere_before_wall(), LAMP, yaw=15))
+    assert compare_images(*pictures) == ""
+    assert (pictures[0][..., 3] == pictures[1][..., 3]).mean() > 1 - 1e-4
 
 
 def test_the_drivers_kind_is_told_by_the_environment(renderer, told):

@@ -6,6 +6,8 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.bench.speed import calls_of
 
+from ..support.drivers import merging
+
 
 def frame(k):
     random = np.random.default_rng(k)
@@ -17,10 +19,12 @@ def frame(k):
 LIGHTS = [ps.Light(position=(0.1 * k, -1, 0)) for k in range(4)]
 POSES = [ps.orbit_pose(None, (0, 0, 2), yaw=k) for k in range(4)]
 MOST = {"same": 60, "light": 160, "view": 260, "new": 750}
+ON_GPU = {"same": 70, "light": 160, "view": 275, "new": 800}  # there each pass sets its window and its images
 
 
 @pytest.mark.parametrize("change", MOST)
 def test_a_picture_takes_few_calls(renderer, change):
+    most = MOST[change] if merging(renderer) else ON_GPU[change]
     if renderer.context.gl.version_code < 430:
         pytest.skip("counted where the compute rasteriser draws")
     frames = [frame(k) for k in range(4)]
@@ -32,4 +36,4 @@ def test_a_picture_takes_few_calls(renderer, change):
             renderer.render(frames[k if change == "new" else 0], light=light, pose=pose)
 
         found = calls_of(work)
-    assert found - 1 <= MOST[change], found - 1  # less the function above
+    assert found - 1 <= most, found - 1  # less the function above

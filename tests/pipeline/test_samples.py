@@ -19,7 +19,7 @@ from ..reference import sample_mean as developed
 from ..reference.render import render as mirror_render
 from ..support import frames
 from ..support.compare import compare_images
-from ..support.drivers import need_compute
+from ..support.drivers import merging, need_compute
 from ..support.view_sets import pose_at, three_views
 from .test_pictures import vase
 
@@ -161,11 +161,12 @@ def test_samples_are_averaged_as_the_mirror_averages_them(rasterizer, golden, mo
     eye = Eye.at_distance(frame.camera, ASIDE, frame.scale)
     finish = OutputSettings(count, options.get("background"))
     look = ps.Appearance(shading=shading)
-    mirrors = [mirror_render(frame, normals, [light], look, eye, rasterizer.name, finish=finish)]
+    drawn = rasterizer.name, merging(rasterizer)
+    mirrors = [mirror_render(frame, normals, [light], look, eye, *drawn, finish=finish)]
     if name == "unlit":  # nothing is mixed: which of two neighbours is seen hangs on the depth buffer's last step alone
         for rounded in (np.floor, np.positive):  # drivers keep more bits on the way there than float32, and cut them
             monkeypatch.setattr(rasterizers, "window_depths", partial(window_depths, rounded))
-            mirrors.append(mirror_render(frame, normals, [light], look, eye, rasterizer.name, finish=finish))
+            mirrors.append(mirror_render(frame, normals, [light], look, eye, *drawn, finish=finish))
     golden(f"samples {name}", actual, nearest_of(mirrors, actual), stored=False)
 
 

@@ -7,6 +7,8 @@ import os
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.gpu.context.software_driver import wants_software
+from pointshade_gl.scene.visible import MERGE
 
 
 def need_compute(renderer: ps.Renderer) -> None:
@@ -21,3 +23,9 @@ def need_compute(renderer: ps.Renderer) -> None:
 def places_of_a_vertex(renderer: ps.Renderer) -> int:
     """How many places between two pixels a vertex can have. GL promises 16; drivers give 256, and all say 16."""
     return 16 if "SwiftShader" in renderer.context.renderer else 256
+
+
+def merging(renderer: ps.Renderer) -> float:
+    """The tolerance with which a renderer merges splats: GPUs merge none."""
+    with renderer.context.gl:
+        return MERGE if wants_software(renderer.context.gl) else 0

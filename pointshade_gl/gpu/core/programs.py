@@ -116,15 +116,78 @@ def build_program(
         raise ShaderError(translate_log(log, origin) or f"{vertex}, {fragment}: {log}") from error
 
 
-def build_compute(context: moderngl.Context, name: str, **constants: int) -> moderngl.ComputeShader:
-    """A compute program from one shader file. Raises ShaderError with file and line of the driver's complaints."""
-    defines = [f"#define {constant} {value}" for constant, value in constants.items()]
-    text, origin = _begin(context, name, splice(name), defines)
+def build_compute(
+    context: moderngl.Context, name: str, added: Sequence[str] = (), /, **constants: int
+) -> moderngl.ComputeShader:
+    """A compute program from one shader file, also from a fragment shader: see `by_compute`.
+
+    Raises ShaderError with file and line of the driver's complaints.
+    """
+    lines, spliced, version = [f"#define {constant} {value}" for constant, value in constants.items()], splice(name), 0
+    if name.endswith(".frag"):
+        lines, spliced, version = [*lines, *_FRAGMENT], by_compute(name, spliced, added), 430
+    text, origin = _begin(context, name, spliced, lines, version)
     try:
         with signals_later():
             return context.compute_shader(text)
     except moderngl.Error as error:
         raise ShaderError(translate_log(str(error), origin) or f"{name}: {error}") from error
+
+
+_OUTS = re.compile(r"^#(?:if|el|endif).*|^(?:layout\(location = (\d)\) )?out (float|vec[234]) (\w+);", re.MULTILINE)
+_FUNCTION = re.compile(r"^(\w+) (\w+)\(.*\) {$", re.MULTILINE)
+_FILLED = {"float": "vec4({})", "vec2": "vec4({}, 0.0, 0.0)", "vec3": "vec4({}, 1.0)", "vec4": "{}"}
+_FRAGMENT = (
+    "layout(local_size_x = 8, local_size_y = 8) in;",
+    "uniform ivec4 fragment_window;  // left, top, right, bottom",
+    "uniform int fragment_outs;  // as many of the values are stored",
+    "vec4 fragment_coord; float fragment_depth; bool is_discarded = false;",
+)
+_MAIN = """void main() {
+    ivec2 place = fragment_window.xy + ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(place, fragment_window.zw))) return;
+    fragment_coord = vec4(vec2(place) + 0.5, 0.5, 1.0);
+    fragment_main();
+    if (is_discarded) return;"""
+
+
+def by_compute(fragment: str, spliced: Spliced, added: Sequence[str] = ()) -> Spliced:
+    """Return a fragment shader, to follow `_FRAGMENT`, as a compute shader that stores in images what it would draw.
+
+    added  the formats of images that the values are added to; without them, they take the place of what is there
+    """
+    text, origin = spliced
+    text = text.replace("gl_FragCoord", "fragment_coord").replace("gl_FragDepth", "fragment_depth")
+    head, main = text.split("void main() {", 1)
+    leaving = []  # functions that discard
+    while "discard;" in head:
+        before, after = head.split("discard;", 1)
+        kind, function = _FUNCTION.findall(before, before.rindex("\n}"))[0]
+        head = f"{before}{{ is_discarded = true; {kind} nothing; return nothing; }}{after}"
+        leaving.append(function)
+    main = main.replace("discard;", "{ is_discarded = true; return; }")
+    if leaving:
+        main = re.sub(rf"(\b(?:{'|'.join(leaving)})\(.*?\);)", r"\1 if (is_discarded) return;", main)
+    stores = [_MAIN]
+
+    def declare(match: re.Match[str]) -> str:
+        number, kind, name = match.groups()
+        if kind is None:
+            stores.append(match[0])  # an #if round a value is one round its store
+            return match[0]
+        k, value = int(number or 0), _FILLED[kind].format(name)
+        how = f"layout(binding = {k}) uniform writeonly"
+        if k < len(added):
+            how, value = f"layout({added[k]}, binding = {k}) uniform", f"imageLoad(image_{k}, place) + {value}"
+        stores.append(f"    if (fragment_outs > {k}) imageStore(image_{k}, place, {value});")
+        return f"{kind} {name}; {how} image2D image_{k};"
+
+    head = _OUTS.sub(declare, head)
+    # never done: without it the uniforms that only depth needs would be gone
+    stores += ["    if (fragment_outs == 0) imageStore(image_0, place, vec4(fragment_depth));", "}"]
+    lines = "\n".join(stores).split("\n")
+    text = "\n".join([f"{head}void fragment_main() {{{main.rstrip()}", *lines, ""])
+    return text, [*origin, (fragment, [1] * len(lines))]
 
 
 def translate_log(log: str, origin: Origin) -> str:
@@ -178,6 +241,9 @@ _last_way: tuple[Any, Any, Any, dict[str, Any]] = None, None, None, {}  # severa
 class FullscreenPass(Owner):
     """A fragment shader drawn over a whole target."""
 
+    _program: moderngl.Program | moderngl.ComputeShader
+    _array: moderngl.VertexArray
+
     def __init__(self, context: moderngl.Context, fragment: str, version: int = 330, **constants: int):
         super().__init__(context)
         with self._all_or_nothing():
@@ -201,6 +267,72 @@ class FullscreenPass(Owner):
         return textures.program is self._program
 
 
+_AFTER = (  # what may read or change an image that was stored in
+    moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT
+    | moderngl.TEXTURE_UPDATE_BARRIER_BIT | moderngl.FRAMEBUFFER_BARRIER_BIT
+)  # fmt: skip
+
+
+class ComputedPass(FullscreenPass):
+    """The same for GPUs, some of which draw fragments with a few of their units only: a compute shader stores the
+    values, where the target has images and no depth.
+    """
+
+    def __init__(self, context: moderngl.Context, fragment: str, version: int = 330, **constants: int):
+        Owner.__init__(self, context)
+        self._fragment, self._version, self._constants = fragment, version, constants
+        self._programs: dict[Any, moderngl.Program | moderngl.ComputeShader] = {}  # made when they are first needed
+        self._drawn_to: Any = None
+        self._window = 0, 0, 0, 0
+
+    def draw(self, target: moderngl.Framebuffer, textures: dict[str, moderngl.Texture], /, **uniforms: Any) -> None:
+        formats = target.extra if target.color_attachments else ()
+        if formats is None:
+            formats = target.extra = stored_formats(target)
+        is_added = self._context in _adding
+        # sums of other formats are rounded, each driver in its own way
+        can_store = bool(formats) and not (is_added and any(not one.endswith("32f") for one in formats))
+        key = (formats if is_added else ()) if can_store else None
+        self._program = self._programs.get(key) or self._built(key)
+        super().draw(target, textures, **uniforms)
+
+    def draw_again(self, target: moderngl.Framebuffer) -> None:
+        program = self._program
+        if type(program) is moderngl.Program:
+            super().draw_again(target)
+            return
+        drawn_to = target.viewport, target.scissor
+        if drawn_to != self._drawn_to:
+            (left, top, width, height), (x, y, w, h) = self._drawn_to = drawn_to
+            self._window = max(left, x), max(top, y), min(left + width, x + w), min(top + height, y + h)
+        left, top, right, bottom = self._window
+        if left >= right or top >= bottom:
+            return
+        for unit, texture in enumerate(target.color_attachments):
+            texture.bind_to_image(unit)  # type: ignore[union-attr]
+        set_uniforms(program, fragment_window=self._window, fragment_outs=len(target.color_attachments))
+        program.run(-(-(right - left) // 8), -(-(bottom - top) // 8))  # type: ignore[union-attr]
+        self._context.memory_barrier(_AFTER)
+
+    def _built(self, added: tuple[str, ...] | None) -> moderngl.Program | moderngl.ComputeShader:
+        """added: see `by_compute`; None draws fragments."""
+        if added is not None:
+            program: Any = self._keep(build_compute(self._context, self._fragment, added, **self._constants))
+        else:
+            inputs = "fullscreen.vert", self._fragment, None, self._version
+            with self._all_or_nothing(len(self._made)):
+                program = self._keep(build_program(self._context, *inputs, **self._constants))
+                self._array = self._allocate(self._context.vertex_array, program, [])
+        self._programs[added] = program
+        return program
+
+
+def stored_formats(target: moderngl.Framebuffer) -> tuple[str, ...]:
+    """Return the formats of a target's images; () if compute shaders cannot store all that is drawn to it."""
+    formats = tuple([image_format(one) if type(one) is moderngl.Texture else "" for one in target.color_attachments])
+    return formats if target.depth_attachment is None and all(formats) else ()
+
+
 class FullscreenPasses(Owner):
     """Whatever draws full-screen passes: each is made when it is first asked for."""
 
@@ -213,8 +345,9 @@ class FullscreenPasses(Owner):
         constants |= {} if look_up is None else {"LOOK_UP": int(look_up)}
         key = fragment, *constants.items()
         if key not in self._passes:
-            version = 430 if look_up else 330
-            self._passes[key] = self._keep(FullscreenPass(self._context, fragment, version, **constants))
+            computes = self._context.version_code >= 430 and not wants_software(self._context)
+            kind, version = ComputedPass if computes else FullscreenPass, 430 if look_up else 330
+            self._passes[key] = self._keep(kind(self._context, fragment, version, **constants))
         return self._passes[key]
 
 
@@ -250,9 +383,15 @@ def _bind_image(
     program: moderngl.Program | moderngl.ComputeShader, name: str, texture: moderngl.Texture, unit: int
 ) -> None:
     if name not in program.extra:  # for the first time
-        is_as_said = IMAGES[name] == "rgba"[: texture.components] + {"f4": "32f", "f2": "16f"}.get(texture.dtype, "")
+        is_as_said = image_format(texture) == IMAGES[name]
         assert is_as_said, f"{name} must be {IMAGES[name]}: software drivers read it as an image"
     texture.bind_to_image(unit, read=True, write=False)
+
+
+def image_format(texture: moderngl.Texture) -> str:
+    """Return the name of a texture's format in GLSL; "" if images have none such."""
+    bits = {"f4": "32f", "f2": "16f", "nu2": "16", "f1": "8"}.get(texture.dtype)
+    return "rgba"[: texture.components] + bits if bits and texture.components != 3 else ""
 
 
 def _known_of(program: moderngl.Program | moderngl.ComputeShader) -> dict[str, Any]:
@@ -276,6 +415,9 @@ EQUATIONS = 0x8009, 0x883D  # for colour, for alpha
 BUFFERS = 3  # colours of a target that are added to
 
 
+_adding: set[moderngl.Context] = set()  # whose draws are added to their target
+
+
 class AdditiveBlend:
     """Additive blending. Afterwards the caller's own factors and equations are back: no other pass changes them."""
 
@@ -290,9 +432,11 @@ class AdditiveBlend:
         for k in range(BUFFERS):
             self._set(k, [ONE] * 4 + [ADD] * 2)
         self._context.enable_direct(BLEND)
+        _adding.add(self._context)
         try:
             yield
         finally:
+            _adding.discard(self._context)
             self._context.disable_direct(BLEND)
             for k, values in enumerate(before):
                 self._set(k, values)

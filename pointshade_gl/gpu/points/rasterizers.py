@@ -12,6 +12,7 @@ import numpy as np
 
 from ...scene.camera import Camera
 from ..context.caller_state import DEPTH_TEST, PROGRAM_POINT_SIZE, enabled
+from ..context.software_driver import wants_software
 from ..core.frame_textures import KnownRims, PointSurface
 from ..core.images import Box, Owner
 from ..core.programs import bind_texture, build_compute, build_program, set_inputs, set_uniforms, source_and_target
@@ -144,10 +145,10 @@ class Vertices(Owner):
         return {"side": self.side, "is_round": splats.splat == "round", "has_rims": splats.has_rims}
 
 
-GROUP, BLOCK = 32, 4  # as in splats.comp
+GROUP, BLOCK = 32, 4  # threads, and pixels a side for each, as in splats.comp
+GROUP_ON_GPU, BLOCK_ON_GPU = 64, 1
 KEPT = 3  # the unit of the image of kept rims, as in rims.comp
 MOST_GROUPS = 65535  # of threads, which every driver takes
-LIST_LENGTH = 1 << 20  # blocks with large splats: more of them, of over 16 million points, are left out
 PIXELS_A_GROUP = 1 << 20  # of the view
 
 
@@ -162,14 +163,16 @@ class ComputeSplatPass(Owner):
     look_up = True
 
     def __init__(self, context: moderngl.Context, tolerance: float, is_software: bool):
-        """tolerance: how far off a plane pixels may lie to be drawn as one larger splat, as a share of 1/z."""
+        """tolerance: how far off a plane pixels may lie to be drawn as one larger splat, as a share of 1/z; on GPUs a
+        thread for each pixel is faster.
+        """
         super().__init__(context)
         self._is_software = is_software
-        self._tolerance = tolerance
+        merges = wants_software(context)
+        self._group, self._block = (GROUP, BLOCK) if merges else (GROUP_ON_GPU, BLOCK_ON_GPU)
+        self._merge = {"tolerance": tolerance} if merges else {}
         self._programs: dict[tuple[str, bool, int], moderngl.ComputeShader] = {}  # made when they are first needed
-        with self._all_or_nothing():
-            self._large = self._allocate(context.buffer, reserve=4 * (9 + LIST_LENGTH))
-        self._rims, self._chosen = (self._keep(RimList(context)) for _ in range(2))
+        self._large, self._rims, self._chosen = (self._keep(RimList(context)) for _ in range(3))
 
     def draw(self, image: SplatImage, splats: Splats) -> None:
         """Fills an image of the view. Sizes and shape are not asked."""
@@ -186,10 +189,12 @@ class ComputeSplatPass(Owner):
     def _add(self, image: SplatImage, splats: Splats) -> Box:
         points, is_set = splats.surface, splats.trust is not None
         left, top, width, height = points.window
-        corner = left // BLOCK * BLOCK, top // BLOCK * BLOCK
+        group, block = self._group, self._block
+        corner = left // block * block, top // block * block
         inputs = {"surface_map": points.texture, "target_size": image.size}
         inputs |= splats.way | splats.of_set
-        listed = {"near": splats.near, "tolerance": self._tolerance, "list_length": LIST_LENGTH}
+        blocks = -(-points.size[0] // block) * -(-points.size[1] // block)
+        listed = {"near": splats.near, "list_length": blocks, **self._merge}
         known = points.known_rims
         masked = 0 if image.active is None else 1 + image.is_listed
         program = self._program("points/splats.comp", is_set, masked)
@@ -202,39 +207,38 @@ class ComputeSplatPass(Owner):
         for name in inputs:
             inputs[name] = own[name]  # the lists' programs find the textures at the same units
         image.nearest.bind_to_storage_buffer(0)
-        across, down = -(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK)
+        across, down = -(-(left + width - corner[0]) // (group * block)), -(-(top + height - corner[1]) // block)
         pixels = points.size[0] * points.size[1]
         most = pixels // 8 if self._is_software else pixels
-        rims = self._draw_most(program, (across, down), image, most)
+        rims, large = self._draw_most(program, (across, down), image, most, blocks)
         rim_groups, rim_count = -1, 0
         if self._is_software:  # which has run its shaders: nobody waits
             rim_groups, *_, rim_count = struct.unpack("5I", rims.read(20))
         if rim_count > most:
-            rims = self._draw_most(program, (across, down), image, rim_count)  # again, with room for all rims
+            rims, large = self._draw_most(program, (across, down), image, rim_count, blocks)  # again, with room for all
             rim_groups, *_, rim_count = struct.unpack("5I", rims.read(20))
         if known:
             self._draw_known(known, inputs | {"near": splats.near}, is_set)
         elif rim_groups:
             self._draw_rims(points, rims, rim_count, inputs | {"near": splats.near}, is_set)
         if not self._is_software:
-            self._run_list("points/large_splats.comp", self._large, inputs | listed, is_set)
+            self._run_list("points/large_splats.comp", large, inputs | listed, is_set)
             return 0, 0, *image.size
-        if (head := head_of(self._large))[0]:
-            self._run_list("points/large_splats.comp", self._large, inputs | listed, is_set)
-            head = head_of(self._large)
+        if (head := head_of(large))[0]:
+            self._run_list("points/large_splats.comp", large, inputs | listed, is_set)
+            head = head_of(large)
         return window_of(head, *image.size)
 
     def _draw_most(
-        self, program: moderngl.ComputeShader, groups: tuple[int, int], image: SplatImage, most: int
-    ) -> moderngl.Buffer:
-        """Draws all but large splats and rims, and lists these. Returns the list of rims, which has room for `most`."""
-        self._large.write(struct.pack("9i", 0, 1 + image.size[0] * image.size[1] // PIXELS_A_GROUP, 1, *[0] * 6))
-        self._large.bind_to_storage_buffer(1)
-        rims = self._rims.emptied(most, place=2)
+        self, program: moderngl.ComputeShader, groups: tuple[int, int], image: SplatImage, most: int, blocks: int
+    ) -> tuple[moderngl.Buffer, moderngl.Buffer]:
+        """Draws all but large splats and rims. Returns lists: of `most` rims, and of the blocks with large splats."""
+        head = struct.pack("9i", 0, 1 + image.size[0] * image.size[1] // PIXELS_A_GROUP, 1, *[0] * 6)
+        large, rims = self._large.emptied(blocks, 1, head), self._rims.emptied(most, place=2)
         self._run_blocks(program, groups, image)
         barriers = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT
         self._context.memory_barrier(barriers | moderngl.COMMAND_BARRIER_BIT)  # the lists say how many groups draw them
-        return rims
+        return rims, large
 
     def _run_blocks(self, program: moderngl.ComputeShader, groups: tuple[int, int], image: SplatImage) -> None:
         """Draw all blocks, or those that may be seen in the tiles of the view that are drawn."""
@@ -243,7 +247,7 @@ class ComputeSplatPass(Owner):
         elif image.is_listed:
             program.run_indirect(self._chosen.bound(place=3))
         else:
-            self._chosen.emptied(groups[0] * GROUP * groups[1], place=3)
+            self._chosen.emptied(groups[0] * self._group * groups[1], place=3)
             program.run(*groups)
 
     def _draw_rims(
@@ -279,6 +283,7 @@ class ComputeSplatPass(Owner):
         key = name, is_set, masked
         if key not in self._programs:
             constants = {"WINDOW": int(self._is_software), "SET": int(is_set)} | ({"MASKED": masked} if masked else {})
+            constants |= {} if self._block == BLOCK else {"BLOCK": self._block, "GROUP": self._group}
             self._programs[key] = self._keep(build_compute(self._context, name, **constants))
         return self._programs[key]
 
@@ -320,15 +325,16 @@ class RimList(Owner):
 
     _most = -1  # for which there is room: none yet
 
-    def emptied(self, most: int, place: int) -> moderngl.Buffer:
+    def emptied(self, most: int, place: int, head: bytes = EMPTY_LIST) -> moderngl.Buffer:
         """Return the list, empty and with room for so many, where the shaders at this binding find it."""
         if self._most < most:
             self._most = -1
             self.release()
-            self._buffer = self._allocate(self._context.buffer, reserve=4 * (5 + most))
+            self._buffer = self._allocate(self._context.buffer, reserve=len(head) + 4 * most)
             self._most = most
-        self._buffer.write(EMPTY_LIST)
-        return self.bound(place)
+        self._buffer.write(head)
+        self._buffer.bind_to_storage_buffer(place)
+        return self._buffer
 
     def bound(self, place: int) -> moderngl.Buffer:
         """Return the list as it is, where the shaders at this binding find it."""

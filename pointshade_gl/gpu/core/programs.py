@@ -17,7 +17,15 @@ from ...notes.errors import ShaderError
 from ...scene.camera import Camera
 from ..context.caller_state import BLEND, GL, UNITS, managed, textures
 from ..context.context import signals_later
-from ..context.software_driver import IMAGE_2D, IMAGES, by_flat_inputs, by_images, reads_images, wants_software
+from ..context.software_driver import (
+    IMAGE_2D,
+    IMAGES,
+    by_copies,
+    by_flat_inputs,
+    by_images,
+    reads_images,
+    wants_software,
+)
 from .images import Owner, allocate
 
 Origin = list[tuple[str, Sequence[int]]]  # where the lines of a text come from: a file, and their numbers in it
@@ -119,7 +127,9 @@ def build_program(
 def build_compute(context: moderngl.Context, name: str, **constants: int) -> moderngl.ComputeShader:
     """A compute program from one shader file. Raises ShaderError with file and line of the driver's complaints."""
     defines = [f"#define {constant} {value}" for constant, value in constants.items()]
-    text, origin = _begin(context, name, splice(name), defines)
+    text, origin = splice(name)
+    text = by_copies(text) if wants_software(context) else text
+    text, origin = _begin(context, name, (text, origin), defines)
     try:
         with signals_later():
             return context.compute_shader(text)

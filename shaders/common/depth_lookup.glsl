@@ -46,11 +46,9 @@ uint hidden_mark(uint bits, bool hidden) {
 // Weight of the neighbour with depth z at a corner around `at`: bilinear, but 0 if the neighbour is missing or on
 // another surface, so that nothing blends across an edge.
 float neighbour_weight(float z, vec2 corner, vec2 at, vec2 pixel, float w, vec2 slope) {
-    if (z == 0.0) return 0.0;
     float expected = w + dot(slope, corner - pixel);
-    if (abs(1.0 / abs(z) - expected) > SAME_SURFACE * w) return 0.0;
     vec2 closeness = max(1.0 - abs(at - corner), 0.0);
-    return closeness.x * closeness.y;
+    return z == 0.0 || abs(1.0 / abs(z) - expected) > SAME_SURFACE * w ? 0.0 : closeness.x * closeness.y;
 }
 
 // Whether the splat at a corner covers this position, and how well its 1/z agrees. The most likely has the least value.

@@ -27,34 +27,65 @@ float beyond_noise(float difference, float variance) {
     return ratio * ratio / (1.0 + ratio * ratio);
 }
 
-// Slope of w per step along one direction (x) and its weight (y), from the relative steps of
-// the two pixels before and the two after. Three parabola stencils (left, centre, right) are mixed as in
-// WENO-Z (Borges, Carmona, Costa, Don 2008): 1 : 4 : 1 where w is smooth, which is the fourth-order
-// central difference, and the least bent one where it is not. tau is the squared fourth difference: it
-// responds to a jump anywhere in the five points, but vanishes faster on smooth surfaces.
-// Bends and twists that could be noise are ignored: then a side stencil is a straight line, and all five points are a
-// straight line fitted by least squares, with a ninth of the variance (Savitzky, Golay 1964).
-vec2 slope_along(float before2, float before1, float after1, float after2, float steepest, float variance) {
+// The three parabola stencils of a direction: left, centre, right.
+struct Stencils {
+    vec3 bend;   // second differences
+    vec3 error;  // from stencil_error
+};
+
+// Three stencils are mixed as in WENO-Z (Borges, Carmona, Costa, Don 2008): 1 : 4 : 1 where w is smooth, which is the
+// fourth-order central difference, and the least bent one where it is not. steps: the relative ones to the two pixels
+// before and the two after. The functions below take a direction one step farther each: star_slope takes all four
+// directions through each of them, as processors then have four things to do while they divide.
+Stencils stencils_along(vec4 steps, float steepest, float variance) {
+    float before2 = steps.x, before1 = steps.y, after1 = steps.z, after2 = steps.w;
     float bend_l = before2 - 2.0 * before1;
     float bend_c = before1 + after1;
     float bend_r = after2 - 2.0 * after1;
     float error_l = stencil_error(bend_l, before1, before2 - before1, steepest, variance);
     float error_c = stencil_error(bend_c, before1, after1, steepest, variance);
     float error_r = stencil_error(bend_r, after1, after2 - after1, steepest, variance);
-    float fourth = bend_l - 2.0 * bend_c + bend_r;
-    bool whole = max(error_l, max(error_c, error_r)) < REJECTED;
-    float tau = whole ? FOURTH_NOISE * fourth * fourth : ONE_SIDED;
-    float share_l = 1.0 + tau / error_l;
-    float share_c = 4.0 + 4.0 * tau / error_c;
-    float share_r = 1.0 + tau / error_r;
+    return Stencils(vec3(bend_l, bend_c, bend_r), vec3(error_l, error_c, error_r));
+}
+
+bool are_whole(Stencils stencils) {
+    return max(stencils.error.x, max(stencils.error.y, stencils.error.z)) < REJECTED;
+}
+
+// tau: the squared fourth difference. It responds to a jump anywhere in the five points, but vanishes faster on smooth
+// surfaces.
+float tau_of(Stencils stencils) {
+    float fourth = stencils.bend.x - 2.0 * stencils.bend.y + stencils.bend.z;
+    return are_whole(stencils) ? FOURTH_NOISE * fourth * fourth : ONE_SIDED;
+}
+
+// Slope of w per step. Bends that could be noise are ignored: then a side stencil is a straight line.
+float mix_slopes(vec4 steps, Stencils stencils, float tau, float variance) {
+    float before2 = steps.x, before1 = steps.y, after1 = steps.z, after2 = steps.w;
+    float bend_l = stencils.bend.x, bend_r = stencils.bend.z;
+    float share_l = 1.0 + tau / stencils.error.x;
+    float share_c = 4.0 + 4.0 * tau / stencils.error.y;
+    float share_r = 1.0 + tau / stencils.error.z;
     float slope_l = bend_l * beyond_noise(bend_l, BEND_NOISE * variance) - 0.5 * before2;
     float slope_c = 0.5 * (after1 - before1);
     float slope_r = 0.5 * after2 - bend_r * beyond_noise(bend_r, BEND_NOISE * variance);
-    float slope = (share_l * slope_l + share_c * slope_c + share_r * slope_r) / (share_l + share_c + share_r);
+    return (share_l * slope_l + share_c * slope_c + share_r * slope_r) / (share_l + share_c + share_r);
+}
+
+// The same where twists that could be noise are ignored, too: then all five points are a straight line fitted by least
+// squares, with a ninth of the variance (Savitzky, Golay 1964).
+float straighten(vec4 steps, Stencils stencils, float slope, float variance) {
+    float before2 = steps.x, before1 = steps.y, after1 = steps.z, after2 = steps.w;
     float twist = 0.5 * (after2 - before2) - (after1 - before1);
     float line = 0.2 * (after2 - before2) + 0.1 * (after1 - before1);
-    if (whole) slope = line + beyond_noise(twist, TWIST_NOISE * variance) * (slope - line);
-    float error = min(tau + (BEND_NOISE * variance + ROUNDING), min(error_l, min(error_c, error_r)));
+    return are_whole(stencils) ? line + beyond_noise(twist, TWIST_NOISE * variance) * (slope - line) : slope;
+}
+
+// The slope along the direction (x) and its weight (y).
+vec2 vote_of(vec4 steps, Stencils stencils, float tau, float slope, float steepest, float variance) {
+    float before1 = steps.y, after1 = steps.z;
+    vec3 errors = stencils.error;
+    float error = min(tau + (BEND_NOISE * variance + ROUNDING), min(errors.x, min(errors.y, errors.z)));
     float weight = 1.0 / error;
     // Structures 1 or 2 px wide have no parabola: plain differences to both sides get a weak vote, except jumps.
     float weak_b = abs(before1) < steepest ? FEEBLE : 0.0;
@@ -77,18 +108,26 @@ vec3 star_slope(sampler2D depth_map, ivec2 pixel, float here, vec4 intrinsics, f
     float steep_x = STEEPEST / abs(intrinsics.x);
     float steep_y = STEEPEST / abs(intrinsics.y);
     float steep_diagonal = sqrt(steep_x * steep_x + steep_y * steep_y);
-    vec2 votes[4];
-    vec2 steps[4];
+    float steepest[4] = float[4](steep_x, steep_y, steep_diagonal, steep_diagonal);
+    vec4 steps[4];
     for (int k = 0; k < 4; ++k) {
-        float before2 = relative_step(here, depth_at(depth_map, pixel, -2 * along[k]));
-        float before1 = relative_step(here, depth_at(depth_map, pixel, -along[k]));
-        float after1 = relative_step(here, depth_at(depth_map, pixel, along[k]));
-        float after2 = relative_step(here, depth_at(depth_map, pixel, 2 * along[k]));
-        float steepest = k == 0 ? steep_x : k == 1 ? steep_y : steep_diagonal;
-        steps[k] = vec2(before1, after1);
-        votes[k] = slope_along(before2, before1, after1, after2, steepest, variance);
+        steps[k] = vec4(
+            relative_step(here, depth_at(depth_map, pixel, -2 * along[k])),
+            relative_step(here, depth_at(depth_map, pixel, -along[k])),
+            relative_step(here, depth_at(depth_map, pixel, along[k])),
+            relative_step(here, depth_at(depth_map, pixel, 2 * along[k]))
+        );
     }
-    beside = vec4(steps[0], steps[1]);
+    beside = vec4(steps[0].yz, steps[1].yz);
+    Stencils stencils[4];
+    float tau[4];
+    float slopes[4];
+    vec2 votes[4];
+    for (int k = 0; k < 4; ++k) stencils[k] = stencils_along(steps[k], steepest[k], variance);
+    for (int k = 0; k < 4; ++k) tau[k] = tau_of(stencils[k]);
+    for (int k = 0; k < 4; ++k) slopes[k] = mix_slopes(steps[k], stencils[k], tau[k], variance);
+    for (int k = 0; k < 4; ++k) slopes[k] = straighten(steps[k], stencils[k], slopes[k], variance);
+    for (int k = 0; k < 4; ++k) votes[k] = vote_of(steps[k], stencils[k], tau[k], slopes[k], steepest[k], variance);
     vec2 ray = (vec2(pixel) - intrinsics.zw) / intrinsics.xy;
     vec2 facing = ray / (1.0 + ray.x * ray.x + ray.y * ray.y) / intrinsics.xy;
     float weight_u = votes[0].y + RIDGE, weight_v = votes[1].y + RIDGE;

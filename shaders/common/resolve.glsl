@@ -48,10 +48,10 @@ Seen look_up(
     Corners corners = corners_at(surface_map, back.xy);
     bvec2 side = seen_corner(corners, back.xy, back.z);
     ivec2 pixel = corner_pixel(corners, side);
+    vec4 own = corner_surface(corners, side);
     float least = 1e30;
     int around = 2 * HIDDEN_PIXELS + 1, searches = hidden ? around * around : 0;
     ivec2 first = ivec2(floor(back.xy + 0.5)) - HIDDEN_PIXELS;
-    ivec2 found = pixel;
     for (int k = 0; k < searches; ++k) {  // the pixel whose plane goes on here
         ivec2 other = first + ivec2(k % around, k / around);
         vec4 surface = texel_or_zero(surface_map, other);
@@ -59,11 +59,11 @@ Seen look_up(
         vec2 slope = inverse_depth_slope(surface.xyz, pixel_ray(vec2(other), source), -surface.w, source);
         float error = abs(-1.0 / surface.w + dot(slope, off) - back.z) + NEARBY * back.z * dot(off, off);
         bool is_better = surface.w < 0.0 && error < least;
-        found = is_better ? other : found;
+        pixel = is_better ? other : pixel;
+        own = is_better ? vec4(surface.xyz, -surface.w) : own;
         least = is_better ? error : least;
     }
-    bool is_found = least < 1e30;
-    return Seen(is_found ? vec2(found) : back.xy, inverse_depth, found, surface_at(surface_map, found), corners);
+    return Seen(least < 1e30 ? vec2(pixel) : back.xy, inverse_depth, pixel, own, corners);
 }
 
 vec4 seen_weights(Seen seen, vec4 source) {
@@ -95,4 +95,13 @@ vec3 mix_light(Seen seen, vec4 weight, sampler2D light_map) {
 // the other side of the edge does not mix in.
 vec2 color_position(Seen seen, vec4 weight) {
     return min(min(weight.x, weight.y), min(weight.z, weight.w)) > 0.0 ? seen.at : vec2(seen.pixel);
+}
+
+// The colour there of a picture with a pixel for each of the frame: that of picture_at, from the corners that are known.
+vec3 mix_color(Seen seen, vec4 weight, sampler2D color_map) {
+    bool is_between = min(min(weight.x, weight.y), min(weight.z, weight.w)) > 0.0;
+    ivec2 low = is_between ? seen.corners.low : seen.pixel;
+    ivec2 high = is_between ? seen.corners.high : seen.pixel;
+    vec2 share = is_between ? seen.at - vec2(low) : vec2(0.0);
+    return mix_picture(color_map, low, high, share);
 }

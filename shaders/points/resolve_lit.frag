@@ -11,6 +11,9 @@
 #ifndef CERTAINTY
 #define CERTAINTY 0  // 1: some normals are uncertain
 #endif
+#ifndef SAME_SIZE
+#define SAME_SIZE 0  // 1: the picture has a pixel for each of the frame
+#endif
 // What each pixel of the view shows -> the picture, lit at once (phong). If a view is lit once, this is faster
 // than resolve_surfaces.frag and light.frag, and the same to the last bit: it computes what they do.
 #include "common/color.glsl"
@@ -36,7 +39,7 @@ void main() {
     vec3 normal = mat3(view) * mix_normal(seen, weight);
     vec2 size = vec2(textureSize(surface_map, 0));
     vec2 at = color_position(seen, weight);
-    vec3 encoded = picture_at(color_map, at, size);
+    vec3 encoded = SAME_SIZE == 1 ? mix_color(seen, weight, color_map) : picture_at(color_map, at, size);
     vec3 albedo = srgb_to_linear(encoded);
     vec3 point = pixel_ray(gl_FragCoord.xy - 0.5, target) * (1.0 / seen.inverse_depth);
     vec4 own = material;
@@ -55,4 +58,5 @@ void main() {
     else light = light_surface(point, vec3(0.0), normal, albedo, own, everywhere, lights, light_count);
     if (ENVIRONMENT > 0) light += light_from_around(around, normalize(-point), normal, albedo, own, 0.0);
     color = vec4(LINEAR == 1 ? light : linear_to_srgb(min(light, 1.0)), 1.0);
+    if (!is_seen) color = vec4(0.0);
 }

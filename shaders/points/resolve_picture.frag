@@ -26,5 +26,5 @@ void main() {
     if (SHADING == 2) shown = mix_light(seen, seen_weights(seen, source), light_map);
     if (SHADING == 0 && LINEAR == 1) shown = srgb_to_linear(shown);
     if (SHADING != 0 && LINEAR == 0) shown = linear_to_srgb(min(shown, 1.0));
-    color = vec4(shown, 1.0);
+    color = is_seen ? vec4(shown, 1.0) : vec4(0.0);
 }

@@ -222,6 +222,19 @@ def test_mix_normal_mix_light_and_color_position(gpu, few):
     assert 0.2 < (at == seen.at).all(-1).mean() < 0.8
 
 
+def test_a_picture_of_the_frame_s_size_is_read_at_the_corners_that_are_known(gpu):
+    """With the very bits that picture_at finds, also beyond the outermost pixels."""
+    surface_map = two_planes()
+    seen, inputs = seen_at(surface_map, positions(surface_map, margin=-0.9))
+    color_map = np.random.default_rng(7).random((HEIGHT, WIDTH, 4)).astype(F)
+    weight, size = resolve.seen_weights(seen, K), np.array([[WIDTH, HEIGHT]], F)
+    inputs |= {"m": weight, "color_map": color_map, "s": size}
+    mixed = gpu("resolve.glsl", f"mix_color({SEEN}, m, color_map), 0", **inputs)
+    close(mixed, resolve.mix_color(seen, weight, color_map))
+    assert (mixed == gpu("resolve.glsl", f"picture_at(color_map, color_position({SEEN}, m), s), 0", **inputs)).all()
+    assert 0.3 < (weight.min(-1) > 0).mean() < 0.99
+
+
 def test_a_normal_mixed_on_a_plane_is_the_plane_s():
     surface_map = two_planes()
     seen, _ = seen_at(surface_map, positions(surface_map, margin=1))

@@ -60,15 +60,25 @@ CONSTANTS = {  # the values that the project builds each with
     "surface/noise_blocks.frag": {"MEASURED": (0, 1, 2)},
     "surface/noise_patches.frag": {"COARSE": FLAG},
     "points/set_accumulate.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2, 3), "VISIBILITY": FLAG},
-    "points/resolve_lit.frag": dict.fromkeys(("LOOK_UP", "LINEAR", "ALONE", "CERTAINTY", "VISIBILITY"), FLAG)
+    "points/resolve_lit.frag": dict.fromkeys(
+        ("LOOK_UP", "LINEAR", "ALONE", "CERTAINTY", "VISIBILITY", "SAME_SIZE", "HIDDEN", "FILLED"), FLAG
+    )
     | {"ENVIRONMENT": AROUND},
-    "points/resolve_picture.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2), "LINEAR": FLAG},
+    "points/resolve_picture.frag": {
+        "LOOK_UP": FLAG,
+        "SHADING": (0, 1, 2),
+        "LINEAR": FLAG,
+        "HIDDEN": FLAG,
+        "FILLED": FLAG,
+    },
     "points/resolve_surfaces.frag": {
         "LOOK_UP": FLAG,
         "SHADING": (0, 1, 2, 3),
         "CERTAINTY": FLAG,
         "VISIBILITY": FLAG,
         "SHARED": (0, 1, 2),
+        "HIDDEN": FLAG,
+        "FILLED": (0,),
     },
     "points/set_shadow.frag": {"LOOK_UP": FLAG},
     "shading/shadow.frag": {"LOOK_UP": FLAG},

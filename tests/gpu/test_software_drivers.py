@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.gpu.context.software_driver import by_flat_inputs, by_images, is_software, reads_images
+from pointshade_gl.gpu.context.software_driver import by_copies, by_flat_inputs, by_images, is_software, reads_images
 from pointshade_gl.gpu.core.frame_textures import FrameTextures
 from pointshade_gl.gpu.core.images import read_texture
 from pointshade_gl.gpu.core.programs import (
@@ -334,6 +334,19 @@ def test_uniforms_of_a_full_screen_pass_become_flat_inputs():
     assert "flat_k = k; flat_m = m;" in vertex
     assert fragment.splitlines()[1:] == ["flat in vec4 k;", "uniform sampler2D map;", "flat in mat3 m;  // turns"]
     assert before == ["#define k flat_k", "#define m flat_m"]
+
+
+def test_a_compute_shader_reads_each_uniform_once_and_no_line_moves():
+    text = "#version 430 core\nuniform vec4 k;  // lens\nuniform mat3 m;\nuniform uvec2 n;\nfloat f() { return k.x; }"
+    columns = [f"uintBitsToFloat(floatBitsToUint(m[{k}]))" for k in range(3)]
+    assert by_copies(text).splitlines() == [
+        "#version 430 core",
+        "uniform vec4 k; vec4 own_k = vec4(uintBitsToFloat(floatBitsToUint(k)));  // lens",
+        f"uniform mat3 m; mat3 own_m = mat3({', '.join(columns)});",
+        "uniform uvec2 n; uvec2 own_n = uvec2(ivec2(n));",
+        "float f() { return own_k.x; }",
+    ]
+    assert by_copies("#version 430 core\nvoid main() {}") == "#version 430 core\nvoid main() {}"
 
 
 def test_pictures_of_known_format_become_images_and_no_line_moves():

@@ -32,27 +32,49 @@ def beyond_noise(difference, variance):
     return ratio * ratio / (ONE + ratio * ratio)
 
 
-def slope_along(before2, before1, after1, after2, steepest, variance):
-    """Return (slope of w per step along one direction, its weight)."""
-    bend_l = before2 - TWO * before1
-    bend_c = before1 + after1
-    bend_r = after2 - TWO * after1
-    error_l = stencil_error(bend_l, before1, before2 - before1, steepest, variance)
-    error_c = stencil_error(bend_c, before1, after1, steepest, variance)
-    error_r = stencil_error(bend_r, after1, after2 - after1, steepest, variance)
+def stencils_along(steps, steepest, variance):
+    """Return the second differences of the three stencils of a direction, and their errors."""
+    before2, before1, after1, after2 = steps
+    bend = before2 - TWO * before1, before1 + after1, after2 - TWO * after1
+    ends = (before1, before2 - before1), (before1, after1), (after1, after2 - after1)
+    return bend, tuple(stencil_error(b, *both, steepest, variance) for b, both in zip(bend, ends, strict=True))
+
+
+def are_whole(stencils):
+    error_l, error_c, error_r = stencils[1]
+    return np.maximum(error_l, np.maximum(error_c, error_r)) < REJECTED
+
+
+def tau_of(stencils):
+    bend_l, bend_c, bend_r = stencils[0]
     fourth = bend_l - TWO * bend_c + bend_r
-    whole = np.maximum(error_l, np.maximum(error_c, error_r)) < REJECTED
-    tau = np.where(whole, FOURTH_NOISE * fourth * fourth, ONE_SIDED)
+    return np.where(are_whole(stencils), FOURTH_NOISE * fourth * fourth, ONE_SIDED)
+
+
+def mix_slopes(steps, stencils, tau, variance):
+    before2, before1, after1, after2 = steps
+    (bend_l, _, bend_r), (error_l, error_c, error_r) = stencils
     share_l = ONE + tau / error_l
     share_c = FOUR + FOUR * tau / error_c
     share_r = ONE + tau / error_r
     slope_l = bend_l * beyond_noise(bend_l, BEND_NOISE * variance) - HALF * before2
     slope_c = HALF * (after1 - before1)
     slope_r = HALF * after2 - bend_r * beyond_noise(bend_r, BEND_NOISE * variance)
-    slope = (share_l * slope_l + share_c * slope_c + share_r * slope_r) / (share_l + share_c + share_r)
+    return (share_l * slope_l + share_c * slope_c + share_r * slope_r) / (share_l + share_c + share_r)
+
+
+def straighten(steps, stencils, slope, variance):
+    before2, before1, after1, after2 = steps
     twist = HALF * (after2 - before2) - (after1 - before1)
     line = f32(0.2) * (after2 - before2) + f32(0.1) * (after1 - before1)
-    slope = np.where(whole, line + beyond_noise(twist, TWIST_NOISE * variance) * (slope - line), slope)
+    straight = line + beyond_noise(twist, TWIST_NOISE * variance) * (slope - line)
+    return np.where(are_whole(stencils), straight, slope)
+
+
+def vote_of(steps, stencils, tau, slope, steepest, variance):
+    """Return (slope of w per step along one direction, its weight)."""
+    _, before1, after1, _ = steps
+    error_l, error_c, error_r = stencils[1]
     error = np.minimum(tau + (BEND_NOISE * variance + ROUNDING), np.minimum(error_l, np.minimum(error_c, error_r)))
     weight = ONE / error
     weak_b = np.where(np.abs(before1) < steepest, FEEBLE, f32(0))
@@ -77,9 +99,12 @@ def star_slope(depth_map, pixel, here, intrinsics, sigma):
         ((1, 1), steep_diagonal),
         ((1, -1), steep_diagonal),
     ):
-        steps = {k: relative_step(here, depth_at(depth_map, pixel, (k * du, k * dv))) for k in (-2, -1, 1, 2)}
-        beside += [steps[-1], steps[1]]
-        votes.append(slope_along(steps[-2], steps[-1], steps[1], steps[2], steepest, variance))
+        steps = [relative_step(here, depth_at(depth_map, pixel, (k * du, k * dv))) for k in (-2, -1, 1, 2)]
+        beside += steps[1:3]
+        stencils = stencils_along(steps, steepest, variance)
+        tau = tau_of(stencils)
+        slope = straighten(steps, stencils, mix_slopes(steps, stencils, tau, variance), variance)
+        votes.append(vote_of(steps, stencils, tau, slope, steepest, variance))
     ray_x, ray_y = (pixel[0] - cx) / fx, (pixel[1] - cy) / fy
     square = ONE + ray_x * ray_x + ray_y * ray_y
     (u, weight_u), (v, weight_v), (p, weight_p), (q, weight_q) = votes

@@ -9,12 +9,7 @@ from .vectors import texel
 F = np.float32
 
 
-def sample_picture(picture: np.ndarray, position: np.ndarray) -> np.ndarray:
-    last = np.array(picture.shape[1::-1]) - 1
-    corner = np.floor(position)
-    share = (position - corner).astype(F)
-    low, high = np.clip(corner.astype(int), 0, last), np.clip(corner.astype(int) + 1, 0, last)
-
+def mix_picture(picture: np.ndarray, low: np.ndarray, high: np.ndarray, share: np.ndarray) -> np.ndarray:
     def fetch(u: np.ndarray, v: np.ndarray) -> np.ndarray:
         return texel(picture, np.stack([u[..., 0], v[..., 1]], -1))[..., :3].astype(F)
 
@@ -22,6 +17,13 @@ def sample_picture(picture: np.ndarray, position: np.ndarray) -> np.ndarray:
     top = fetch(low, low) * (F(1) - across) + fetch(high, low) * across
     bottom = fetch(low, high) * (F(1) - across) + fetch(high, high) * across
     return top * (F(1) - down) + bottom * down
+
+
+def sample_picture(picture: np.ndarray, position: np.ndarray) -> np.ndarray:
+    last = np.array(picture.shape[1::-1]) - 1
+    corner = np.floor(position)
+    low, high = np.clip(corner.astype(int), 0, last), np.clip(corner.astype(int) + 1, 0, last)
+    return mix_picture(picture, low, high, (position - corner).astype(F))
 
 
 def rescale_position(position: np.ndarray, size: np.ndarray, other_size: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 
 from .camera import pixel_ray
 from .depth_lookup import HIDDEN_PIXELS, NEARBY, carry_back, inverse_depth_at, source_position
+from .picture import mix_picture
 from .splat import carry_footprint, inverse_depth_slope
 from .splat_corners import (
     Corners,
@@ -113,6 +114,12 @@ def mix_light(seen: Seen, weight: np.ndarray, light_map: np.ndarray) -> np.ndarr
 
 def color_position(seen: Seen, weight: np.ndarray) -> np.ndarray:
     return np.where(weight.min(-1, keepdims=True) > 0, seen.at, seen.pixel.astype(F))
+
+
+def mix_color(seen: Seen, weight: np.ndarray, color_map: np.ndarray) -> np.ndarray:
+    is_between = weight.min(-1, keepdims=True) > 0
+    low, high = (np.where(is_between, corner, seen.pixel) for corner in (seen.corners.low, seen.corners.high))
+    return mix_picture(color_map, low, high, np.where(is_between, seen.at - low.astype(F), F(0)))
 
 
 def _mix(values: list[np.ndarray], weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

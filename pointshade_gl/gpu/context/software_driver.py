@@ -71,6 +71,31 @@ def by_flat_inputs(vertex: str, fragment: str) -> tuple[str, str, list[str]]:
     return vertex, fragment, [f"#define {name} flat_{name}" for name in found]
 
 
+def by_copies(text: str) -> str:
+    """Return a compute shader that reads each uniform once, at its beginning: llvmpipe reads it anew, lane by lane,
+    wherever it stands, also in loops.
+    """
+    names = [name for _, name in _UNIFORM.findall(text)]
+    if names:
+        text = re.sub(rf"\b({'|'.join(names)})\b", r"own_\1", text)
+    return _UNIFORM.sub(_copied, text)
+
+
+def _copied(declared: re.Match[str]) -> str:
+    """Return the declarations of a uniform and of its copy, whose bits take a way through another type: a plain copy
+    would be replaced by what it is a copy of."""
+    kind, own = declared.groups()
+    name = own.removeprefix("own_")
+    if kind[0] in "iu":
+        other = {"i": "u", "u": "i"}[kind[0]] + kind[1:] if "vec" in kind else {"int": "uint", "uint": "int"}[kind]
+        parts = f"{other}({name})"
+    elif kind[0] == "m":
+        parts = ", ".join(f"uintBitsToFloat(floatBitsToUint({name}[{k}]))" for k in range(int(kind[3])))
+    else:
+        parts = f"uintBitsToFloat(floatBitsToUint({name}))"
+    return f"\nuniform {kind} {name}; {kind} {own} = {kind}({parts});"
+
+
 def by_images(text: str) -> tuple[str, list[str]]:
     """Return a shader that reads the textures IMAGES as images, and the lines that go before it, if it reads any."""
     images = {

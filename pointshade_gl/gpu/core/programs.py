@@ -17,7 +17,15 @@ from ...notes.errors import ShaderError
 from ...scene.camera import Camera
 from ..context.caller_state import BLEND, GL, UNITS, managed, textures
 from ..context.context import signals_later
-from ..context.software_driver import IMAGE_2D, IMAGES, by_flat_inputs, by_images, reads_images, wants_software
+from ..context.software_driver import (
+    IMAGE_2D,
+    IMAGES,
+    by_copies,
+    by_flat_inputs,
+    by_images,
+    reads_images,
+    wants_software,
+)
 from .images import Owner, allocate
 
 Origin = list[tuple[str, Sequence[int]]]  # where the lines of a text come from: a file, and their numbers in it
@@ -126,6 +134,8 @@ def build_compute(
     lines, spliced, version = [f"#define {constant} {value}" for constant, value in constants.items()], splice(name), 0
     if name.endswith(".frag"):
         lines, spliced, version = [*lines, *_FRAGMENT], by_compute(name, spliced, added), 430
+    elif wants_software(context):
+        spliced = by_copies(spliced[0]), spliced[1]
     text, origin = _begin(context, name, spliced, lines, version)
     try:
         with signals_later():

@@ -25,10 +25,12 @@ class SplatImage(Images):
 
     active     the tiles of the view that are drawn, R32F of a texel each: 1, or 0; None is all of it
     is_listed  whether the rasteriser knows what may be seen there
+    may_hide   whether `nearest` may have marks of surfaces that go on behind others: rims leave them
     """
 
     active: moderngl.Texture | None = None
     is_listed = False
+    may_hide = True
 
     def draw_only(self, active: moderngl.Texture | None) -> None:
         """From now on draw these tiles, of one view and its samples."""

@@ -181,6 +181,7 @@ class ComputeSplatPass(Owner):
     def draw_set(self, image: SplatImage, parts: Sequence[Splats]) -> list[Box]:
         """The keys of several frames' splats. Returns the part of the view that each comes to."""
         clear_nearest(self._context, image, self._is_software)
+        image.may_hide = not self._is_software
         windows = [self._add(image, part) for part in parts]
         image.window, image.is_listed = union(windows), image.active is not None
         image.raise_version()
@@ -217,6 +218,7 @@ class ComputeSplatPass(Owner):
         if rim_count > most:
             rims, large = self._draw_most(program, (across, down), image, rim_count, blocks)  # again, with room for all
             rim_groups, *_, rim_count = struct.unpack("5I", rims.read(20))
+        image.may_hide |= bool(known or rim_groups)
         if known:
             self._draw_known(known, inputs | {"near": splats.near}, is_set)
         elif rim_groups:

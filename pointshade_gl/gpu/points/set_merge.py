@@ -12,6 +12,7 @@ import numpy as np
 from ...scene.appearance import LIT_EARLY, Appearance, shader_model
 from ...scene.camera import Camera
 from ...scene.noise import parse_max_depth_step
+from ..context.software_driver import wants_software
 from ..core.frame_textures import DepthTextures
 from ..core.images import Box, Fitted, Image, confine, depth_tested, empty
 from ..core.programs import AdditiveBlend, FullscreenPasses, source_and_target
@@ -60,13 +61,14 @@ class ResolvePass(FullscreenPasses):
         needs_way = looking.look_up or looking.shading == "gouraud"  # else the source id says it all
         inputs = looking.way() if needs_way else {}
         with canvas.opened(looking.splats.window) as image:
-            self._draw("points/resolve_picture.frag", image, looking, inputs, LINEAR=int(canvas.linear))
+            self._draw("points/resolve_picture.frag", image, looking, inputs, **self._made_for(canvas))
 
     def draw_lit(self, canvas: Canvas, looking: ResolveInputs, lights: dict[str, Any]) -> None:
         """Draw the picture, lit in the same pass, for phong. lights: the inputs of light_surface."""
         with canvas.opened(looking.splats.window) as image:
             inputs = lights | looking.way()
-            constants = {"LINEAR": int(canvas.linear), "ALONE": int("only_light" in lights), **environment_of(lights)}
+            constants = self._made_for(canvas) | {"ALONE": int("only_light" in lights), **environment_of(lights)}
+            constants["SAME_SIZE"] = int(looking.surface.size == looking.colors.size)
             self._draw("points/resolve_lit.frag", image, looking, inputs, **constants)
 
     def draw_surfaces(
@@ -91,6 +93,11 @@ class ResolvePass(FullscreenPasses):
         with depth_tested(self._context, image, looking.splats.window):
             self._draw("points/resolve_surfaces.frag", image, looking, inputs)
 
+    def _made_for(self, canvas: Canvas) -> dict[str, int]:
+        """Return the constants of the passes that draw a picture."""
+        is_filled = not canvas.linear and wants_software(self._context)  # nothing is there that could be lost
+        return {"LINEAR": int(canvas.linear), "FILLED": int(is_filled)}
+
     def _draw(
         self, fragment: str, image: moderngl.Framebuffer, looking: ResolveInputs, inputs: dict[str, Any],
         **constants: int,
@@ -103,7 +110,7 @@ class ResolvePass(FullscreenPasses):
             constants["VISIBILITY"], textures["visibility_map"] = 1, looking.visibility
         if looking.look_up:
             looking.splats.nearest.bind_to_storage_buffer(0)
-            inputs["target_size"] = looking.splats.size
+            inputs["target_size"], constants["HIDDEN"] = looking.splats.size, int(looking.splats.may_hide)
         else:
             textures["source_ids"] = looking.splats.source_ids
             inputs["first_id"] = 1

@@ -14,11 +14,6 @@ uniform mat4 view;
 
 bool is_seen = true;  // is there a point in the pixel?
 
-void see(bool something) {
-    is_seen = is_seen && something;
-    if (FILLED == 0 && !is_seen) discard;
-}
-
 // LOOK_UP: the compute rasteriser wrote 1/z of the nearest splat; otherwise the points wrote which source pixel is seen.
 #if LOOK_UP
 layout(std430, binding = 0) restrict readonly buffer Nearest { uint nearest[]; };  // bits of 1/z, 0: nothing
@@ -26,10 +21,12 @@ uniform ivec2 target_size;
 
 Seen find_seen() {
     float inverse_depth = uintBitsToFloat(nearest[int(gl_FragCoord.y) * target_size.x + int(gl_FragCoord.x)]);
-    see(inverse_depth != 0.0);
+    is_seen = inverse_depth != 0.0;
+    if (FILLED == 0 && !is_seen) discard;
     bool hidden = HIDDEN == 1 && (floatBitsToUint(inverse_depth) & 1u) == 1u;
     Seen seen = look_up(surface_map, inverse_depth, hidden, gl_FragCoord.xy - 0.5, source, view, target);
-    see(seen.own.w != 0.0);
+    is_seen = is_seen && seen.own.w != 0.0;
+    if (FILLED == 0 && !is_seen) discard;
     return seen;
 }
 #else
@@ -43,7 +40,8 @@ Seen find_seen() {
     int id = texelFetch(source_ids, ivec2(gl_FragCoord.xy), 0).r;
     int index = abs(id) - first_id;
     float rim_depth = id < 0 ? (1.0 - texelFetch(window_depths, ivec2(gl_FragCoord.xy), 0).r) / depth_scale : 0.0;
-    see(index >= 0 && index < size.x * size.y);
+    is_seen = index >= 0 && index < size.x * size.y;
+    if (FILLED == 0 && !is_seen) discard;
     vec2 pixel = gl_FragCoord.xy - 0.5;
     return see_splat(surface_map, pixel_of(index, size.x), pixel, source, view, target, rim_depth);
 }

@@ -56,6 +56,10 @@ def shared_variant(view: np.ndarray, surface: moderngl.Texture, colors: moderngl
 class ResolvePass(FullscreenPasses):
     """Turns rasterised splats into surfaces or into the picture. One program for each shading model."""
 
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._is_software = wants_software(context)
+
     def draw_picture(self, canvas: Canvas, looking: ResolveInputs) -> None:
         """Draw the picture, for the shading models none, flat and gouraud."""
         needs_way = looking.look_up or looking.shading == "gouraud"  # else the source id says it all
@@ -95,7 +99,7 @@ class ResolvePass(FullscreenPasses):
 
     def _made_for(self, canvas: Canvas) -> dict[str, int]:
         """Return the constants of the passes that draw a picture."""
-        is_filled = not canvas.linear and wants_software(self._context)  # nothing is there that could be lost
+        is_filled = not canvas.linear and self._is_software  # nothing is there that could be lost
         return {"LINEAR": int(canvas.linear), "FILLED": int(is_filled)}
 
     def _draw(

@@ -165,16 +165,16 @@ def _seen(points: NDArray[np.float32], spacing: float, direction: NDArray[np.flo
     u = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
     u /= np.linalg.norm(u)
     # three products instead of a matrix's: its own threads would wait for each other
-    across, down, near = (
-        sum(float(axis[k]) * points[k] for k in range(3)) for axis in (u, np.cross(direction, u), direction)
-    )
+    x, y, z = points
+    axes = (u, np.cross(direction, u), direction)
+    across, down, near = (x * float(a) + y * float(b) + z * float(c) for a, b, c in axes)
     step = 1 + len(near) // 20000
     low, high = np.quantile(np.stack([across[::step], down[::step]]), (STRAY, 1 - STRAY), axis=1)
     cell = max(CELL * spacing, float((high - low).max()) / WIDEST)
     width, height = ((high - low) / cell).astype(int) + 3
-    x = np.clip((across - low[0]) / cell + 1, 0, width - 1).astype(np.int32)
-    y = np.clip((down - low[1]) / cell + 1, 0, height - 1).astype(np.int32)
-    at = y * width + x
+    column = np.clip((across - low[0]) / cell + 1, 0, width - 1).astype(np.int32)
+    row = np.clip((down - low[1]) / cell + 1, 0, height - 1).astype(np.int32)
+    at = row * width + column
     nearest = np.full(width * height, -np.inf, np.float32)
     np.maximum.at(nearest, at, near)
     return np.flatnonzero(near >= nearest[at] - np.float32(NEAR * spacing))

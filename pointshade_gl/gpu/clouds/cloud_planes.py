@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...estimation.by_threads import by_threads, parts_of
+from ...estimation.by_threads import by_threads, parts_of, sorted_by_threads
 from ...estimation.cloud_estimates import Spacing, any_of, estimate_spacing, surface_residuals
 from ..core.images import Owner, confine
 from ..core.programs import FullscreenPass, FullscreenPasses
@@ -61,7 +61,12 @@ class CellGrid:
         keys   of the cells; None: those of the grid
         reach  how many cells away; 1: nine rows
         """
-        return self.starts.astype(np.int32)[self.spans if keys is None else self._spans(keys, reach)]
+        spans, starts = self.spans if keys is None else self._spans(keys, reach), self.starts.astype(np.int32)
+
+        def begin(part: slice) -> NDArray[np.int32]:
+            return starts[spans[part]]
+
+        return np.concatenate([spans[:0], *by_threads(begin, parts_of(len(spans)))])
 
     def _spans(self, keys: NDArray[np.int64], reach: int) -> NDArray[np.int32]:
         _, y, z = self._strides
@@ -90,7 +95,13 @@ class CellGrid:
     def _keys(self, index: NDArray[np.int64]) -> NDArray[np.int64]:
         _, y, z = self._strides
         x0, y0, z0 = self._first
-        return (index[0] - x0) + (index[1] - y0) * y + (index[2] - z0) * z
+        keys = np.empty(index.shape[1], np.int64)
+
+        def fill(part: slice) -> None:
+            keys[part] = (index[0, part] - x0) + (index[1, part] - y0) * y + (index[2, part] - z0) * z
+
+        by_threads(fill, parts_of(len(keys)))
+        return keys
 
 
 def sorted_order(keys: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -99,9 +110,18 @@ def sorted_order(keys: NDArray[np.int64]) -> NDArray[np.int64]:
     # a key and its place must fit into one positive number of 64 bits
     if not len(keys) or int(keys.max()) >> (63 - bits):
         return np.argsort(keys, kind="stable")
-    packed = (keys << bits) | np.arange(len(keys))
-    packed.sort()
-    return packed & ((1 << bits) - 1)
+    packed = np.empty_like(keys)
+
+    def pack(part: slice) -> None:
+        packed[part] = (keys[part] << bits) | np.arange(part.start, part.stop)
+
+    def unpack(part: slice) -> None:
+        packed[part] &= (1 << bits) - 1
+
+    by_threads(pack, parts_of(len(keys)))
+    packed = sorted_by_threads(packed)
+    by_threads(unpack, parts_of(len(keys)))
+    return packed
 
 
 LEAST, WIDEST = 2.7, 14.0  # spacings: about 20 neighbours, about 600

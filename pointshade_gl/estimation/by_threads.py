@@ -16,6 +16,7 @@ SORTERS = 4  # cores: with fewer, sorting twice is no gain
 
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
+_Scalar = TypeVar("_Scalar", bound=np.generic)
 
 
 def by_threads(function: Callable[[_Item], _Result], items: Iterable[_Item]) -> list[_Result]:
@@ -34,6 +35,17 @@ def by_threads(function: Callable[[_Item], _Result], items: Iterable[_Item]) -> 
 def parts_of(count: int) -> list[slice]:
     """Return slices of so many rows, ROWS in each."""
     return [slice(first, min(first + ROWS, count)) for first in range(0, count, ROWS)]
+
+
+def taken_by_threads(values: NDArray[_Scalar], places: NDArray[np.integer]) -> NDArray[_Scalar]:
+    """Return the rows of an array at these places."""
+    taken = np.empty((len(places), *values.shape[1:]), values.dtype)
+
+    def take(part: slice) -> None:
+        np.take(values, places[part], 0, out=taken[part], mode="clip")  # in any other mode NumPy copies `out` first
+
+    by_threads(take, parts_of(len(places)))
+    return taken
 
 
 def sorted_by_threads(values: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -35,3 +35,11 @@ def test_values_are_sorted_on_any_number_of_cores(monkeypatch, kind, cores):
     values = {"sorted": np.sort(values), "same": np.full(count, 7)}.get(kind, values)
     expected = np.sort(values)
     assert (sorted_by_threads(values) == expected).all()
+
+
+def test_rows_are_those_of_numpy(monkeypatch):
+    monkeypatch.setattr(threads, "ROWS", 10)
+    rng = np.random.default_rng(0)
+    values, places = rng.random((50, 3)), rng.integers(0, 50, 101)
+    assert (threads.taken_by_threads(values, places) == values[places]).all()
+    assert threads.taken_by_threads(values, places[:0]).shape == (0, 3)

@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...estimation.by_threads import by_threads, parts_of, sorted_by_threads
+from ...estimation.by_threads import by_threads, parts_of, sorted_by_threads, taken_by_threads
 from ...estimation.cloud_estimates import Spacing, any_of, estimate_spacing, surface_residuals
 from ..core.images import Owner, confine
 from ..core.programs import FullscreenPass, FullscreenPasses
@@ -36,7 +36,7 @@ class CellGrid:
         self._strides = 1, x, x * y
         keys = self._keys(index)
         self.order = sorted_order(keys)
-        keys = keys[self.order]
+        keys = taken_by_threads(keys, self.order)
         first = np.flatnonzero(np.append([True] * (len(keys) > 0), keys[1:] != keys[:-1]))
         self.cells = keys[first]
         self.starts = np.append(first, len(keys))
@@ -63,10 +63,13 @@ class CellGrid:
         """
         spans, starts = self.spans if keys is None else self._spans(keys, reach), self.starts.astype(np.int32)
 
-        def begin(part: slice) -> NDArray[np.int32]:
-            return starts[spans[part]]
+        found = np.empty_like(spans)
 
-        return np.concatenate([spans[:0], *by_threads(begin, parts_of(len(spans)))])
+        def fill(part: slice) -> None:
+            np.take(starts, spans[part], out=found[part], mode="clip")  # see taken_by_threads
+
+        by_threads(fill, parts_of(len(spans)))
+        return found
 
     def _spans(self, keys: NDArray[np.int64], reach: int) -> NDArray[np.int32]:
         _, y, z = self._strides
@@ -544,11 +547,7 @@ def find_planes(
 
 def _sorted(positions: NDArray[np.float32], grid: CellGrid) -> NDArray[np.float32]:
     points = np.zeros((len(positions), 4), np.float32)
-
-    def fill(part: slice) -> None:
-        points[part, :3] = np.take(positions, grid.order[part], 0)
-
-    by_threads(fill, parts_of(len(points)))
+    points[:, :3] = taken_by_threads(positions, grid.order)
     return points
 
 

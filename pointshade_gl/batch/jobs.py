@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar
 
 from ..files.access.atomic_write import naming_written, sha256_of
 from ..files.access.known_names import BATCH_FILMS as FILMS
@@ -71,6 +72,11 @@ class Job:
         """What the source is."""
         return Kind.of(self.source)
 
+    @property
+    def reads_ahead(self) -> bool:
+        """Whether it is read while others are drawn: a still of a frame is soon done, and takes little memory."""
+        return self.kind not in (PAGE, *FILMS) and self.reads is Kind.FRAMES
+
 
 class LeftOut(ValueError):
     """There is nothing to draw, as the sequence leaves this frame out."""
@@ -94,25 +100,40 @@ class Done(NamedTuple):
     notes: tuple[str, ...]
 
 
-def run(job: Job, device: int = 0) -> Done:
-    """Makes the output of a job, whole or not at all, with a renderer that this thread keeps.
+_Result = TypeVar("_Result")
+Parts = Generator[None, None, _Result]  # of work, which returns something at its end
+Drawn = tuple[str, Callable[[], None] | None]  # the name of the driver; what writes the file, unless it is written
 
-    It depends on the job and on nothing that was drawn before: a picture is the one that `render` makes of its frame
-    alone, a film the one that `pointshade render` makes of the sequence.
+
+def run(job: Job, device: int = 0) -> Parts[Done]:
+    """Makes the output of a job, whole or not at all, in three parts: reading, drawing, writing.
+
+    Only the second needs OpenGL: of a renderer that its thread keeps. The output depends on the job and on nothing that
+    was drawn before: a picture is the one that `render` makes of its frame alone, a film the one that `pointshade
+    render` makes of the sequence.
 
     device  which GPU, counted by EGL (Linux)
 
     Raises ValueError, TypeError or OSError, in one sentence, for files that cannot be read or written (LeftOut for a
     frame that the sequence leaves out), and ContextError without OpenGL 3.3.
     """
-    start = time.perf_counter()
+    seconds = -time.perf_counter()  # a clock that stops between the parts
     with naming_written(job.path):
         job.path.parent.mkdir(parents=True, exist_ok=True)
     with taken() as notes:
-        write = _write_film if job.kind in FILMS else _write_normals if job.kind in NORMALS else _write_picture
-        renderer = write(job, device)
+        source = read(job) if job.reads_ahead else None
+        seconds += time.perf_counter()
+        yield
+        seconds -= time.perf_counter()
+        draw = _draw_film if job.kind in FILMS else _draw_normals if job.kind in NORMALS else _draw_picture
+        renderer, write = draw(job, device, source)
+        seconds += time.perf_counter()
+        yield
+        seconds -= time.perf_counter()
+        if write is not None:
+            write()
     size, digest = sha256_of(job.path)
-    return Done(job.path, time.perf_counter() - start, size, digest, renderer, tuple(notes))
+    return Done(job.path, seconds + time.perf_counter(), size, digest, renderer, tuple(notes))
 
 
 def read(job: Job) -> Frame | Scene:
@@ -132,20 +153,26 @@ def _load(job: Job) -> Any:
     """A frame, or by the kind of the source a scene or a point cloud."""
     if job.reads is not Kind.FRAMES:
         return load_any(job.source, **dict(job.reading))
-    sequence, places = _opened(job.source, job.reading)
+    sequence, places, first = _opened(job.source, job.reading)
     if job.number is None:
         return replace(first_readable(sequence)[1].frame, source=None)
     if job.number not in places:
         raise LeftOut(f"{job.source}: frame {job.number} is left out: its pose was lost when it was recorded")
-    return replace(sequence[places[job.number]], source=None)
+    index = places[job.number]
+    return replace(first.pop(index) if index in first else sequence[index], source=None)
 
 
 @lru_cache(OPENED)
-def _opened(source: str, reading: tuple[tuple[str, Any], ...]) -> tuple[FrameSequence, dict[int, int]]:
-    """A sequence that is kept open, and the places of its frames by their numbers. All are read as the first is."""
+def _opened(
+    source: str, reading: tuple[tuple[str, Any], ...]
+) -> tuple[FrameSequence, dict[int, int], dict[int, Frame]]:
+    """A sequence that is kept open, the places of its frames by their numbers, and the first frame by its place.
+
+    All are read as that one is, which need not be read again.
+    """
     sequence = _open(source, reading)
-    first_readable(sequence)
-    return sequence, {one.number: index for index, one in enumerate(sequence.parts)}
+    index, read = first_readable(sequence)
+    return sequence, {one.number: index for index, one in enumerate(sequence.parts)}, {index: read.frame}
 
 
 def _open(source: str, reading: tuple[tuple[str, Any], ...]) -> FrameSequence:
@@ -154,16 +181,16 @@ def _open(source: str, reading: tuple[tuple[str, Any], ...]) -> FrameSequence:
     return open_frames(builtin_folder(source), outside, ReadOptions(**options), once(print_note))
 
 
-def _write_picture(job: Job, device: int) -> str:
-    renderer, source = renderer_here(device), read(job)
+def _draw_picture(job: Job, device: int, source: Frame | Scene | None) -> Drawn:
+    renderer = renderer_here(device)
+    source = read(job) if source is None else source
     if job.kind == PAGE:
         _write_page(job, renderer, source)
-        return renderer.context.renderer
+        return renderer.context.renderer, None
     image = renderer.render(RenderRequest.seen(source, job.view))
     if not image.any():
         print_note(f"{job.path.name}: nothing is in view, the picture is empty")
-    save_image(job.path, image)
-    return renderer.context.renderer
+    return renderer.context.renderer, partial(save_image, job.path, image)
 
 
 def _write_page(job: Job, renderer: Renderer, source: Frame | Scene) -> None:
@@ -175,22 +202,21 @@ def _write_page(job: Job, renderer: Renderer, source: Frame | Scene) -> None:
     write_page(renderer, job.path, request, quality=job.quality, largest=largest_of(request), title=title)
 
 
-def _write_normals(job: Job, device: int) -> str:
-    renderer, source = renderer_here(device), _load(job)
+def _draw_normals(job: Job, device: int, source: Any) -> Drawn:
+    renderer = renderer_here(device)
+    source = _load(job) if source is None else source
     if job.reads is Kind.SCENE:
         raise ValueError(f"{job.source} is a scene: normals are estimated of frames")
     if job.reads is Kind.FRAMES:
         normals = renderer.estimate_normals(RenderRequest.seen(source, job.view))
-        save_normals(job.path, normals, job.axes, job.bits)
-    elif job.kind.endswith(".npy"):
-        save_image(job.path, renderer.estimate_normals(source))
-    else:
+        return renderer.context.renderer, partial(save_normals, job.path, normals, job.axes, job.bits)
+    if not job.kind.endswith(".npy"):
         npy = option("to", NORMALS[-1])
         raise ValueError(f"{job.source} is a point cloud, whose normals no picture holds: use {npy}")
-    return renderer.context.renderer
+    return renderer.context.renderer, partial(save_image, job.path, renderer.estimate_normals(source))
 
 
-def _write_film(job: Job, device: int) -> str:
+def _draw_film(job: Job, device: int, source: Any) -> Drawn:
     """By a renderer of its own: streams are filtered over time, and one must not begin with the end of another."""
     if job.turntable is not None or job.reads is not Kind.FRAMES:
         source = read(job)
@@ -203,4 +229,4 @@ def _write_film(job: Job, device: int) -> str:
             source, job.view, job.turntable, job.frames, lambda text: print_note(f"skipped {text}"), renderer
         )
         write_series(renderer, pictures, job.path, job.fps)
-        return renderer.context.renderer
+        return renderer.context.renderer, None

@@ -40,9 +40,9 @@ from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.objects import check_frames
 from ..scene.viewpoint import View
-from .jobs import Job, read
+from .jobs import Job, Parts, read
 from .on_ray import device_here, on_ray
-from .processes import on_processes, usable_cores
+from .processes import on_processes, usable_cores, whole
 
 AHEAD = 4  # pictures for each worker that may wait for their turn
 
@@ -134,7 +134,7 @@ def map(
     if ray is None:
         if isinstance(frames, Sized) and not is_a(frames, str):
             workers = max(1, min(workers or usable_cores(), len(frames)))
-        results = on_processes(_drawn, drawings, workers, device, AHEAD)
+        results = on_processes(_in_parts, drawings, workers, device, AHEAD)
     else:
         results = on_ray(_drawn, drawings, ray, workers, num_gpus, device, AHEAD)
     return _pictures(results, note, count, return_exceptions)
@@ -189,21 +189,33 @@ class Drawn(NamedTuple):
     notes: list[str]
 
 
-def draw(drawing: Drawing, device: int) -> Drawn:
+def draw(drawing: Drawing, device: int) -> Parts[Drawn]:
     """The picture of a source, each frame judged alone: it is of no stream. Raises what `render` raises."""
     if isinstance(drawing.source, Exception):
         raise drawing.source
     with taken() as notes:
-        source = read(drawing.source) if isinstance(drawing.source, Job) else loaded(drawing.source)
+        source = drawing.source
+        if isinstance(source, Job):
+            source = read(source)
+        elif is_a(source, str, PathLike) and Kind.of(source) is Kind.FRAMES:
+            source = loaded(source)  # others, which may be large, are read when it is their turn
+        yield
+        source = loaded(source)
         if not isinstance(source, Scene | PointCloud):
             source = [replace(frame, source=None) for frame in check_frames(source)]
-        return Drawn(np.asarray(renderer_here(device).render(RenderRequest.seen(source, drawing.view))), notes)
+        picture = np.asarray(renderer_here(device).render(RenderRequest.seen(source, drawing.view)))
+    yield
+    return Drawn(picture, notes)
 
 
 def _drawn(drawing: Drawing, device: int) -> Drawn | Exception:
     """The same; what it raises is returned, as something that can be sent to another process."""
+    return whole(_in_parts(drawing, device))
+
+
+def _in_parts(drawing: Drawing, device: int) -> Parts[Drawn | Exception]:
     try:
-        return draw(drawing, device)
+        return (yield from draw(drawing, device))
     except Exception as error:
         is_own = is_expected(error) or isinstance(error, Bug | ShaderError)
         return error if is_own else RuntimeError(error_text(error))
@@ -284,7 +296,7 @@ class Stage:
 
     def _picture(self, number: int, row: dict[str, Any], device: int) -> NDArray[np.uint8]:
         try:
-            drawn = draw(Drawing(self._source(row), self._view), device)
+            drawn = whole(draw(Drawing(self._source(row), self._view), device))
         except (ValueError, TypeError, OSError) as error:
             raise ValueError(f"row {number} of a batch: {error}") from error
         for sentence in drawn.notes:

@@ -7,23 +7,29 @@ import os
 import signal
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence, Sized
-from contextlib import closing, contextmanager, suppress
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
+from contextvars import copy_context
 from functools import partial
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
+from queue import SimpleQueue
+from threading import Thread
 from typing import Any, NamedTuple, TypeVar
 
 from ..files.access.atomic_write import OURS, remove_hidden
 from ..notes.errors import ContextError, error_text
 from ..notes.words import as_command_line
-from .jobs import Done, Job, LeftOut, run
+from .jobs import Done, Job, LeftOut, Parts, run
 from .manifest import no_room
 
 TRIES = 2  # of a task whose worker dies: something else may have used up the memory
 _ENDS_WITHIN = 5.0  # seconds that an idle worker has to end by itself
 _GONE = (EOFError, OSError)  # what a pipe raises when its other end is closed
 
+AT_ONCE = 3  # tasks of a worker whose parts take turns: one is read, one is drawn, one is written
 Function = Callable[[Any, int], Any]
+FunctionInParts = Callable[[Any, int], Parts[Any]]
 
 
 class Task(NamedTuple):
@@ -42,6 +48,7 @@ class Tasks:
 
     def __init__(self, items: Iterable[Any], ahead: int | None):
         self._coming, self._ahead, self._taken = iter(items), ahead, 0
+        self._count = len(items) if isinstance(items, Sized) else None
         self._again: deque[Task] = deque()
         self._open: set[int] = set()  # what is taken, and not done
 
@@ -59,6 +66,10 @@ class Tasks:
             self._taken += 1
             return Task(self._taken - 1, item)
         return None
+
+    def share(self, workers: int, most: int) -> int:
+        """Return how many tasks a worker may have at a time, up to `most`, so that others have some, too."""
+        return most if self._count is None else min(most, 1 + (self._count - self._taken) // max(workers, 1))
 
     def done(self, task: Task, result: Any) -> tuple[int, Any]:
         self._open.remove(task.number)
@@ -120,7 +131,7 @@ def results_of(
     results: list[tuple[int, Any]] = []
     stillborn = 0
     while True:
-        while (worker := _least_busy(pool, most)) and (task := tasks.next(not worker.tasks)):
+        while (worker := _least_busy(pool, tasks.share(len(pool), most))) and (task := tasks.next(not worker.tasks)):
             worker.give(task)
         yield from results  # while the next ones are being made
         if not any(worker.tasks for worker in pool) and (not pool or any(worker.hidden for worker in pool)):
@@ -148,28 +159,33 @@ def _least_busy(pool: list[_AnyWorker], most: int) -> _AnyWorker | None:
 
 
 def on_processes(
-    function: Function, items: Iterable[Any], workers: int | None = None, device: int = 0, ahead: int | None = None
-) -> Generator[tuple[int, Any], None, None]:
+    function: FunctionInParts, items: Iterable[Any], workers: int | None = None, device: int = 0,
+    ahead: int | None = None, at_once: int = AT_ONCE, inside: Callable[[], AbstractContextManager[Any]] = nullcontext,
+) -> Generator[tuple[int, Any], None, None]:  # fmt: skip
     """Calls function(item, device) for all items in processes: (number of the item, result), as they are done.
+
+    Its parts are done by three threads: meanwhile the next item is in its first part, and the last one in its third.
 
     In place of a result comes RuntimeError for an item whose worker died TRIES times. Items are taken from their
     iterable when workers are free. After an exception, and where the consumer leaves early, the processes are ended at
     once.
 
     function  can be sent to a process, as the items can; it must give the same wherever and whenever it is called, and
-              return what goes wrong instead of raising it
+              return what goes wrong instead of raising it. OpenGL is called in its second part only
     workers   how many; None: one for each core
     ahead     for each worker: no item is taken that comes so many after the first one that is not done; None: no limit
+    at_once   how many items a worker has
+    inside    the context that workers are in
 
     Raises OSError if workers die before they begin.
     """
     most = workers or usable_cores()
     count = min(most, len(items)) if isinstance(items, Sized) else most
-    start = partial(_ProcessWorker, function, device, max(1, usable_cores() // max(1, count)))
+    start = partial(_ProcessWorker, function, device, max(1, usable_cores() // max(1, count)), inside)
     pool: list[_ProcessWorker] = []
     try:
         pool += (start() for _ in range(count))
-        yield from results_of(Tasks(items, ahead and ahead * count), pool, start, _wait_for)
+        yield from results_of(Tasks(items, ahead and ahead * count), pool, start, _wait_for, at_once)
     finally:
         with _interrupts_held():
             for worker in pool:
@@ -186,11 +202,12 @@ def usable_cores() -> int:
 class _ProcessWorker(Worker):
     """A process, and the end of the pipe that leads to it."""
 
-    def __init__(self, function: Function, device: int, threads: int):
+    def __init__(self, *arguments: Any):
+        """The arguments are those of `_serve` after its pipe."""
         super().__init__()
         context = get_context("spawn")
         self.pipe, theirs = context.Pipe()
-        arguments = theirs, function, device, threads
+        arguments = theirs, *arguments
         self.process = context.Process(target=_serve, args=arguments, name="pointshade-worker", daemon=True)
         with _interrupts_held():
             self.process.start()
@@ -228,17 +245,69 @@ def _wait_for(pool: list[_ProcessWorker]) -> list[_ProcessWorker]:
     return [worker for worker in pool if worker.pipe in ready]
 
 
-def _serve(pipe: Connection, function: Function, device: int, threads: int) -> None:
+def _serve(
+    pipe: Connection, function: FunctionInParts, device: int, threads: int,
+    inside: Callable[[], AbstractContextManager[Any]],
+) -> None:  # fmt: skip
     """What a worker does: a task after the other, until the parent closes the pipe, or is no more.
 
     threads  of a software driver, which other workers need, too; unless the user has set how many
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # on Windows, where none can be held
     os.environ.setdefault("LP_NUM_THREADS", str(threads))
-    with suppress(*_GONE):
+    coming: SimpleQueue[_Work | None] = SimpleQueue()
+
+    def receive() -> None:
+        """Takes tasks at once, for who gives large ones waits so long, and does their first parts."""
+        try:
+            with suppress(*_GONE):
+                while True:
+                    work = _Work(function(pipe.recv(), device))
+                    work.go_on()
+                    coming.put(work)
+        finally:
+            coming.put(None)
+
+    with suppress(*_GONE), inside(), ThreadPoolExecutor(1) as writing:
         pipe.send(OURS)
-        while True:
-            pipe.send(function(pipe.recv(), device))
+        Thread(target=receive, daemon=True).start()
+        while (work := coming.get()) is not None:
+            work.go_on()
+            writing.submit(_deliver, work, pipe)
+
+
+class _Work:
+    """What a function does in parts, each of which may be done by another thread."""
+
+    result: Any = None
+
+    def __init__(self, parts: Parts[Any]):
+        self._parts, self._context = parts, copy_context()
+
+    def go_on(self) -> None:
+        """Does the next part, if there is one."""
+        try:
+            self._context.run(next, self._parts)
+        except StopIteration as end:
+            self.result = self.result if end.value is None else end.value
+
+
+def _deliver(work: _Work, pipe: Connection) -> None:
+    """Sends the result of the last part. A process whose results cannot be sent ends: others get its tasks."""
+    try:
+        work.go_on()
+        pipe.send(work.result)
+    except BaseException:
+        os._exit(1)
+
+
+def whole(parts: Parts[Any]) -> Any:
+    """What a function in parts returns, all done by this thread."""
+    while True:
+        try:
+            next(parts)
+        except StopIteration as end:
+            return end.value
 
 
 @contextmanager
@@ -279,7 +348,10 @@ def run_all(
 
     Raises ContextError if workers have no OpenGL, OSError if they die before they begin or the disk is full.
     """
-    with closing(on_processes(outcome_of, jobs, workers, device)) as results:
+    sources = {job.source: job for job in jobs}
+    at_once = AT_ONCE if all(job.reads_ahead for job in sources.values()) else 1
+    results = on_processes(_outcome_in_parts, jobs, workers, device, at_once=at_once, inside=as_command_line)
+    with closing(results):
         for number, result in results:
             yield jobs[number], checked(result)
 
@@ -295,13 +367,17 @@ def checked(result: Done | Failed | Exception) -> Done | Failed:
 def outcome_of(job: Job, device: int = 0) -> Done | Failed:
     """Runs a job; whatever it raises becomes a sentence, so that the next job can be done."""
     with as_command_line():
-        try:
-            return run(job, device)
-        except LeftOut as error:
-            return Failed(str(error), "left out")
-        except ContextError as error:
-            return Failed(str(error), "no GL")
-        except Exception as error:
-            if isinstance(error, OSError) and error.errno in _FULL:
-                return Failed(no_room(job.path, error), "no room")
-            return Failed(error_text(error))
+        return whole(_outcome_in_parts(job, device))
+
+
+def _outcome_in_parts(job: Job, device: int) -> Parts[Done | Failed]:
+    try:
+        return (yield from run(job, device))
+    except LeftOut as error:
+        return Failed(str(error), "left out")
+    except ContextError as error:
+        return Failed(str(error), "no GL")
+    except Exception as error:
+        if isinstance(error, OSError) and error.errno in _FULL:
+            return Failed(no_room(job.path, error), "no room")
+        return Failed(error_text(error))

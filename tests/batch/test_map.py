@@ -99,6 +99,15 @@ def test_no_more_is_taken_than_may_wait_for_the_first():
     assert tasks.next().number == 3
 
 
+def test_a_worker_gets_several_tasks_only_while_there_are_enough_for_all():
+    tasks = Tasks(range(5), None)
+    assert tasks.share(2, 3) == 3
+    for _ in range(4):
+        tasks.next()
+    assert tasks.share(2, 3) == 1
+    assert Tasks(iter(range(5)), None).share(2, 3) == 3
+
+
 def test_nothing_is_read_before_the_first_picture():
     def source():
         raise AssertionError

@@ -21,6 +21,20 @@ def test_png_keeps_every_value(tmp_path, shape, small):
         assert (np.asarray(read) == image).all()
 
 
+def test_a_large_png_is_the_same_whether_threads_can_be_started_or_not(tmp_path, monkeypatch):
+    image = np.random.default_rng(4).integers(0, 256, (403, 401, 4), np.uint8)
+    save_image(tmp_path / "a.png", image)
+    with Image.open(tmp_path / "a.png") as read:
+        assert (np.asarray(read) == image).all()
+
+    def no_thread(*_):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr("threading.Thread.start", no_thread)
+    save_image(tmp_path / "b.png", image)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
 def test_a_small_png_is_smaller(tmp_path):
     v, u = np.mgrid[0:200, 0:300]
     image = np.where((u // 20 + v // 20) % 2, u // 2, 255 - v)[..., None].astype(np.uint8).repeat(3, -1)

@@ -12,6 +12,7 @@ import pointshade_gl as ps
 from pointshade_gl.batch import on_ray as jobs_on_ray
 from pointshade_gl.batch.jobs import Done, Job, run
 from pointshade_gl.batch.on_ray import on_ray, run_all_on_ray
+from pointshade_gl.batch.processes import whole
 
 from ..support import frames
 from ..support.small_ray import small_ray
@@ -124,7 +125,7 @@ def test_jobs_are_done_where_the_folder_is_seen_and_sent_back_where_it_is_not(
     for folder in (alone, shared, sent):
         folder.mkdir()
     for job in jobs_of(alone, range(2), source):
-        run(job)
+        whole(run(job))
     done = list(run_all_on_ray(jobs_of(shared, range(2), source), shared, "local", 1))
     assert sorted(job.number for job, _ in done) == [0, 1]
     assert all(isinstance(outcome, Done) and outcome.path == job.path for job, outcome in done)

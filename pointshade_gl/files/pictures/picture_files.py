@@ -7,6 +7,7 @@ import struct
 import warnings
 import zlib
 from collections.abc import Generator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from io import BytesIO
@@ -36,6 +37,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "JPEG": {"quality": 95},
     "WEBP": {"lossless": True, "exact": True},  # exact keeps the colours under alpha 0
 }
+_BANDS, _LARGE = 4, 1 << 19  # of a picture of so many bytes
 _OURS = b"Software\0pointshade_gl"  # what our PNGs hold right behind their header
 _LONGEST = {"JPEG": 65500, "WEBP": 16383}  # pixels a side that the formats can hold
 # Formats whose header states how large the decoded picture is. In others, such as ICO, a second picture may hide.
@@ -138,14 +140,29 @@ def encode_png(array: NDArray[Any]) -> bytes:
     rows = np.full((height, plain.shape[1] + 1), 2, np.uint8)  # each begins with its filter's number: 2 is "up"
     rows[0, 1:] = plain[0]
     np.subtract(plain[1:], plain[:-1], out=rows[1:, 1:])
-    packer = zlib.compressobj(1, zlib.DEFLATED, zlib.MAX_WBITS, 9, zlib.Z_RLE)
     kind = {1: 0, 3: 2, 4: 6}[1 if array.ndim == 2 else array.shape[2]]  # grey, RGB, RGBA
     header = struct.pack(">2I5B", width, height, 8 * array.itemsize, kind, 0, 0, 0)
-    packed = packer.compress(rows.tobytes()) + packer.flush()
     encoded = b"\x89PNG\r\n\x1a\n"
-    for name, data in ((b"IHDR", header), (b"tEXt", _OURS), (b"IDAT", packed), (b"IEND", b"")):
+    for name, data in ((b"IHDR", header), (b"tEXt", _OURS), (b"IDAT", _packed(rows)), (b"IEND", b"")):
         encoded += struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
     return encoded
+
+
+def _packed(rows: NDArray[np.uint8]) -> bytes:
+    """The zlib stream of rows. Of large pictures threads pack bands: most of a PNG's time is spent here."""
+    count = _BANDS if rows.size >= _LARGE else 1
+    work = _packed_band, np.array_split(rows, count), [zlib.Z_SYNC_FLUSH] * (count - 1) + [zlib.Z_FINISH]
+    try:
+        with ThreadPoolExecutor(count) as pool:
+            packed = list((pool.map if count > 1 else map)(*work))
+    except RuntimeError:  # no more threads can be started: Python is about to end, or the system has a limit
+        packed = list(map(*work))
+    return b"\x78\x01" + b"".join(packed) + struct.pack(">I", zlib.adler32(rows.data))
+
+
+def _packed_band(rows: NDArray[np.uint8], end: int) -> bytes:
+    packer = zlib.compressobj(1, zlib.DEFLATED, -zlib.MAX_WBITS, 9, zlib.Z_RLE)
+    return packer.compress(rows.data) + packer.flush(end)
 
 
 def is_ours(path: FilePath) -> bool:

@@ -9,7 +9,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...estimation.cloud_estimates import Spacing, estimate_spacing, surface_residuals
+from ...estimation.by_threads import by_threads, parts_of, sorted_by_threads, taken_by_threads
+from ...estimation.cloud_estimates import Spacing, any_of, estimate_spacing, surface_residuals
 from ..core.images import Owner, confine
 from ..core.programs import FullscreenPass, FullscreenPasses
 
@@ -35,7 +36,7 @@ class CellGrid:
         self._strides = 1, x, x * y
         keys = self._keys(index)
         self.order = sorted_order(keys)
-        keys = keys[self.order]
+        keys = taken_by_threads(keys, self.order)
         first = np.flatnonzero(np.append([True] * (len(keys) > 0), keys[1:] != keys[:-1]))
         self.cells = keys[first]
         self.starts = np.append(first, len(keys))
@@ -60,30 +61,50 @@ class CellGrid:
         keys   of the cells; None: those of the grid
         reach  how many cells away; 1: nine rows
         """
-        return self.starts.astype(np.int32)[self.spans if keys is None else self._spans(keys, reach)]
+        spans, starts = self.spans if keys is None else self._spans(keys, reach), self.starts.astype(np.int32)
+
+        found = np.empty_like(spans)
+
+        def fill(part: slice) -> None:
+            np.take(starts, spans[part], out=found[part], mode="clip")  # see taken_by_threads
+
+        by_threads(fill, parts_of(len(spans)))
+        return found
 
     def _spans(self, keys: NDArray[np.int64], reach: int) -> NDArray[np.int32]:
         _, y, z = self._strides
         steps = range(-reach, reach + 1)
         offsets = [b * y + c * z for c in steps for b in steps]
         found = np.empty((len(keys), len(offsets), 2), np.int32)
-        for k, offset in enumerate(offsets):
-            found[:, k, 0] = np.searchsorted(self.cells, keys + (offset - reach))
-            found[:, k, 1] = np.searchsorted(self.cells, keys + (offset + reach), "right")
+
+        def find(k: int) -> None:
+            found[:, k, 0] = np.searchsorted(self.cells, keys + (offsets[k] - reach))
+            found[:, k, 1] = np.searchsorted(self.cells, keys + (offsets[k] + reach), "right")
+
+        by_threads(find, range(len(offsets)))
         return found
 
     def _index_of(self, positions: NDArray[np.float32]) -> NDArray[np.int64]:
         index = np.empty((3, len(positions)), np.int64)
-        for k in range(3):
+
+        def fill(k: int) -> None:
             steps = (positions[:, k] - np.float32(self._low[k])) * np.float32(1 / self.side)
             np.clip(np.floor(steps, out=steps), -MOST_CELLS // 2, MOST_CELLS // 2 - 1, out=steps)
             index[k] = steps
+
+        by_threads(fill, range(3))
         return index
 
     def _keys(self, index: NDArray[np.int64]) -> NDArray[np.int64]:
         _, y, z = self._strides
         x0, y0, z0 = self._first
-        return (index[0] - x0) + (index[1] - y0) * y + (index[2] - z0) * z
+        keys = np.empty(index.shape[1], np.int64)
+
+        def fill(part: slice) -> None:
+            keys[part] = (index[0, part] - x0) + (index[1, part] - y0) * y + (index[2, part] - z0) * z
+
+        by_threads(fill, parts_of(len(keys)))
+        return keys
 
 
 def sorted_order(keys: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -92,9 +113,18 @@ def sorted_order(keys: NDArray[np.int64]) -> NDArray[np.int64]:
     # a key and its place must fit into one positive number of 64 bits
     if not len(keys) or int(keys.max()) >> (63 - bits):
         return np.argsort(keys, kind="stable")
-    packed = (keys << bits) | np.arange(len(keys))
-    packed.sort()
-    return packed & ((1 << bits) - 1)
+    packed = np.empty_like(keys)
+
+    def pack(part: slice) -> None:
+        packed[part] = (keys[part] << bits) | np.arange(part.start, part.stop)
+
+    def unpack(part: slice) -> None:
+        packed[part] &= (1 << bits) - 1
+
+    by_threads(pack, parts_of(len(keys)))
+    packed = sorted_by_threads(packed)
+    by_threads(unpack, parts_of(len(keys)))
+    return packed
 
 
 LEAST, WIDEST = 2.7, 14.0  # spacings: about 20 neighbours, about 600
@@ -239,8 +269,9 @@ class Neighbourhood(Owner):
 
 def read_values(texture: moderngl.Texture, count: int) -> NDArray[np.float32]:
     """Return the first values (n, components) of a float32 texture."""
-    values = np.frombuffer(texture.read(alignment=1), np.float32)
-    return values.reshape(-1, texture.components)[:count].copy()
+    values = np.empty((texture.width * texture.height, texture.components), np.float32)
+    texture.read_into(values, alignment=1)
+    return values[:count]
 
 
 def value_texture(owner: Owner, values: NDArray[Any]) -> moderngl.Texture:
@@ -314,7 +345,7 @@ class CloudFit:
         """Fit again where neighbours were few, or on a line as those of a scan's row are."""
         again = self.leans[:, 3] < ENOUGH
         if level <= LINE_LEVELS:
-            again |= (self.planes[:, 3] == LINE) & ~self.planes[:, :3].any(1)
+            again |= (self.planes[:, 3] == LINE) & ~any_of(self.planes)
         asked = np.flatnonzero(again)
         if len(asked):
             self.planes[asked], self.leans[asked] = self._ask(PLANES, level, self.points[asked])
@@ -346,7 +377,7 @@ class CloudFit:
             self._take(*answer)
 
     def _take(self, asked: NDArray[np.integer], planes: NDArray[np.float32], leans: NDArray[np.float32]) -> None:
-        found = planes[:, :3].any(1)
+        found = any_of(planes)
         self.planes[asked[found]], self.leans[asked[found]] = planes[found], leans[found]
 
     def _shape(self) -> FitShape:
@@ -364,12 +395,18 @@ class CloudFit:
     def _best_near(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return for each point the least value in the cells around its own."""
         grid = self._grid
-        least = np.append(np.minimum.reduceat(values, grid.starts[:-1]), np.float32(np.inf))
-        best = least[:-1].copy()
-        for first, end in grid.spans.transpose(1, 2, 0):
-            for step in range(3):
-                at = np.where(first + step < end, first + step, len(best))
-                np.minimum(best, least[at], out=best)
+        least = np.minimum.reduceat(values, grid.starts[:-1])
+        runs = np.full((4, len(least) + 1), np.inf, np.float32)  # of none to three cells, one after the other
+        for count in (1, 2, 3):
+            runs[count, :-1] = least
+            np.minimum(runs[count, :-1], runs[count - 1, 1:], out=runs[count, :-1])
+        best = np.empty_like(least)
+
+        def find(part: slice) -> None:
+            first, end = grid.spans[part].transpose(2, 1, 0)
+            best[part] = runs[end - first, first].min(0)
+
+        by_threads(find, parts_of(len(best)))
         return np.repeat(best, np.diff(grid.starts))
 
     def _ask(
@@ -405,7 +442,7 @@ class CloudFit:
     def _in_first_radii(self, order: NDArray[np.integer] | slice) -> NDArray[np.float32]:
         """Return planes with their lengths in the radius of the first level."""
         planes, levels = self.planes[order], self.levels[order]
-        wide = np.flatnonzero((levels > 0) & planes[:, :3].any(1))
+        wide = np.flatnonzero((levels > 0) & any_of(planes))
         if len(wide):
             planes, factor = planes.copy(), np.float32(WIDER) ** levels[wide]
             size = np.sqrt(np.einsum("nk,nk->n", planes[wide, :3], planes[wide, :3]))
@@ -510,7 +547,7 @@ def find_planes(
 
 def _sorted(positions: NDArray[np.float32], grid: CellGrid) -> NDArray[np.float32]:
     points = np.zeros((len(positions), 4), np.float32)
-    points[:, :3] = np.take(positions, grid.order, 0)
+    points[:, :3] = taken_by_threads(positions, grid.order)
     return points
 
 
@@ -521,17 +558,27 @@ def finished(
 
     plane, lean  as the passes of CloudFit write them, radii: (n,) within which they fitted
     """
-    count = np.maximum(lean[:, 3], 1)
-    size = np.sqrt(np.einsum("nk,nk->n", plane[:, :3], plane[:, :3]))
-    known = size > 0.5
     planes, details = np.zeros_like(plane), np.zeros_like(plane)
-    np.divide(plane[:, :3], size[:, None], out=planes[:, :3], where=known[:, None])
-    aside = np.sqrt(np.einsum("nk,nk->n", lean[:, :3], lean[:, :3]))
-    border = known & (aside > BORDER)
-    np.divide(lean[:, :3], aside[:, None], out=details[:, :3], where=border[:, None])
-    share = np.where(border, np.maximum(1 - LEANING * aside, CORNER), 1)
-    here = radii * np.sqrt(np.pi * share / np.maximum(spacing.distinct * count, 1))
-    planes[:, 3] = np.minimum(here, LARGEST * min(float(np.median(here)), ALONE * spacing.length))
-    error = 2 * np.maximum(size - 1, 0) / np.sqrt(count)  # of the slope of a plane through a disc
-    details[:, 3] = np.where(known, 1 / (1 + (error / DOUBTFUL) ** 2), 0)
+
+    def fill(part: slice) -> None:
+        count = np.maximum(lean[part, 3], 1)
+        size = _lengths(plane[part])
+        known = size > 0.5
+        np.divide(plane[part, :3], size[:, None], out=planes[part, :3], where=known[:, None])
+        aside = _lengths(lean[part])
+        border = known & (aside > BORDER)
+        np.divide(lean[part, :3], aside[:, None], out=details[part, :3], where=border[:, None])
+        share = np.where(border, np.maximum(1 - LEANING * aside, CORNER), 1)
+        planes[part, 3] = radii[part] * np.sqrt(np.pi * share / np.maximum(spacing.distinct * count, 1))
+        error = 2 * np.maximum(size - 1, 0) / np.sqrt(count)  # of the slope of a plane through a disc
+        details[part, 3] = np.where(known, 1 / (1 + (error / DOUBTFUL) ** 2), 0)
+
+    by_threads(fill, parts_of(len(plane)))
+    largest = LARGEST * min(float(np.median(planes[:, 3])), ALONE * spacing.length)
+    np.minimum(planes[:, 3], np.float32(largest), out=planes[:, 3])
     return planes, details
+
+
+def _lengths(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return (n,) the lengths of the first three of (n, 4)."""
+    return np.sqrt(np.einsum("nk,nk->n", vectors[:, :3], vectors[:, :3]))

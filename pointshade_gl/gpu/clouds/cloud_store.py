@@ -10,12 +10,13 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...estimation.cloud_estimates import estimate_spacing
+from ...estimation.by_threads import by_threads, parts_of
+from ...estimation.cloud_estimates import any_of, estimate_spacing
 from ...scene.cloud import PointCloud
 from ...scene.visible import points_at
 from ..context.caller_state import managed
 from ..core.images import Owner
-from .cloud_planes import WIDEST, FitRadius, find_planes
+from .cloud_planes import WIDEST, FitRadius, PlaneArrays, find_planes
 
 DRAWN_AT_ONCE = 1 << 20  # points: one draw of many millions may end a driver's patience
 VERTEX = np.dtype([
@@ -50,7 +51,7 @@ class CloudPoints(Owner):
         self.spacing = float(np.median(vertices["spacing"])) if self.count else 0.0
         self.largest = float(vertices["spacing"].max()) if self.count else 0.0
         self.corners = cloud.corners - self.middle
-        discs = int(np.count_nonzero(vertices["normal"].any(-1)))
+        discs = int(np.count_nonzero(any_of(vertices["normal"])))
         self._arrays: dict[tuple[moderngl.Program, int], moderngl.VertexArray] = {}
         with self._all_or_nothing():
             self.discs = self._buffers(vertices[:discs])
@@ -145,11 +146,11 @@ def _vertices(
     if _has_planes(cloud):
         order, _, planes, details, fit = find_planes(context, local, normals)
         few, spacing = len(local) < FEW, fit.spacing if fit else 0.0
-        alone = few | ~planes[:, :3].any(-1)  # no neighbours tell how far apart such points are
+        alone = few | ~any_of(planes)  # no neighbours tell how far apart such points are
         planes[alone, 3] = np.minimum(planes[alone, 3], min(spacing, cloud.rough_spacing) if few else spacing)
     else:
         order, planes, details, fit = np.arange(len(local)), np.zeros((len(local), 4), np.float32), None, None
-    last = np.argsort(~planes[:, :3].any(-1), kind="stable")
+    last = np.argsort(~any_of(planes), kind="stable")
     order, planes = order[last], planes[last]
     vertices = np.zeros(len(local), VERTEX)
     vertices["position"], vertices["normal"] = local[order], planes[:, :3]
@@ -200,13 +201,21 @@ def planes_of_slabs(
         local = positions[around]
         local = (local - np.rint(local.mean(0))).astype(np.float32)
         planes = find_planes(context, local, None if normals is None else normals[around], noise)
-        places = around[planes.order]
-        kept = inside[places]
-        places = places[kept]
-        found.normals[places] = planes.planes[kept, :3]
-        found.spacing[places] = planes.planes[kept, 3]
-        found.confidence[places] = planes.details[kept, 3]
+        _put(found, planes, inside, around)
     return found
+
+
+def _put(found: CloudNormals, planes: PlaneArrays, inside: NDArray[np.bool_], around: NDArray[np.integer]) -> None:
+    """Keep what was found of the points inside a slab; around: the numbers of all that it was found from."""
+
+    def put(part: slice) -> None:
+        places = around[planes.order[part]]
+        kept = inside[places]
+        places, plane, detail = places[kept], planes.planes[part][kept], planes.details[part][kept]
+        found.normals[places] = plane[:, :3]
+        found.spacing[places], found.confidence[places] = plane[:, 3], detail[:, 3]
+
+    by_threads(put, parts_of(len(planes.order)))
 
 
 def _slabs(positions: NDArray[np.floating[Any]], most: int) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.integer]]]:

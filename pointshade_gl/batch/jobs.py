@@ -187,6 +187,7 @@ def _draw_picture(job: Job, device: int, source: Frame | Scene | None) -> Drawn:
     if job.kind == PAGE:
         _write_page(job, renderer, source)
         return renderer.context.renderer, None
+    renderer.steps.waits = True  # files are read and written meanwhile
     image = renderer.render(RenderRequest.seen(source, job.view))
     if not image.any():
         print_note(f"{job.path.name}: nothing is in view, the picture is empty")

@@ -203,7 +203,9 @@ def draw(drawing: Drawing, device: int) -> Parts[Drawn]:
         source = loaded(source)
         if not isinstance(source, Scene | PointCloud):
             source = [replace(frame, source=None) for frame in check_frames(source)]
-        picture = np.asarray(renderer_here(device).render(RenderRequest.seen(source, drawing.view)))
+        renderer = renderer_here(device)
+        renderer.steps.waits = True  # the next one is read meanwhile
+        picture = np.asarray(renderer.render(RenderRequest.seen(source, drawing.view)))
     yield
     return Drawn(picture, notes)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import warnings
 import weakref
 from collections.abc import Callable, Generator, Sequence
@@ -238,8 +237,8 @@ class Renderer(Estimates):
             place = None if out is None else output_array(out, request.seen_by(scene)[0])
             with self._guard:
                 self._draw(request, scene, progress)
-                if threading.active_count() > 1:
-                    self.steps.finish()  # other threads go on: reading keeps them waiting
+                if self.steps.waits:
+                    self.steps.finish()
                 picture = self._pipeline.read(place)
             return picture.view(Picture) if place is None else picture
 

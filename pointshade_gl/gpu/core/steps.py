@@ -53,6 +53,7 @@ class Steps:
     timed   True fills `laps`; the GPU then waits for each step, so the whole is slower
     laps    the last run of each step
     forgotten  how often some were to run again
+    waits   True waits for the GPU before a picture is read: other threads go on, which reading would stop
     """
 
     def __init__(self, context: moderngl.Context, is_software: bool):
@@ -63,7 +64,7 @@ class Steps:
         self._done: dict[tuple[str, Any], tuple[list[Any], Any]] = {}  # what it was given, and what it returned
         self.counts: Counter[str] = Counter()
         self.laps: dict[str, Timing] = {}
-        self.timed = False
+        self.timed = self.waits = False
         self.forgotten = 0
 
     def run(self, name: str, work: Callable[..., _Result], *arguments: Any, of: Any = None) -> _Result:

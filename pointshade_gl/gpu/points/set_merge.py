@@ -99,8 +99,9 @@ class ResolvePass(FullscreenPasses):
 
     def _made_for(self, canvas: Canvas) -> dict[str, int]:
         """Return the constants of the passes that draw a picture."""
-        is_filled = not canvas.linear and self._is_software  # nothing is there that could be lost
-        return {"LINEAR": int(canvas.linear), "FILLED": int(is_filled)}
+        linear = int(canvas.linear)
+        filled = 1 - linear if self._is_software else 0  # nothing is there that could be lost
+        return {"LINEAR": linear, "FILLED": filled}
 
     def _draw(
         self, fragment: str, image: moderngl.Framebuffer, looking: ResolveInputs, inputs: dict[str, Any],

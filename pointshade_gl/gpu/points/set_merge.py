@@ -58,20 +58,24 @@ class ResolvePass(FullscreenPasses):
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
-        self._is_software = wants_software(context)
+        # of pictures on which nothing is that could be lost; and of sums
+        self._finished = {"LINEAR": 0, "FILLED": int(wants_software(context))}
+        self._summed = {"LINEAR": 1, "FILLED": 0}
 
     def draw_picture(self, canvas: Canvas, looking: ResolveInputs) -> None:
         """Draw the picture, for the shading models none, flat and gouraud."""
+        constants = self._finished if canvas.adding is None else self._summed
         needs_way = looking.look_up or looking.shading == "gouraud"  # else the source id says it all
         inputs = looking.way() if needs_way else {}
         with canvas.opened(looking.splats.window) as image:
-            self._draw("points/resolve_picture.frag", image, looking, inputs, **self._made_for(canvas))
+            self._draw("points/resolve_picture.frag", image, looking, inputs, **constants)
 
     def draw_lit(self, canvas: Canvas, looking: ResolveInputs, lights: dict[str, Any]) -> None:
         """Draw the picture, lit in the same pass, for phong. lights: the inputs of light_surface."""
         with canvas.opened(looking.splats.window) as image:
             inputs = lights | looking.way()
-            constants = self._made_for(canvas) | {"ALONE": int("only_light" in lights), **environment_of(lights)}
+            constants = self._finished if canvas.adding is None else self._summed
+            constants = constants | {"ALONE": int("only_light" in lights), **environment_of(lights)}
             constants["SAME_SIZE"] = int(looking.surface.size == looking.colors.size)
             self._draw("points/resolve_lit.frag", image, looking, inputs, **constants)
 
@@ -96,12 +100,6 @@ class ResolvePass(FullscreenPasses):
             return
         with depth_tested(self._context, image, looking.splats.window):
             self._draw("points/resolve_surfaces.frag", image, looking, inputs)
-
-    def _made_for(self, canvas: Canvas) -> dict[str, int]:
-        """Return the constants of the passes that draw a picture."""
-        linear = int(canvas.linear)
-        filled = 1 - linear if self._is_software else 0  # nothing is there that could be lost
-        return {"LINEAR": linear, "FILLED": filled}
 
     def _draw(
         self, fragment: str, image: moderngl.Framebuffer, looking: ResolveInputs, inputs: dict[str, Any],

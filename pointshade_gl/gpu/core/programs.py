@@ -307,7 +307,7 @@ class ComputedPass(FullscreenPass):
         super().draw(target, textures, **uniforms)
 
     def draw_again(self, target: moderngl.Framebuffer) -> None:
-        program = self._program
+        program: Any = self._program
         if type(program) is moderngl.Program:
             super().draw_again(target)
             return
@@ -318,10 +318,11 @@ class ComputedPass(FullscreenPass):
         left, top, right, bottom = self._window
         if left >= right or top >= bottom:
             return
-        for unit, texture in enumerate(target.color_attachments):
-            texture.bind_to_image(unit)  # type: ignore[union-attr]
-        set_uniforms(program, fragment_window=self._window, fragment_outs=len(target.color_attachments))
-        program.run(-(-(right - left) // 8), -(-(bottom - top) // 8))  # type: ignore[union-attr]
+        images: tuple[Any, ...] = target.color_attachments
+        for unit, texture in enumerate(images):
+            texture.bind_to_image(unit)
+        set_uniforms(program, fragment_window=self._window, fragment_outs=len(images))
+        program.run(-(-(right - left) // 8), -(-(bottom - top) // 8))
         self._context.memory_barrier(_AFTER)
 
     def _built(self, added: tuple[str, ...] | None) -> moderngl.Program | moderngl.ComputeShader:

@@ -116,8 +116,11 @@ def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
         words += pose_words(picture.pose)
     if (camera.width, camera.height) != (own.width, own.height):
         words += ["--picture-size", f"{camera.width}x{camera.height}"]
-    if isinstance(picture.exposure, float) and picture.exposure and state.is_lit:
-        words += ["--exposure", text_of(picture.exposure)]
+    exposure, fill = picture.metered
+    if isinstance(exposure, float) and (exposure or fill) and state.is_lit:
+        words += ["--exposure", text_of(exposure)]
+    if fill and state.is_lit:
+        words += ["--fill", text_of(fill)]
     if not state.finish.is_light:
         words += ["--show", state.finish.show]
     words += ["--samples", str(saved.samples), "-o", saved.name]
@@ -228,5 +231,5 @@ def page_line(inputs: Inputs, look: AppearanceGroup, picture: PictureOptions, un
     words = words_of(inputs.frame.named) + words_of(inputs.others)
     words += [flag_of("unlight_all")] if unlight_all else []
     words += words_of(replace(look, light=None, shading=AppearanceGroup().shading))
-    words += words_of(replace(picture, samples=None, exposure=None))
+    words += words_of(replace(picture, samples=None, exposure=None, fill=None))
     return _line(words)

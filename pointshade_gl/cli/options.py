@@ -350,7 +350,7 @@ class WindowOptions(
     groups.group_of(
         one
         for one in typed(OutputSettings, panels.PICTURE, is_needed=False)
-        if one[0] in ("samples", "exposure", "show")
+        if one[0] in ("samples", "exposure", "fill", "show")
     )
 ):
     """The window of `pointshade view`."""

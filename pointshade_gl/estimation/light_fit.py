@@ -354,6 +354,8 @@ def _horizon(away: Array, rays: Array, axes: Array, slants: Array, turns: Array)
 
 Floats = NDArray[np.float32]
 MOST_STOPS = 12.0  # stops: lamps in watts are that far from 1
+BURNT = 0.003  # share of a photograph, of which white may burn out
+WHITE = 0.9  # linear light of a photograph from which on it is burnt itself
 HALVINGS = 13  # of the range: to 0.003 stops
 
 
@@ -375,6 +377,17 @@ def stops_to_match(lit: Floats, photograph: Floats) -> float:
         else:
             high = middle
     return round((low + high) / 2, 2)
+
+
+def stops_to_burn(lit: Floats, photograph: Floats) -> float:
+    """Return the stops, to two digits, at which a share of BURNT of what the photograph shows is lit beyond white.
+
+    The arrays are those of `stops_to_match`. What is white in the photograph does not count.
+    """
+    shown = (lit[..., :3].max(-1) > 0) & (photograph[..., 3] > 0) & (photograph[..., :3].max(-1) < WHITE)
+    if not shown.any():
+        return MOST_STOPS
+    return round(float(-np.log2(np.quantile(lit[shown, :3].max(-1), 1 - BURNT))), 2)
 
 
 def brightness(light: Floats) -> float:

@@ -11,12 +11,13 @@ const numbersText = (value) => [value].flat().map(numberText).join(",");
 const quoted = (word) => (/^[\w@%+=:,./-]+$/.test(word) ? word : `'${word.replaceAll("'", `'"'"'`)}'`);
 
 // data: that of the page, with its command: { line, shading, isScene, isOwn, turns, home }; seen: { state, camera, lights, view, shading }.
-function commandLine({ command, exposure, samples, around }, { state, camera, lights, view, shading }, name) {
+function commandLine({ command, exposure, fill, samples, around }, { state, camera, lights, view, shading }, name) {
   const words = shading === command.shading ? [] : ["--shading", shading];
   if (!NOT_LIT.includes(shading)) {
     const shining = lights.filter((one) => one.intensity > 0), isBare = around.bands && !shining.length;
     for (const one of isBare ? [] : shining.length ? shining : lights.slice(0, 1)) words.push("--light", lightText(one, state.shadows, command));
-    if (exposure !== 1) words.push("--exposure", numberText(Math.log2(exposure)));
+    if (exposure !== 1 || fill) words.push("--exposure", numberText(Math.log2(exposure)));
+    if (fill) words.push("--fill", numberText(fill));
   }
   words.push(...poseWords(state, view.pose, command), "--picture-size", `${camera.width}x${camera.height}`);
   return [command.line, ...[...words, "--samples", `${samples}`, "-o", name].map(quoted)].join(" ");

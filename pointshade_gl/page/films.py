@@ -232,8 +232,9 @@ class _Film:
         if self.first is None:
             self.still = self._renderer.render(request)
             self._count.step()
-            self.first = showing = replace(showing, environment_light=self._renderer.surroundings)
-            self.values = showing.values() | {"exposure": 2.0**self._renderer.exposure}
+            renderer = self._renderer
+            showing = replace(showing, environment_light=renderer.surroundings, fill=renderer.fill)
+            self.first, self.values = showing, showing.values() | {"exposure": 2.0**renderer.exposure}
         head, body = self._part(showing, self.first)
         self.heads.append(head)
         self._count.step()

@@ -113,6 +113,7 @@ class Showing:
     home  (4, 4) pose of that camera
     turn  yaw, pitch and dolly by which the page's first picture is seen from elsewhere
     frame  the source, or the first of its frames; None: the source is a scene or a cloud
+    fill  share of light from all around that is mixed in
     """
 
     scene: Scene
@@ -124,6 +125,7 @@ class Showing:
     finish: OutputSettings
     frame: Frame | None = None
     environment_light: EnvironmentLight = NO_ENVIRONMENT
+    fill: float = 0.0
 
     @property
     def stage(self) -> OrbitStage:
@@ -148,7 +150,8 @@ class Showing:
                 "lightColor": start.light_color, "lightIntensity": start.light_intensity,
                 "shadows": any(light.shadow for light in self.lights), "shading": self.shading,
             },
-            "held": held, "lights": lights, "ambient": list(self.scene.ambient), "around": self._around(),
+            "held": held, "lights": lights, "ambient": list(self.scene.ambient), "fill": self.fill,
+            "around": self._around(),
             "bounds": self.bounds, "toWorld": self.home[:3, :3].tolist(), "distance": self.distance,
             "background": None if behind is None else f"rgb({levels})", "behind": behind,
             "samples": max(self.finish.samples, STILL), "tone": self.finish.tone,
@@ -237,7 +240,8 @@ def arranged(request: RenderRequest) -> Showing:
 
 def look_of(placed: Placed, showing: Showing) -> dict[str, Any]:
     """How a thing is lit, for the JSON."""
-    strengths = list(placed.content.material.strengths)
+    (ambient, *others, shininess), rest = placed.content.material.strengths, 1 - showing.fill
+    strengths = [rest * ambient + showing.fill, *(rest * one for one in others), shininess]
     shading = placed.content.shading if showing.shading == "phong" else "phong"  # the page's is that of a thing alone
     return {"material": strengths, "shading": shading, "shadow": placed.node.shadow}
 

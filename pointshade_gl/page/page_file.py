@@ -127,7 +127,7 @@ def draw_page(
         smaller = reduced(request, largest, QUALITIES[quality].points, points)
         if isinstance(request.finish.exposure, str) and smaller is not request:  # whose noise is another
             renderer.draw(request)
-            smaller = replace(smaller, finish=replace(request.finish, exposure=renderer.exposure))
+            smaller = replace(smaller, finish=replace(request.finish, exposure=renderer.exposure, fill=renderer.fill))
         showing, count = arranged(smaller), Count(progress)
         surfaces = sum(max(len(placed.content.frames), 1) for placed in showing.scene.instances)
 
@@ -136,7 +136,8 @@ def draw_page(
             count.step(done - count.done)
 
         still = renderer.render(smaller, progress=drawn if progress else None)
-        gain, showing = 2.0**renderer.exposure, replace(showing, environment_light=renderer.surroundings)
+        gain = 2.0**renderer.exposure
+        showing = replace(showing, environment_light=renderer.surroundings, fill=renderer.fill)
         parts: list[Part] = []
         for part in _parts(renderer, showing, QUALITIES[quality]):
             parts.append(part)

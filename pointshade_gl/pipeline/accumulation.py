@@ -15,7 +15,7 @@ from ..gpu.core.images import Fitted, Image, depth_tested, empty, empty_part, re
 from ..gpu.core.programs import FullscreenPasses
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import TILE, Target
-from ..gpu.drawables import Drawables, Objects
+from ..gpu.drawables import Drawable, Drawables, Objects
 from ..gpu.meshes.mesh_objects import ShownGrid
 from ..gpu.points.point_objects import ShownPoints
 from ..gpu.shading.light_pass import LightPass
@@ -29,7 +29,7 @@ from ..scene.environment import EnvironmentLight
 from ..scene.graph import Scene, shaded
 from ..scene.light import Light
 from ..scene.sample_pattern import at_sample
-from ..scene.settings import SIMPLE, Metering, OutputSettings, Vector
+from ..scene.settings import FILL, SIMPLE, Metering, OutputSettings, Vector
 from ..scene.visible import VisibleScene, compose, is_alone, looking_distance
 from .frame_pass import FramePass, single_object
 from .gpu_scene import GpuScene
@@ -154,7 +154,7 @@ class Accumulator(FullscreenPasses):
         """Add up the samples. If the picture shows the same as the last one, only the missing ones are drawn."""
         sums, has_ground = target.samples, not isinstance(finish.ground, bool)
         eye, ground = (visible.eye.camera, visible.eye.pose.tobytes()), (finish.ground, finish.ground_height)
-        light = tuple(visible.lights), visible.gain, visible.environment_light
+        light = tuple(visible.lights), visible.gain, visible.fill, visible.environment_light
         content = visible.scene, *eye, *ground, *light, visible.scale
         done = sums.count if sums.content == content and sums.count <= finish.samples else 0
         if not done:
@@ -229,6 +229,16 @@ class ExposureMeter(FullscreenPasses):
         self._light_setup, self._accumulator = light_setup, accumulator
         self._surfaces, self._visibility, self._lit = (self._keep(Fitted(context, Image)) for _ in range(3))
 
+    def fill(self, finish: OutputSettings, visible: VisibleScene, drawables: Drawables) -> float:
+        """Return the share of light from all around, of a picture."""
+        scene = visible.scene
+        if not is_alone(scene.instances) or visible.environment_light.environment or not visible.materials[0].ambient:
+            return 0.0
+        if finish.fill is not None:
+            return finish.fill
+        is_found = isinstance(finish.exposure, str) and not scene.instances[0].content.look.unlight
+        return FILL if is_found and _is_noisy(drawables[scene.instances[0]]) else 0.0
+
     def find(
         self, exposure: float | Metering, visible: VisibleScene, lights: Sequence[Light], drawables: Drawables
     ) -> float:
@@ -238,26 +248,28 @@ class ExposureMeter(FullscreenPasses):
         scene = visible.scene
         alone = drawables[scene.instances[0]] if is_alone(scene.instances) else None
         is_guessed = exposure == "sensor"
-        noises = [choice.noise for choice in alone.choices if choice.noise] if alone else []
-        if is_guessed and all(noise.is_clean for noise in noises):
+        if is_guessed and not (alone and _is_noisy(alone)):
             return 0.0  # it is a picture without a sensor's noise
         if alone is not None and alone.shading in NOT_LIT:
             return 0.0  # the photograph itself
         measure = partial(self._of_points, alone.views[0]) if alone is not None and alone.views else self._of_scene
         meter = partial(self._measure, measure, is_guessed, drawables)
-        return self._steps.run("exposure", meter, scene, tuple(lights), visible.environment_light)
+        return self._steps.run("exposure", meter, scene, tuple(lights), visible.environment_light, visible.fill)
 
     def _measure(
         self, measure: Measure, is_guessed: bool, drawables: Drawables, scene: Scene, lights: Sequence[Light],
-        environment_light: EnvironmentLight,
+        environment_light: EnvironmentLight, fill: float,
     ) -> float:  # fmt: skip
         camera = check_type(scene.camera, Camera, "camera")
-        seen = compose(scene, lights, _small(camera), np.asarray(scene.pose), environment_light)
-        from ..estimation.light_fit import stops_to_match  # only here
+        seen = compose(scene, lights, _small(camera), np.asarray(scene.pose), environment_light)._replace(fill=fill)
+        from ..estimation.light_fit import stops_to_burn, stops_to_match  # only here
 
-        stops = stops_to_match(*measure(seen, drawables))
+        lit, own = measure(seen, drawables)
+        stops = stops_to_match(lit, own)
+        if fill:
+            stops = min(stops, stops_to_burn(lit, own))
         if is_guessed and stops:
-            text = f"exposure {stops:+g} stops, to be as bright as the photograph"
+            text = f"fill {fill:g} and exposure {stops:+g} stops, to be as bright as the photograph"
             print_note(f"{text}: {option('exposure', 0)} leaves the lights as given")
         return stops
 
@@ -300,6 +312,10 @@ class ExposureMeter(FullscreenPasses):
             self._steps.forget(of=[target, target.splats, target.surfaces])
             target.release()
         return lit, own
+
+
+def _is_noisy(alone: Drawable) -> bool:
+    return any(choice.noise and not choice.noise.is_clean for choice in alone.choices)
 
 
 def _small(camera: Camera) -> Camera:

@@ -58,14 +58,15 @@ class LightSetup(Owner):
             needs_map = needs_map or one.shadow or one.is_spot or one.is_area
         for p in visible.shown:
             needs_map = needs_map or (p.content.shading in LIT_EARLY and not p.content.frames)
+        ambient, gain = _filled(visible)
         if not needs_map:
-            return LightSet(lights, visible.scene.ambient, gain=visible.gain, environment=environment)
-        views, spans = shadow_views(lights, visible.scene.extent, light_part(visible.sample))
+            return LightSet(lights, ambient, gain=gain, environment=environment)
+        views, spans = shadow_views(lights, visible.scene.extent, light_part(visible.sample), _roughness(drawables))
         if views:
             drawn = (thing for _, thing in joined(drawables[p] for p in visible.shadow_casters))
             shapes = tuple(thing.shape for thing in drawn)
             self._steps.run("shadows", self._fill_shadow_map, self._shadow_map, views, shapes)
-        return LightSet(lights, visible.scene.ambient, views, spans, self._shadow_map, visible.gain, environment)
+        return LightSet(lights, ambient, views, spans, self._shadow_map, gain, environment)
 
     def _fill_shadow_map(self, shadow_map: ShadowMap, views: list[ShadowView], shapes: tuple[Shape, ...]) -> None:
         if shadow_map.fit(views):
@@ -100,6 +101,29 @@ class LightSetup(Owner):
             visibility=thing.visibility and thing.visibility.texture,
         )  # fmt: skip
         light.raise_version()
+
+
+def _roughness(drawables: Drawables) -> float:
+    """Return the noise of depth of the roughest frame, world units."""
+    roughest = 0.0
+    for p, thing in drawables.items():
+        for choice in thing.choices if p.content.frames else ():
+            noise = choice.noise
+            if noise is not None and not noise.is_clean:
+                z = p.content.scale
+                roughest = max(roughest, math.hypot(noise.relative * z, noise.bumps * z * z) * p.rigid_axes[1])
+    return roughest
+
+
+def _filled(visible: VisibleScene) -> tuple[tuple[float, float, float], float]:
+    """Return ambient light and gain with the fill: the rest of the light, and the fill through the material's ambient
+    strength."""
+    red, green, blue = visible.scene.ambient
+    if not visible.fill:
+        return (red, green, blue), visible.gain
+    rest = max(1.0 - visible.fill, 1e-6)
+    more = visible.fill / (rest * visible.materials[0].ambient)
+    return (red + more, green + more, blue + more), visible.gain * rest
 
 
 AS_IN_GLTF = np.diag([1.0, -1, -1, 1])  # pose of who looks along -z: a scene's own environment has the world's axes

@@ -113,6 +113,7 @@ class Pipeline(Owner):
         self._seen: VisibleScene | None = None  # what was last seen of it, from the middle of its pixels
         self._has_surfaces = False  # whether the target certainly holds the surfaces of that
         self.exposure = 0.0  # of the last picture, stops
+        self.fill = 0.0  # of it
         self.environment_light = NO_ENVIRONMENT  # of it
         self.scale: ColorScale | None = None  # of its colours, if they are no light
         self._stands: tuple[Hashable, tuple[np.ndarray, bool]] | None = None  # the last stream, and where up is in it
@@ -145,6 +146,9 @@ class Pipeline(Owner):
         if self._drawn is not scene:
             self.steps.forget("exposure")
         self._drawn = scene
+        self.fill = self._meter.fill(finish, visible, drawables)
+        if self.fill:
+            visible = visible._replace(fill=self.fill)
         self.exposure = self._meter.find(finish.exposure, visible, lights, drawables)
         if self.gpu_scene.drawn is not drawables:  # it has looked from elsewhere
             drawables = self.gpu_scene.prepare(visible)

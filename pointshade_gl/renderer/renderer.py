@@ -132,6 +132,11 @@ class Renderer(Estimates):
         return self._pipeline.exposure
 
     @property
+    def fill(self) -> float:
+        """Return the share of light from all around that was mixed into the light of the last picture."""
+        return self._pipeline.fill
+
+    @property
     def surroundings(self) -> EnvironmentLight:
         """Return what was around the objects of the last picture; its environment, and whether things hid its light."""
         return self._pipeline.environment_light

@@ -128,13 +128,13 @@ def write_series(
               work ends with `Cancelled`: there is no film, and numbered files are there up to that picture.
     all       how many jobs there are
     """
-    count, found = Count(progress, all), list[float]()
+    count, found = Count(progress, all), list[tuple[float, float]]()
 
     def draw(request: RenderRequest) -> NDArray[np.uint8]:
         if found:
-            request = replace(request, finish=replace(request.finish, exposure=found[0]))
+            request = replace(request, finish=replace(request.finish, exposure=found[0][0], fill=found[0][1]))
         image = renderer.render(request)
-        found[:] = [renderer.exposure]
+        found[:] = [(renderer.exposure, renderer.fill)]
         return image
 
     if is_numbered(path):

@@ -173,6 +173,7 @@ class Choice:
 
     missing    share of the depth that is missing, where that is why "auto" chose it
     completed  share of the frame's pixels that got a surface without a depth
+    calm       are normals averaged with those around, for light?
     """
 
     method: str
@@ -180,12 +181,14 @@ class Choice:
     told: bool = False
     missing: float = 0.0
     completed: float = 0.0
+    calm: bool = False
 
 
 def describe(choice: Choice) -> str:
     """Describe in one sentence which method ran, and why, and how much was completed."""
     completed = f"; {100 * choice.completed:.2g} % of the pixels are completed" if choice.completed else ""
-    return _describe_method(choice) + completed
+    calm = f"; for light, normals are averaged with those around: not so with {option('normals', 'adaptive')}"
+    return _describe_method(choice) + completed + (calm if choice.calm else "")
 
 
 def _describe_method(choice: Choice) -> str:

@@ -31,6 +31,7 @@ from .values import SHOWS, Show, linear_color
 
 STILL, FILM = 16, 4  # samples of a picture of the command line; of each picture of a film, and of a point cloud
 STOPS = 32.0  # of exposure, at most
+FILL = 0.3  # of photographs, which are lit already: they stay above this share of themselves
 Vector = tuple[float, float, float]
 Metering = Literal["auto", "sensor"]
 METERINGS: tuple[Metering, ...] = get_args(Metering)
@@ -47,6 +48,7 @@ class OutputOptions(TypedDict, total=False):
     ground: bool | Numbers
     ground_height: float | None
     exposure: float | Metering
+    fill: float | None
     tone: Tone
     environment: Environment | Numbers | str | PathLike[str] | None
     environment_intensity: float
@@ -123,6 +125,15 @@ class OutputSettings:
         "sensor, which is auto for frames with measured noise, and 0 for all else.",
         Cli(PICTURE, "N|auto|sensor", METERINGS, read=number_or_text),
     )
+    fill: float | None = opt(
+        None,
+        "light from all around that is mixed in, as a share of all light, 0 to 1: no point is darker than this share "
+        f"of its own colour. None is {FILL:g} where `exposure` is found for a frame with measured noise, whose picture "
+        "is lit already, and 0 for all else. Scenes, environments and materials without ambient light have none",
+        "Share of light from all around, 0 to 1: no point is darker than this share of its own colour. Default: "
+        f"{FILL:g} where the exposure of a frame with measured noise is found, else 0.",
+        Cli(PICTURE, "N", kind=float),
+    )
     tone: Tone = opt(
         "none",
         'how light is shown that is stronger than white: "none" cuts it off, each channel by itself; "neutral" lets it '
@@ -180,6 +191,8 @@ class OutputSettings:
         object.__setattr__(self, "ground", _check_ground(self.ground))
         object.__setattr__(self, "ground_height", _check_height(self.ground_height, self.ground))
         object.__setattr__(self, "exposure", check_exposure(self.exposure))
+        if self.fill is not None:
+            object.__setattr__(self, "fill", check_number(self.fill, option("fill"), 0, 1))
         check_choice(option("tone"), self.tone, TONES)
         check_choice(option("show"), self.show, SHOWS)
         object.__setattr__(self, "environment", check_environment(self.environment))
@@ -207,7 +220,7 @@ class OutputSettings:
     def of_numbers(self) -> OutputSettings:
         """Return the finish of a picture whose colours stand for numbers; no light changes it."""
         dark = {"environment": None, "ambient_occlusion": False}
-        return replace(self, ground=False, ground_height=None, exposure=0.0, tone="none", **dark)
+        return replace(self, ground=False, ground_height=None, exposure=0.0, fill=0.0, tone="none", **dark)
 
     @property
     def up(self) -> Vector | None:

@@ -18,6 +18,7 @@ Span = tuple[int, int]  # number of the first view, and how many there are
 FAR_AWAY = 1000.0  # radii of the scene between it and a directional light's camera: rays are parallel to 0.001
 # A lamp farther away casts shadows as a directional light does: float32 tells no depths apart at 1e6 radii.
 CONTACT = 1.2  # source pixels: what stands out of a surface by less touches it and casts no shadow on it
+ROUGH_CONTACT = 3.0  # times the noise of depth, likewise
 LEAST_CONTACT = 0.0005  # of the scene's radius: shadow maps are no finer
 SHADOW_SIDE = 1024  # pixels of a shadow view
 SHADOW_MAP = 8192  # pixels of all of them, side by side: beyond 64 views each becomes smaller
@@ -47,16 +48,17 @@ class Extent(NamedTuple):
 
 
 def shadow_views(
-    lights: Sequence[Light], extent: Extent, part: float = 1.0
+    lights: Sequence[Light], extent: Extent, part: float = 1.0, roughness: float = 0.0
 ) -> tuple[list[ShadowView], list[Span | None]]:
     """Return the shadow cameras of all lights, of one picture size, and for each light the span of those that are its
     own.
 
     A light that casts no shadow has none. part: share of the radius of soft lights for which this sample stands.
+    roughness: noise of depth, world units.
     """
     lights = [_sun_if_far(light, extent) for light in lights]
     looks = [_directions(light, extent) if light.shadow else [] for light in lights]
-    contact = max(CONTACT * extent.grain, LEAST_CONTACT * extent.radius)
+    contact = max(CONTACT * extent.grain, LEAST_CONTACT * extent.radius, ROUGH_CONTACT * roughness)
     side = min(SHADOW_SIDE, SHADOW_MAP // max(math.ceil(math.sqrt(sum(map(len, looks)))), 1))
     views: list[ShadowView] = []
     spans: list[Span | None] = []

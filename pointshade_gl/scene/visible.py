@@ -36,6 +36,7 @@ class VisibleScene(NamedTuple):
     environment_light: EnvironmentLight = NO_ENVIRONMENT
     sample: int = 0  # of the picture
     scale: ColorScale | None = None  # of colours that are no light
+    fill: float = 0.0  # share of light from all around that is mixed in
     materials: Sequence[Material] = ()  # of all that is shown, each once; never empty
 
     @property

@@ -80,7 +80,7 @@ class Document:
     first    what was shown first: the user may have hidden nodes of a scene since
     start    the moment that R brings back
     history  the steps since then
-    exposure  of its first lit picture, as soon as that is drawn
+    metered  exposure and fill of its first lit picture, as soon as that is drawn
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class Document:
     ):  # fmt: skip
         self.playback, self.dropped = playback, dropped
         self.title = " and ".join(dropped.paths) if dropped else ""
-        self.exposure: float | Metering = "sensor"
+        self.metered: tuple[float | Metering, float | None] = "sensor", None
         try:
             self.first = playback.first(merge)
             self.start_at(_start_of(self.first, state, lights, place), self.first)

@@ -316,13 +316,14 @@ class ShownPicture:
     now    view, lights and look
     shown  the frame, the views or the scene
     plays  whether the next frame comes by itself
-    exposure  as of OutputSettings: found for the first picture, then the same, so that light is seen to grow or fade
+    metered  exposure and fill as of OutputSettings: found for the first picture, then the same, so that light is seen
+        to grow or fade
     """
 
     now: Snapshot
     shown: Shown
     camera: Camera
-    exposure: float | Metering = "sensor"
+    metered: tuple[float | Metering, float | None] = "sensor", None
     plays: bool = False
 
     @cached_property
@@ -351,7 +352,7 @@ class ShownPicture:
         """Return what a renderer is asked for. rests: it will be refined no more, or is already."""
         state, scene, views = self.now.state, scene_in(self.shown), views_in(self.shown)
         plain: dict[str, Any] = {"background": None, "ground": False, "ground_height": None, "samples": samples}
-        plain["exposure"] = self.exposure
+        plain["exposure"], plain["fill"] = self.metered
         if not rests and state.finish.ambient_occlusion is None and (self.plays or scene):
             plain["ambient_occlusion"] = False  # until it rests: it is found for each frame, in scenes for each view
         changes = {name: value for name, value in plain.items() if getattr(state.finish, name) != value}

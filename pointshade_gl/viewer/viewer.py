@@ -292,7 +292,7 @@ class Viewer(Session):
     def _seen_by(self, camera: Camera) -> ShownPicture:
         """The same object while nothing that it is made of has changed: what it finds is found once."""
         document = self.document
-        parts = *self.moment, self.frame, camera, document.exposure, document.playback.is_moving(self.frame)
+        parts = *self.moment, self.frame, camera, document.metered, document.playback.is_moving(self.frame)
         if self._seen is None or not all(map(operator.is_, parts, self._parts)):
             self._seen, self._parts = ShownPicture(self.moment, *parts[-4:]), parts
         return self._seen
@@ -353,7 +353,9 @@ class Viewer(Session):
         if not is_old:
             self._keep_good()
             if picture.now.state.is_lit:
-                self.document.exposure = self.screen.renderer.exposure
+                metered = self.screen.renderer.exposure, self.screen.renderer.fill
+                if metered != self.document.metered:
+                    self.document.metered = metered
         for effect in chosen:
             self.perform(effect)
         if self.state.panel:  # all that it changes between two presses of a button is one step

@@ -54,6 +54,8 @@ CONSTANTS = {  # the values that the project builds each with
     | {"SHADOWS": (0, 1, 2), "ENVIRONMENT": AROUND},
     "shading/ground.frag": {"SHADOWS": (1, 2), "VISIBILITY": FLAG, "ENVIRONMENT": AROUND},
     "surface/hidden_in_plane.frag": {"OBJECTS": FLAG},
+    "surface/calm_levels.frag": {"SHARED": FLAG},
+    "surface/calm_witness.frag": {"SAME_SIZE": FLAG, "COMPLETED": FLAG},
     "surface/mean_hidden.frag": {"AGAIN": FLAG},
     "points/set_resolve.frag": dict.fromkeys(("LOOK_UP", "AT_TARGET", "CERTAINTY", "VISIBILITY", "MARKED"), FLAG),
     "points/set_resolve_depth.frag": {"LOOK_UP": FLAG},

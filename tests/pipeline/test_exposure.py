@@ -14,6 +14,7 @@ from pointshade_gl.page import draw_page
 from pointshade_gl.page.page_contents import Showing
 from pointshade_gl.renderer.series import jobs_of, write_series
 from pointshade_gl.scene.graph import shaded
+from pointshade_gl.scene.settings import FILL
 from pointshade_gl.scene.values import linear_to_srgb, srgb_to_linear
 
 from ..support import frames
@@ -102,9 +103,9 @@ def test_shadows_on_a_ground_stay_as_dark(renderer):
 @pytest.mark.parametrize("more", [{}, {"splat": "mesh"}, {"shading": "gouraud"}, {"material": PLAIN}])
 def test_auto_is_as_bright_as_the_photograph(renderer, noisy, light, more):
     picture = renderer.render(noisy, light, exposure="auto", **more)
-    found = renderer.exposure
+    found, fill = renderer.exposure, renderer.fill
     assert middle(picture) == pytest.approx(middle(renderer.render(noisy, shading="none")), rel=0.03)
-    again = renderer.render(noisy, light, exposure=found, **more)  # by its light pass: the same to one step
+    again = renderer.render(noisy, light, exposure=found, fill=fill, **more)  # by its light pass: the same to one step
     assert np.abs(again.astype(int) - picture).max() <= 1 and found
 
 
@@ -194,8 +195,8 @@ def test_a_film_has_the_exposure_of_its_first_picture(renderer, noisy, tmp_path,
     jobs, _ = jobs_of(noisy, view, turntable, 3, lambda _: None)
     requests = [request for _, request in jobs]
     renderer.render(requests[0])
-    first = renderer.exposure
-    expected = [renderer.render(replace(one, finish=ps.OutputSettings(exposure=first))).astype(int) for one in requests]
+    finish = ps.OutputSettings(exposure=renderer.exposure, fill=renderer.fill)
+    expected = [renderer.render(replace(one, finish=finish)).astype(int) for one in requests]
     write_series(renderer, ((k, one) for k, one in enumerate(requests)), tmp_path / "%04d.png", 25)
     for k, picture in enumerate(expected):
         with Image.open(tmp_path / f"{k:04d}.png") as found:
@@ -206,10 +207,45 @@ def test_a_window_begins_as_bright_and_stays_so_as_the_light_moves(open_viewer, 
     viewer = open_viewer(noisy)
     viewer.step(wait=False)
     found = viewer.renderer.exposure
-    assert found and viewer.document.exposure == found
+    assert found and viewer.document.metered == (found, FILL) == (found, viewer.renderer.fill)
     drag(viewer, (160, 120), (60, 40), "right")
     viewer.step(wait=False)
-    assert viewer.renderer.exposure == found
+    assert viewer.renderer.exposure == found and viewer.renderer.fill == FILL
+
+
+def linear(picture):
+    return srgb_to_linear(picture[..., :3] / 255)
+
+
+def test_a_photograph_stays_above_the_fill_and_white_does_not_burn(renderer, noisy):
+    """Lit along the wall, whose waves turn away from the light."""
+    photograph, along = linear(renderer.render(noisy, shading="none")), ps.Light(direction=(1, 0, 0.1))
+    assert np.quantile(linear(renderer.render(noisy, along)) / photograph, 0.1) < 0.15
+    for exposure in ("sensor", "auto"):
+        lit = renderer.render(noisy, along, exposure=exposure)
+        assert (linear(lit) > FILL * photograph).mean() > 0.999 and renderer.fill == FILL
+        assert (lit[..., :3] == 255).mean() < 0.01
+    for options in (
+        {"exposure": 0.5},
+        {"exposure": "auto", "unlight": True},
+        {"exposure": "auto", "environment": "sky"},
+    ):
+        renderer.render(noisy, along, **options)
+        assert renderer.fill == 0
+    renderer.render(frames.sphere(), exposure="auto")
+    assert renderer.fill == 0
+
+
+def test_fill_mixes_a_share_of_the_own_colours_in(renderer):
+    sphere = frames.sphere()
+    own, plain = (linear(renderer.render(sphere, **more)) for more in ({"shading": "none"}, {}))
+    for fill in (0, 0.4, 1):
+        found = linear(renderer.render(sphere, fill=fill))
+        assert np.abs(found - (fill * own + (1 - fill) * plain)).max() < 0.009  # two half steps of 8 bits, near white
+    without = {"material": ps.Material(ambient=0)}
+    assert (renderer.render(sphere, fill=0.5, **without) == renderer.render(sphere, **without)).all()
+    with pytest.raises(ValueError, match="fill must be"):
+        renderer.render(sphere, fill=1.5)
 
 
 def test_a_page_carries_the_factor_of_the_still(renderer, noisy, monkeypatch):
@@ -217,5 +253,6 @@ def test_a_page_carries_the_factor_of_the_still(renderer, noisy, monkeypatch):
     own = Showing.values
     monkeypatch.setattr(Showing, "values", lambda self, *points: written.append(own(self, *points)) or written[0])
     text = draw_page(renderer, noisy, title="", exposure="auto")
+    assert f'"fill":{FILL}' in text and f'"material":[{0.7 * 0.1 + FILL:g},' in text
     assert renderer.exposure and f'"exposure":{2.0**renderer.exposure}' in text
     assert '"exposure":1.0' in draw_page(renderer, noisy, title="")

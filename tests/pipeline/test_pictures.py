@@ -10,6 +10,7 @@ from pointshade_gl.scene.appearance import Appearance
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.visible import MERGE
 
+from ..reference.calm_normals import calm_normals
 from ..reference.render import render as mirror_render
 from ..reference.surface_pass import certainty_by_noise, measure_noise, surface_by_noise
 from ..support import frames
@@ -105,10 +106,13 @@ def test_noisy_depth_is_drawn_calmed(rasterizer, golden):
     intrinsics = np.array(frame.camera.intrinsics, np.float32)
     surface, noise = surface_by_noise(frame.depth, intrinsics), measure_noise(frame.depth, float(intrinsics[0]))
     certainty = certainty_by_noise(surface, noise, intrinsics)
+    color = np.asarray(frame.color, np.float32)[..., :3] / 255
+    assert not noise.bumps
+    normals = calm_normals(surface, color, certainty, noise.relative, False, intrinsics)
     assert 0.001 < np.abs(surface[..., 3] - frame.depth).mean() < 0.004
     calm = ps.Frame(frame.color, surface[..., 3], frame.camera)
     eye = Eye.at_distance(frame.camera, pose, frame.scale)
-    mirror = mirror_render(calm, surface[..., :3], (LIGHT,), Appearance(), eye, rasterizer.name, certainty=certainty)
+    mirror = mirror_render(calm, normals, (LIGHT,), Appearance(), eye, rasterizer.name, certainty=certainty)
     golden("noisy", actual, mirror, rasterizer.name == "points")
 
 

@@ -66,7 +66,7 @@ def view(
         command_line=partial(render_line, Typed.of(frame, more)),
     )
     viewer.samples = seen.get("samples", viewer.samples)
-    viewer.document.exposure = seen.get("exposure", viewer.document.exposure)
+    viewer.document.metered = seen.get("exposure", "sensor"), seen.get("fill")
     announce(viewer.renderer)
     if not is_scene:
         viewer.state = replace(viewer.state, shadows=casts)  # until the key S switches them on

@@ -67,6 +67,7 @@ class FrameTextures(DepthTextures):
         self.frame: Frame | None = None  # whose textures these are
         self.large: LargePoints | None = None  # these two are made for the first view that shows them
         self.completed: LargePoints | None = None
+        self.calm: LargePoints | None = None
         self.bridged: LargePoints | None = None  # never lit: made when the frame casts a shadow
         self.trust: Image | None = None  # RG8: made when the frame is one of several of the same thing
         self.albedo: Image | None = None  # RGBA16, sRGB: made when the light in the picture is to be taken out
@@ -111,11 +112,12 @@ class FrameTextures(DepthTextures):
     def images(self) -> list[Images]:
         """These textures, and the images made from them."""
         made = [image for image in (self.trust, self.matte, self.albedo) if image]
-        points = [image for made in (self.large, self.completed, self.bridged) if made for image in made.images]
+        larger = self.large, self.completed, self.calm, self.bridged
+        points = [image for made in larger if made for image in made.images]
         return [self, self.surface, self.lit, *made, *points]
 
     def release(self) -> None:
-        for made in (self.large, self.completed, self.bridged, self.trust, self.matte, self.albedo):
+        for made in (self.large, self.completed, self.calm, self.bridged, self.trust, self.matte, self.albedo):
             if made:
                 made.release()
         super().release()

@@ -25,7 +25,7 @@ from .source_colors import SourceColors
 from .surface_normals import Estimator, SurfacePass
 
 if TYPE_CHECKING:
-    from .refinement import CompletionPass, HiddenPlanesPass, UpsamplePass
+    from .refinement import CalmNormalsPass, CompletionPass, HiddenPlanesPass, UpsamplePass
 
 
 class Streams(Owner):
@@ -94,6 +94,12 @@ class FrameStore(Owner):
         from .refinement import CompletionPass  # only here
 
         return self._keep(CompletionPass(self._context))
+
+    @cached_property
+    def _calm(self) -> CalmNormalsPass:
+        from .refinement import CalmNormalsPass  # only here
+
+        return self._keep(CalmNormalsPass(self._context))
 
     @cached_property
     def _bridge(self) -> HiddenPlanesPass:
@@ -185,6 +191,17 @@ class FrameStore(Owner):
             self._noted.add(source)
         return completed
 
+    def calm(self, textures: FrameTextures, points: DrawnPoints) -> DrawnPoints:
+        """Return points whose normals are calm, for light; the same points if their normals are sure."""
+        noise, surface = textures.choice.noise, points.surface
+        if noise is None or noise.is_clean or surface.certainty is None:
+            return points
+        if not textures.choice.calm:
+            self.choice = textures.choice = replace(textures.choice, calm=True)
+        calm = self._fit(textures, "calm", surface.size)
+        self._steps.run("calm", self._calm.run, textures, surface, points.camera, noise, calm.surface, of=textures)
+        return points._replace(surface=calm.surface, lit=calm.lit)
+
     def bridge(self, textures: FrameTextures, points: DrawnPoints) -> PointSurface:
         """Return what the points hide and what continues behind them, at the size of their `bridged_camera`."""
         camera = bridged_camera(points.camera)
@@ -199,7 +216,7 @@ class FrameStore(Owner):
         return points.surface.visibility
 
     def _fit(
-        self, textures: FrameTextures, name: Literal["large", "completed", "bridged"], size: tuple[int, int]
+        self, textures: FrameTextures, name: Literal["large", "completed", "calm", "bridged"], size: tuple[int, int]
     ) -> LargePoints:
         points: LargePoints | None = getattr(textures, name)
         if points is None or points.size != size:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import moderngl
 import numpy as np
 
 from ...scene.camera import Camera
 from ...scene.frame import Frame
+from ...scene.noise import Noise
 from ...scene.visible import bridged_stride
 from ..core.frame_textures import DepthTextures, FrameTextures, PointSurface
 from ..core.images import R32F, RG16, RG32F, RGBA32F, Box, Fitted, Image, Images, empty, read_texture
@@ -114,6 +116,48 @@ class HiddenPlanesPass(FullscreenPasses):
         bridge = self.fullscreen("surface/hidden_planes.frag")
         bridge.draw(bridged.target, {"surface_map": surface.texture}, **inputs)
         bridged.raise_version()
+
+
+CELL = 4  # pixels, as SIDE in calm_normals.glsl
+LEVELS = 3, 5  # of means over more and more distant cells; the second where neighbours share their noise
+OWN_SHARE = 1.0, 0.1  # of a pixel's normal, likewise
+
+
+class CalmNormalsPass(FullscreenPasses):
+    """Averages normals of noisy frames for light, see shaders/common/calm_normals.glsl."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._witness = self._keep(Fitted(context, Image, RG32F))
+        self._cells = [self._keep(Fitted(context, Image, RGBA32F, RG32F)) for _ in range(2)]
+
+    def run(
+        self, textures: FrameTextures, surface: PointSurface, camera: Camera, noise: Noise, calm: PointSurface
+    ) -> None:
+        """Write the surface of a frame with calm normals to `calm`. camera: the frame's, at the surface's size."""
+        is_shared = noise.bumps > 0
+        inputs = {"noise": noise.relative, "intrinsics": camera.intrinsics}
+        witness = self._witness.fit(surface.size)
+        is_completed = surface is not textures.surface
+        same = int(textures.color.size == surface.size)
+        look = self.fullscreen("surface/calm_witness.frag", SAME_SIZE=same, COMPLETED=int(is_completed))
+        maps = {"surface_map": surface.texture, "certainty_map": surface.certainty, "color_map": textures.color}
+        measured = {"measured_map": textures.surface.texture} if is_completed else {}
+        look.draw(witness.target, maps | measured)
+        pixels = {"surface_map": surface.texture, "witness_map": witness.texture}
+        cells, others = (one.fit((-(-surface.size[0] // CELL), -(-surface.size[1] // CELL))) for one in self._cells)
+        self.fullscreen("surface/calm_cells.frag").draw(cells.target, pixels, **inputs)
+        for level in range(LEVELS[is_shared]):
+            average = self.fullscreen("surface/calm_levels.frag", SHARED=int(is_shared and level == 0))
+            facets: dict[str, Any] = dict(zip(("surface_map", "witness_map"), cells.textures, strict=True))
+            average.draw(others.target, facets, stride=1 << level, **inputs)
+            cells, others = others, cells
+        facets = dict(zip(("other_map", "joined_map"), cells.textures, strict=True))
+        calm.confine(surface.window)
+        turn = self.fullscreen("surface/calm_normals.frag")
+        turn.draw(calm.target, pixels | facets, own_share=OWN_SHARE[is_shared], **inputs)
+        calm.certainty = surface.certainty
+        calm.raise_version()
 
 
 COUNTED = 16  # as in flying_pixel_mixing.glsl

@@ -1,0 +1,122 @@
+"""Compares shaders/common/calm_normals.glsl with its mirror, and with what calm normals should be."""
+
+import numpy as np
+import pytest
+
+from ..reference import calm_normals as mirror
+from ..reference.camera import pixel_ray
+
+F = np.float32
+K = np.array([60.0, -62.0, 30.0, 20.0], F)
+K_GLSL = "vec4(60.0, -62.0, 30.0, 20.0)"
+WIDTH, HEIGHT, NOISE = 64, 48, 0.002
+MAPS = "surface_map, witness_map"
+SIDE = mirror.SIDE
+
+
+def unit(array):
+    return (array / np.linalg.norm(array, axis=-1, keepdims=True)).astype(F)
+
+
+@pytest.fixture(scope="module")
+def maps():
+    """A bumpy wall with holes and a nearer board, whose normals are noisy; a photograph that shows both."""
+    rng = np.random.default_rng(7)
+    v, u = np.mgrid[:HEIGHT, :WIDTH]
+    depth = 2 + 0.05 * np.sin(u / 9) * np.cos(v / 7)
+    board = (v > 10) & (v < 30) & (u > 20) & (u < 40)
+    depth[board] = 1.4
+    depth[rng.random(depth.shape) < 0.05] = 0
+    normals = unit(-pixel_ray(np.stack([u, v], -1).astype(F), K) + 0.3 * rng.normal(size=(HEIGHT, WIDTH, 3)))
+    normals[0, :5] = 0  # lit already
+    surface = np.concatenate([normals, np.where(u % 7 == 0, -depth, depth)[..., None]], -1).astype(F)
+    luminance = np.where(board, -0.5, -1.5) + 0.03 * rng.normal(size=depth.shape)
+    tilt = rng.uniform(0.03, 0.3, depth.shape) * np.where(u > 50, -1, 1)
+    return {"surface_map": surface, "witness_map": np.stack([luminance, tilt], -1).astype(F)}
+
+
+def some(width=WIDTH, height=HEIGHT, count=300):
+    rng = np.random.default_rng(8)
+    return np.stack([rng.integers(0, width, count), rng.integers(0, height, count)], -1)
+
+
+def of_facets(gpu, maps, expression, before="", **inputs):
+    p = some()
+    both = f"Facet a = facet_at({MAPS}, ivec2(p), 1.0, {K_GLSL}); Facet b = facet_at({MAPS}, ivec2(q), 1.0, {K_GLSL});"
+    return gpu("calm_normals.glsl", expression, before=both + before, p=p, q=np.add(p, (1, 2)), **maps, **inputs)
+
+
+@pytest.fixture
+def pair(maps):
+    p = some()
+    return [mirror.facet_at(*maps.values(), place, 1, K) for place in (p, np.add(p, (1, 2)))]
+
+
+def close(found, expected, atol=2e-5):
+    np.testing.assert_allclose(found[:, : expected.shape[1]], expected, atol=atol, rtol=1e-4)
+
+
+def test_facets_are_read_as_by_the_mirror(gpu, maps, pair):
+    for name, facet in zip("ab", pair, strict=True):
+        close(
+            of_facets(gpu, maps, f"{name}.point, {name}.luminance"), np.concatenate([facet.point, facet.luminance], -1)
+        )
+        there = f"{name}.normal, float({name}.is_blind)"
+        close(of_facets(gpu, maps, there), np.concatenate([facet.normal, facet.is_blind], -1).astype(F))
+        parts = facet.tilt, mirror.is_facet(facet)
+        found = of_facets(gpu, maps, f"{name}.tilt, float(is_facet({name})), 0.0, 0.0")
+        close(found, np.concatenate(parts, -1).astype(F))
+
+
+def test_strangeness_agrees_with_the_mirror(gpu, maps, pair):
+    found = of_facets(gpu, maps, f"strangeness(a, b, {NOISE}, {K_GLSL}), 0, 0, 0")
+    known = mirror.is_facet(pair[0])
+    close(np.where(known, found[:, :1], 0), np.where(known, mirror.strangeness(*pair, NOISE, K), 0))
+
+
+def test_a_witness_knows_darkness_and_doubt(gpu):
+    rng = np.random.default_rng(3)
+    color, certainty = rng.random((200, 3)).astype(F), rng.random((200, 1)).astype(F)
+    measured = rng.integers(0, 2, (200, 1)).astype(F)
+    color[:5] = 0
+    found = gpu("calm_normals.glsl", "witness_of(c, t, m > 0.5), 0, 0", c=color, t=certainty, m=measured)
+    close(found, mirror.witness_of(color, certainty, measured > 0))
+
+
+def test_cells_agree_with_the_mirror(gpu, maps):
+    cells = some(-(-WIDTH // SIDE), -(-HEIGHT // SIDE))
+    surface, joined = mirror.join_facets(*maps.values(), cells, NOISE, K)
+    made = f"vec2 joined; vec4 facet = join_facets({MAPS}, ivec2(p), {NOISE}, {K_GLSL}, joined);"
+    close(gpu("calm_normals.glsl", "facet", before=made, p=cells, **maps), surface, 1e-4)
+    found = gpu("calm_normals.glsl", "joined, 0, 0", before=made, p=cells, **maps)
+    known = surface[:, 3] > 0
+    close(found[known], joined[known], 1e-4)
+
+
+def test_a_cell_of_one_brightness_is_blind(maps):
+    witness = maps["witness_map"].copy()
+    witness[:SIDE, :SIDE] = -1.5, 0.1
+    _, joined = mirror.join_facets(maps["surface_map"], witness, np.array([(0, 0), (2, 2)]), NOISE, K)
+    assert joined[0, 1] < 0 < joined[1, 1]
+
+
+@pytest.mark.parametrize("is_shared", [True, False])
+def test_levels_agree_with_the_mirror(gpu, maps, is_shared):
+    cells = some()
+    surface, left = mirror.calm_facet(*maps.values(), cells, 2, NOISE, K, is_shared)
+    made = (
+        f"vec2 left; vec4 facet = calm_facet({MAPS}, ivec2(p), 2, {NOISE}, {K_GLSL}, {str(is_shared).lower()}, left);"
+    )
+    close(gpu("calm_normals.glsl", "facet", before=made, p=cells, **maps), surface, 2e-4)
+    close(gpu("calm_normals.glsl", "left, 0, 0", before=made, p=cells, **maps), left, 2e-4)
+
+
+def test_normals_of_pixels_agree_with_the_mirror(gpu, maps):
+    every = np.stack(np.meshgrid(np.arange(-(-WIDTH // SIDE)), np.arange(-(-HEIGHT // SIDE))), -1)
+    cells = mirror.join_facets(*maps.values(), every.reshape(-1, 2), NOISE, K)
+    others = [cell.reshape(*every.shape[:2], -1).astype(F) for cell in cells]
+    p = some()
+    expected = mirror.calm_normal(*maps.values(), *others, p, NOISE, 0.1, K)
+    call = f"calm_normal({MAPS}, other_map, joined_map, ivec2(p), {NOISE}, 0.1, {K_GLSL}), 0"
+    both = maps | {"other_map": others[0], "joined_map": others[1]}
+    close(gpu("calm_normals.glsl", call, p=p, **both), expected, 1e-4)

@@ -1,0 +1,85 @@
+"""Light on noisy depth: calm where photograph and depth are smooth, and no shadow of the surface's own noise."""
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+import pointshade_gl as ps
+from pointshade_gl.scene.noise import describe
+
+CAMERA = ps.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
+LIGHT = ps.Light(position=(-0.8, -0.6, 0.3))
+MATT = ps.Material(0.1, 0.9, 0)
+V, U = np.mgrid[:240, :320]
+LEFT = U < 160
+
+
+def corner() -> np.ndarray:
+    """Two walls that meet in the middle, metres."""
+    slope = np.where(LEFT, 0.5, -0.5) * (U - 159.5) / 262.5
+    return 1.5 / (1 - slope)
+
+
+def noises(depth: np.ndarray) -> dict[str, np.ndarray]:
+    """Noise of each pixel, and noise that neighbours share, as of stereo."""
+    random = np.random.default_rng(2)
+    wide = gaussian_filter(random.normal(size=depth.shape), 3)
+    return {
+        "own": depth + random.normal(0, 0.004, depth.shape),
+        "shared": 1 / (np.round((1 / depth + 0.003 * wide / wide.std()) * 1260) / 1260),
+    }
+
+
+@pytest.fixture(scope="module")
+def photograph() -> np.ndarray:
+    """The walls have two colours; a camera has noise of its own."""
+    grey = np.where(LEFT, 90, 150) + np.random.default_rng(1).normal(0, 1, LEFT.shape)
+    return np.repeat(np.round(grey).astype(np.uint8)[..., None], 3, 2)
+
+
+@pytest.fixture(params=["own", "shared"])
+def noise(request) -> str:
+    return request.param
+
+
+@pytest.fixture
+def noisy(noise, photograph) -> ps.Frame:
+    return ps.Frame(photograph, noises(corner())[noise].astype(np.float32), CAMERA)
+
+
+def off(picture: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """The error away from the picture's borders, 8 bits."""
+    return np.abs(picture[..., :3].astype(float) - truth[..., :3])[8:-8, 8:-8].mean(-1)
+
+
+def test_light_is_calm_and_the_corner_stays(renderer, noise, noisy, photograph):
+    truth = renderer.render(ps.Frame(photograph, corner().astype(np.float32), CAMERA), LIGHT, MATT)
+    plain, calm = (off(renderer.render(noisy, LIGHT, MATT, normals=name), truth) for name in ("adaptive", "auto"))
+    assert np.square(calm).mean() < {"own": 0.4, "shared": 0.75}[noise] * np.square(plain).mean()
+    near = np.abs(U - 159.5)[8:-8, 8:-8] < 6
+    assert calm[near].mean() < 1.05 * plain[near].mean()
+
+
+def test_normals_that_are_asked_for_stay_as_measured(renderer, noisy):
+    """Calm normals are for light: `estimate_normals` is that of "adaptive", and a sentence says so."""
+    renderer.render(noisy, LIGHT)
+    assert "for light, normals are averaged" in describe(renderer.choice)
+    assert (renderer.estimate_normals(noisy) == renderer.estimate_normals(noisy, "adaptive")).all()
+
+
+def test_clean_frames_and_other_methods_are_not_calmed(noisy, photograph):
+    clean = ps.Frame(photograph, corner().astype(np.float32), CAMERA)
+    with ps.Renderer() as made:
+        for frame, options in ((clean, {}), (noisy, {"normals": "adaptive"}), (noisy, {"shading": "none"})):
+            made.render(frame, LIGHT, **options)
+            assert made.steps.counts["calm"] == 0
+        made.render(noisy, LIGHT)
+        made.render(noisy, ps.Light(position=(0.5, 0, 0)))
+        assert made.steps.counts["calm"] == 1  # another light costs nothing more
+
+
+def test_a_surface_is_not_shadowed_by_its_own_noise(renderer, noise, photograph):
+    wall = noises(np.full(LEFT.shape, 1.5))[noise]
+    frame, low = ps.Frame(photograph, wall.astype(np.float32), CAMERA), (-1.2, 0, 1.45)
+    lit, shadowed = (renderer.render(frame, ps.Light(position=low, shadow=on), MATT)[..., 0] for on in (False, True))
+    assert not (shadowed.astype(int) < lit - 3.0)[8:-8, 8:-8].any()

@@ -1,0 +1,189 @@
+"""Mirror of shaders/common/calm_normals.glsl, for many pixels or cells (n, 2) integers at once."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .camera import mean_focal_length, pixel_ray
+from .splat_corners import surface_at
+from .toksvig import WANDERING, certainty_at
+from .vectors import dot, length, normalize, texel
+
+F = np.float32
+SIDE = 4
+PHOTO, SLACK, STEEPEST_TILT, LEAST_TILT, COMPLETED_TILT = F(0.08), F(0.6), F(0.5), F(0.004), F(0.35)
+OUTLIER, FAR_OUTLIER, FLAT_OUTLIER, RIDGE, DARK = F(3), F(7), F(1.2), F(0.05), F(0.05)
+
+
+class Facet(NamedTuple):
+    """point, normal (n, 3); luminance, tilt (n, 1) float32; is_blind (n, 1) bool"""
+
+    point: np.ndarray
+    normal: np.ndarray
+    luminance: np.ndarray
+    tilt: np.ndarray
+    is_blind: np.ndarray
+
+
+def facet_at(
+    surface_map: np.ndarray, witness_map: np.ndarray, place: np.ndarray, side: float, intrinsics: np.ndarray
+) -> Facet:
+    last = np.array(surface_map.shape[1::-1]) - 1
+    inside = np.clip(place, 0, last)
+    is_inside = (inside == place).all(-1, keepdims=True)
+    surface = np.where(is_inside, surface_at(surface_map, inside), F(0))
+    seen = texel(witness_map, inside)
+    pixel = F(side) * place.astype(F) + F(0.5) * F(side - 1)
+    point = pixel_ray(pixel, intrinsics) * surface[:, 3:]
+    return Facet(point, surface[:, :3], seen[:, :1], np.abs(seen[:, 1:]), seen[:, 1:] < 0)
+
+
+def is_facet(facet: Facet) -> np.ndarray:
+    return (facet.point[:, 2:] > 0) & (facet.normal != 0).any(-1, keepdims=True)
+
+
+def strangeness(own: Facet, other: Facet, noise: float, intrinsics: np.ndarray) -> np.ndarray:
+    way, depth = other.point - own.point, own.point[:, 2:]
+    off = np.minimum(np.abs(dot(way, own.normal)), np.abs(dot(way, other.normal)))
+    tilt = np.minimum(own.tilt + other.tilt, STEEPEST_TILT)
+    slack = (SLACK * F(noise) + F(0.5) / mean_focal_length(intrinsics)) * depth + tilt * length(way)
+    off = off / np.where(is_facet(own), slack, F(1))
+    return F(0.5) * off * off + np.abs(other.luminance - own.luminance) / PHOTO
+
+
+def witness_of(color: np.ndarray, certainty: np.ndarray, is_measured: np.ndarray) -> np.ndarray:
+    """(n, 2), of colours (n, 3), and (n, 1) of each of the others"""
+    brightness = np.sqrt(dot(color * color, np.array((0.2126, 0.7152, 0.0722), F)))
+    tilt = np.sqrt((F(1) / np.maximum(certainty, F(0.05)) - F(1)) / WANDERING)
+    tilt = np.maximum(tilt, np.where(is_measured, LEAST_TILT, COMPLETED_TILT))
+    return np.concatenate([F(2.2) * np.log(np.maximum(brightness, DARK)), tilt], -1).astype(F)
+
+
+def join_facets(
+    surface_map: np.ndarray, witness_map: np.ndarray, cell: np.ndarray, noise: float, intrinsics: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 4) and (n, 2)"""
+    count = len(cell)
+    zero, none = np.zeros((count, 1), F), np.zeros((count, 3), F)
+    own = Facet(none, none, zero, np.full((count, 1), F(1e30)), np.ones((count, 1), bool))
+    offsets = [np.array((k % SIDE, k // SIDE)) for k in range(SIDE * SIDE)]
+    facets = [facet_at(surface_map, witness_map, SIDE * cell + k, 1, intrinsics) for k in offsets]
+    for k in (10, 9, 6, 5):  # the four in the middle
+        is_better = is_facet(facets[k]) & (facets[k].tilt < own.tilt)
+        own = Facet(*(np.where(is_better, new, old) for new, old in zip(facets[k], own, strict=True)))
+    for facet in facets:
+        is_first = ~is_facet(own)
+        own = Facet(*(np.where(is_first, new, old) for new, old in zip(facet, own, strict=True)))
+    luminances = np.stack([facet.luminance for facet in facets])
+    darkest, brightest = luminances.min(0), luminances.max(0)
+    s, luminance, normal, point = zero, zero, none, none
+    for facet in facets:
+        weight = np.exp(-strangeness(own, facet, noise, intrinsics)) / np.square(facet.tilt)
+        m = np.where(is_facet(facet), weight, F(0))
+        s, normal, point = s + m, normal + m * facet.normal, point + m * facet.point
+        luminance = luminance + m * facet.luminance
+    is_known = is_facet(own)
+    s, normal, point = (np.where(is_known, x, F(1)) for x in (s, normal, point))
+    ray = pixel_ray(F(SIDE) * cell.astype(F) + F(0.5) * F(SIDE - 1), intrinsics)
+    depth = dot(normal, point / s) / dot(normal, ray)
+    mean = point[:, 2:] / s
+    depth = np.where(np.abs(depth / mean - F(1)) < F(0.1), depth, mean)
+    joined = np.concatenate([luminance / s, np.where(darkest == brightest, -own.tilt, own.tilt)], -1)
+    return np.where(is_known, np.concatenate([normalize(normal), depth], -1), F(0)), joined
+
+
+def calm_facet(
+    surface_map: np.ndarray, witness_map: np.ndarray, cell: np.ndarray, stride: int, noise: float,
+    intrinsics: np.ndarray, is_shared: bool,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """(n, 4) and (n, 2)"""
+    own = facet_at(surface_map, witness_map, cell, SIDE, intrinsics)
+    is_known = is_facet(own)
+    offsets = [np.array((k % 3, k // 3)) - 1 for k in range(9)]
+    others = [facet_at(surface_map, witness_map, cell + stride * off, SIDE, intrinsics) for off in offsets]
+    weights = []
+    for off, other in zip(offsets, others, strict=True):
+        m = np.exp(F(-0.69) * F(off @ off) - strangeness(own, other, noise, intrinsics))
+        weights.append(np.where(is_facet(other), m / np.square(other.tilt), F(0)))
+    total = sum(weights)
+    mean = sum(m * other.normal for m, other in zip(weights, others, strict=True))
+    total, mean = np.where(is_known, total, F(1)), np.where(is_known, mean, F(1))
+    outlier = np.where(own.is_blind, FLAT_OUTLIER, OUTLIER) ** 2
+    spread = np.where(own.is_blind, F(0), F(0.5) * np.maximum(F(1) - dot(mean, mean) / (total * total), F(0)))
+    expected = np.where(own.is_blind, own.normal, normalize(mean))
+    s, su, sv, suu, suv, svv, squares = (np.zeros((len(cell), 1), F) for _ in range(7))
+    sn, sun, svn = (np.zeros((len(cell), 3), F) for _ in range(3))
+    for (x, y), other, weight in zip(offsets, others, weights, strict=True):
+        miss, tilt = other.normal - expected, np.square(other.tilt)
+        allowed = outlier * (np.square(own.tilt) + tilt) + spread
+        m = weight * np.exp(F(-0.5) * dot(miss, miss) / np.where(is_known, allowed, F(1)))
+        s, su, sv, sn = s + m, su + m * x, sv + m * y, sn + m * other.normal
+        suu, suv, svv = suu + m * x * x, suv + m * x * y, svv + m * y * y
+        sun, svn = sun + m * x * other.normal, svn + m * y * other.normal
+        squares = squares + m * m * tilt
+    s = np.where(is_known, s, F(1))
+    u, v, mean = su / s, sv / s, np.where(is_known, sn / s, F(1))
+    un, vn = sun / s - u * mean, svn / s - v * mean
+    uu, vv, uv = suu / s - u * u + RIDGE, svv / s - v * v + RIDGE, suv / s - u * v
+    determinant = uu * vv - uv * uv
+    slope_u, slope_v = (vv * un - uv * vn) / determinant, (uu * vn - uv * un) / determinant
+    here = mean - u * slope_u - v * slope_v
+    rest = F(0.5) * np.maximum(F(1) - dot(mean, mean) - dot(slope_u, un) - dot(slope_v, vn), F(0))
+    variance = np.maximum(squares, rest * s * s / F(9)) / (s * s)
+    left = texel(witness_map, cell)
+    factor = np.minimum(np.sqrt(variance) / np.where(is_known, own.tilt, F(1)), F(1))
+    tilt = np.where(own.is_blind | (not is_shared), left[:, 1:] * factor, left[:, 1:])
+    tilt = np.where(np.abs(tilt) < LEAST_TILT, np.sign(tilt) * LEAST_TILT, tilt)
+    left = np.concatenate([left[:, :1], np.where(is_known, tilt, left[:, 1:])], -1)
+    normal = normalize(np.where(length(here) > F(0.1), here, mean))
+    surface = np.concatenate([normal, texel(surface_map, cell)[:, 3:]], -1)
+    return np.where(is_known, surface, F(0)).astype(F), left.astype(F)
+
+
+def calm_normal(
+    surface_map: np.ndarray, witness_map: np.ndarray, other_map: np.ndarray, joined_map: np.ndarray, pixel: np.ndarray,
+    noise: float, own_share: float, intrinsics: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """(n, 3)"""
+    own = facet_at(surface_map, witness_map, pixel, 1, intrinsics)
+    at = (pixel.astype(F) - F(0.5) * F(SIDE - 1)) / F(SIDE)
+    low = np.floor(at).astype(int)
+    share = at - low.astype(F)
+    is_blind, doubt = texel(joined_map, pixel // SIDE)[:, 1:] < 0, np.square(own.tilt)
+    outlier = np.where(is_blind, FLAT_OUTLIER, FAR_OUTLIER) ** 2
+    total = np.zeros_like(own.normal)
+    for k in range(4):
+        off = np.array((k % 2, k // 2))
+        cell = facet_at(other_map, joined_map, low + off, SIDE, intrinsics)
+        near = np.where(off == 1, share, F(1) - share)
+        miss, variance = cell.normal - own.normal, np.square(cell.tilt)
+        strange = strangeness(own, cell, noise, intrinsics) + F(0.5) * dot(miss, miss) / (outlier * (doubt + variance))
+        m = near[:, :1] * near[:, 1:] * np.exp(-strange) / np.where(is_facet(cell), variance, F(1))
+        total = total + np.where(is_facet(cell), m * cell.normal, F(0))
+    total = doubt * total + np.where(is_blind, F(1), F(own_share)) * own.normal
+    return np.where(is_facet(own), normalize(np.where(is_facet(own), total, F(1))), own.normal)
+
+
+LEVELS, OWN_SHARE = (3, 5), (1.0, 0.1)  # as in gpu/surface/refinement.py
+
+
+def calm_normals(
+    surface: np.ndarray, color: np.ndarray, certainty: np.ndarray, noise: float, is_shared: bool, intrinsics: np.ndarray
+) -> np.ndarray:
+    """(h, w, 3), of a surface (h, w, 4) without completed pixels, colours (h, w, 3), and certainty (any size)"""
+    height, width = surface.shape[:2]
+    pixels, cells = (
+        np.stack(np.meshgrid(np.arange(x), np.arange(y)), -1).reshape(-1, 2)
+        for x, y in ((width, height), (-(-width // SIDE), -(-height // SIDE)))
+    )
+    sure = certainty_at(certainty, pixels.astype(F), np.array((width, height), F))
+    witness = witness_of(color.reshape(-1, 3), sure, np.ones_like(sure, bool)).reshape(height, width, 2)
+    maps = join_facets(surface, witness, cells, noise, intrinsics)
+    for level in range(LEVELS[is_shared]):
+        maps = tuple(one.reshape(-(-height // SIDE), -(-width // SIDE), -1) for one in maps)
+        maps = calm_facet(*maps, cells, 1 << level, noise, intrinsics, is_shared and level == 0)
+    maps = tuple(one.reshape(-(-height // SIDE), -(-width // SIDE), -1) for one in maps)
+    found = calm_normal(surface, witness, *maps, pixels, noise, OWN_SHARE[is_shared], intrinsics)
+    return found.reshape(height, width, 3)

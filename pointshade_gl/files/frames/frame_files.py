@@ -37,6 +37,9 @@ def load_frame(
     depth_scale: float | None = None,
     depth_kind: DepthKind | None = None,
     baseline: float | None = None,
+    near: float | None = None,
+    far: float | None = None,
+    channel: str | None = None,
     pose: FilePath | AnyArray | None = None,
     poses: FilePath | None = None,
     allow_outside: bool = False,
@@ -71,10 +74,16 @@ def load_frame(
     depth_scale : float, optional
         Raw values per metre (1000: millimetres, TUM: 5000). The default is that of the camera's file, else what the
         values show, else 1000 for integers and 1 for floating point.
-    depth_kind : {"z", "ray", "plane", "inverse", "disparity", "kinect"}, optional
+    depth_kind : {"z", "ray", "plane", "inverse", "disparity", "kinect", "buffer", "reversed"}, optional
         What the values mean. The default is that of the camera's file, else what the values show, else "z".
     baseline : float, optional
         Metres between the two cameras of a disparity.
+    near, far : float, optional
+        Metres of the two planes of a depth buffer, where it is 0 and 1, or of reversed depth, where it is 1 and 0. far
+        may be infinite. A buffer of reversed z has them exchanged. The default is a guess, by planes and corners.
+    channel : str, optional
+        Which channel of the depth's file is depth: of an EXR picture its name or that of its layer, of other pictures
+        "red", "green", "blue" or "alpha", of an array (h, w, n) its number from 0, of an .npz the name of the array.
     pose : path or (4, 4) float, optional
         Camera-to-world matrix, or its file (see files/cameras/pose_files.py).
     poses : path, optional
@@ -112,7 +121,7 @@ def load_frame(
         depth, depth_model = None, depth
     network = depth_model, model_size, model_pixels, cache
     known = intrinsics, fov, depth_scale, depth_kind, baseline, pose, max_pixels
-    options = ReadOptions(*known, *network, scale_frames, poses)
+    options = ReadOptions(*known, *network, scale_frames, poses, near, far, channel)
     return read_frame(folder, depth, color, options, allow_outside, notes or print_note).frame
 
 

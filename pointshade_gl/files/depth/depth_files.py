@@ -57,7 +57,7 @@ def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS, chann
     if head.startswith(NUMPY):
         raw = _columns(read_npy(path, max_pixels, kinds="biufV"), name)
     elif head.startswith(_ZIP):
-        raw = read_npz(path, note, max_pixels, None if channel in _COLORS else channel)
+        raw, channel = read_npz(path, note, max_pixels, channel), None
     elif head.startswith(EXR):
         return read_exr(path, max_pixels, channel)
     elif Path(path).suffix.lower() == ".dpt":

@@ -1,5 +1,7 @@
 """Depth between two planes: buffers of OpenGL, reversed depth, and what is neither."""
 
+import json
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -78,6 +80,22 @@ def test_below_0_are_clip_coordinates():
     _, z, _ = corner()
     frame, _ = read(np.float32(2 * buffer(z, 0.9 * z.min(), 9) - 1), near=0.9 * z.min(), far=9)
     np.testing.assert_allclose(frame.depth, z, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "names", [("near", "far"), ("znear", "z_far"), ("nearVal", "farVal"), ("near_plane", "far_plane")]
+)
+def test_near_and_far_may_stand_in_the_cameras_file(tmp_path, names):
+    _, z, _ = corner()
+    camera = {"fx": 262.5, "fy": 262.5, "cx": 159.5, "cy": 119.5, "width": 320, "height": 240}
+    (tmp_path / "camera.json").write_text(json.dumps(camera | dict(zip(names, (0.2, 15.0), strict=True))))
+    np.save(tmp_path / "depth.npy", np.float32(buffer(z, 0.2, 15)))
+    notes = []
+    frame = ps.load_frame(tmp_path, notes=notes.append)
+    np.testing.assert_allclose(frame.depth, z, rtol=1e-4)
+    assert any("near 0.2 m, far 15 m (as given)" in note for note in notes)
+    np.save(tmp_path / "depth.npy", np.float32(z))  # of metres they say nothing
+    np.testing.assert_array_equal(ps.load_frame(tmp_path, notes=[].append).depth, np.float32(z))
 
 
 def test_reversed_z_has_near_and_far_exchanged_and_far_may_be_infinite():
@@ -159,9 +177,7 @@ ORDINARY = {
 def test_ordinary_depth_is_no_buffer_and_not_reversed(form, scene):
     z = corner()[1] if scene == "corner" else room(240, 320)
     _, notes = read(ORDINARY[form](z))
-    assert not [
-        note for note in notes if "taken as a depth buffer" in note or "white is near" in note or "sign" in note
-    ]
+    assert not [note for note in notes if "depth buffer" in note or "white is near" in note or "sign" in note]
 
 
 RELATIVE = {
@@ -190,11 +206,13 @@ def test_a_constant_depth_raises_a_suspicion(value):
     assert not any("right channel" in note for note in read(np.float32(corner()[1]))[1])
 
 
-def test_values_that_end_at_1_without_planes_raise_a_suspicion():
+@pytest.mark.parametrize("has_background", [True, False])
+def test_values_just_below_1_without_planes_raise_a_suspicion(has_background):
     v, u = np.mgrid[-1:1:240j, -1.3:1.3:320j]
-    ball = np.where(u * u + v * v < 0.5, buffer(3 - np.sqrt((1 - u * u - v * v).clip(0))), 1)
+    z = 3 - np.sqrt((1 - u * u - v * v).clip(0))
+    ball = np.where((u * u + v * v < 0.5) | (not has_background), buffer(z), 1)
     _, notes = read(np.float32(ball))
-    assert any("depth_kind='buffer'" in note for note in notes)
+    assert any("just below 1" in note and "depth_kind='buffer'" in note for note in notes)
 
 
 @pytest.mark.parametrize(

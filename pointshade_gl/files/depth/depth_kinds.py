@@ -36,7 +36,7 @@ class DepthHints:
     filed_kind: str | None = None
     filed_scale: float | None = None
     has_baseline: bool = False
-    near: float | None = None
+    near: float | None = None  # by either
     far: float | None = None
     # gives the camera of the picture, None if it is not known; it is costly, and mostly not needed
     camera: Callable[[], Camera | None] | None = field(default=None, compare=False, repr=False)
@@ -48,9 +48,7 @@ class DepthHints:
 
     @property
     def any_kind(self) -> str | None:
-        """The kind that is given; one with a near or a far plane is a buffer."""
-        kind = self.kind or self.filed_kind
-        return "buffer" if kind is None and (self.near or self.far) else kind
+        return self.kind or self.filed_kind
 
     @property
     def is_silent(self) -> bool:

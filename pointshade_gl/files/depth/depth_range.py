@@ -24,7 +24,7 @@ _TOO_FAR = 0.5  # with the usual far plane, what is seen ends before twice that 
 _INFINITE = 1e-7  # a far plane beyond so many times the near one is none
 _SKY = 0.005  # of the pixels that are exactly 1: a background
 _FLAT = 0.8  # bending of a plane in a buffer, at most
-_NOT_BENT = 1.2  # likewise, against the values themselves
+_NOT_BENT, _BENT = 1.2, 3.0  # z against the values themselves: more, and less, than that
 _CLOSE = 1.15  # where 1/z is 0 is below that in a buffer whose far plane is ten times as far away as the near one
 _HIGH = 0.5  # buffers seldom have anything below it: near planes are close to the eye
 _MANY = 0.4  # of the pixels above that make a picture of 16 bits worth a look
@@ -94,10 +94,18 @@ def find_buffer(
     is_buffer, offset = _recognise(levels, hints)
     if is_buffer:
         return _buffer(raw, levels, offset, name, "planes, as in a depth buffer", hints, note)
-    if levels.has_sky and full == 1 and levels.lowest == 0:
+    if full == 1 and levels.lowest == 0 and _may_be_buffer(levels):
         way_out = f"pass {option('depth_kind', 'buffer')} with {option('near')} and {option('far')} if it is one"
-        note(f"the values of {name} end at 1, as in a depth buffer of OpenGL: {way_out}")
+        note(f"the values of {name} are just below 1, as in a depth buffer of OpenGL: {way_out}")
     return None
+
+
+def _may_be_buffer(levels: _Levels) -> bool:
+    """Return whether values are such that only planes could show that they are metres, and these do not."""
+    if not levels.has_sky and levels.values[levels.known].min() < _HIGH:
+        return False
+    bending = measure_bending(levels.values, levels.known, 0.0)
+    return bending is None or not bending.is_surely(_NOT_BENT, _BENT)
 
 
 def _recognise(levels: _Levels, hints: DepthHints) -> tuple[bool, float | None]:
@@ -118,7 +126,8 @@ def _recognise(levels: _Levels, hints: DepthHints) -> tuple[bool, float | None]:
     if offset is None:
         # nothing but a buffer has most of its values close to 1; floors lie below what stands on them
         is_high = low > _HIGH and (levels.full > 255 or _rises(levels))
-        return is_straight and (levels.has_sky or is_high), None
+        is_told = hints.has_range and not is_filled
+        return is_straight and (levels.has_sky or is_high or is_told), None
     if offset > high:
         return is_straight or offset < _CLOSE, offset
     is_small = levels.lowest - _REVERSED < offset < low
@@ -159,14 +168,19 @@ def _buffer(
 ) -> Decoded:
     """The buffer, with near and far as they are given, or as its corners and its middle show them."""
     planes = _guess_planes(levels, offset, hints)
-    if not hints.has_range:
-        where = "as its corners show" if offset is not None else "which is usual"
-        what = f"{name} is {'read' if why == 'as said' else 'taken'} as a depth buffer"
-        guess = f"near {planes.near:.3g} m, far {planes.far:.3g} m ({where}), so that its unit is a guess"
-        way_out = f"pass {option('near')} and {option('far')}"
-        way_out += "" if why == "as said" else f", or {option('depth_kind', 'inverse', 'z')} if it is none"
-        note(f"{what}, {guess}: {way_out}")
-    return Decoded(raw, Coding("buffer", levels.full, why, planes=planes))
+    is_said = why == "as said"
+    found = "as given" if hints.has_range else "as its corners show" if offset is not None else "which is usual"
+    ends = f"near {planes.near:.3g} m, far {planes.far:.3g} m ({found})"
+    if not (hints.has_range and is_said):
+        unit = "" if hints.has_range else ", so that its unit is a guess"
+        way_out = _way_out(is_said)
+        note(f"{name} is {'read' if is_said else 'taken'} as a depth buffer, {ends}{unit}: {way_out}")
+    return Decoded(raw, Coding("buffer", levels.full, f"{why}; {ends}", planes=planes))
+
+
+def _way_out(is_said: bool) -> str:
+    none = "" if is_said else f", or {option('depth_kind', 'inverse', 'z')} if it is none"
+    return f"pass {option('near')} and {option('far')}{none}"
 
 
 def _guess_planes(levels: _Levels, offset: float | None, hints: DepthHints) -> NearFar:
@@ -207,12 +221,11 @@ def _reversed(raw: NDArray[Any], full: float, name: str, why: str, hints: DepthH
     if zero is not None and zero > 1:
         metres = _MIDDLE / (zero - median(values[known]))
         planes, where = NearFar(metres * (zero - 1), metres * zero, 0.0), "as its planes show"
-    guess = f"from {planes.near:.3g} m (white) to {planes.far:.3g} m ({where}), so that its unit is a guess"
-    way_out = f"pass {option('near')} and {option('far')}"
-    way_out += "" if why == "as said" else f", or {option('depth_kind', 'inverse', 'z')} if it is none"
-    read = "read" if why == "as said" else "taken"
-    note(f"{name} is {read} as linear depth in which white is near, {guess}: {way_out}")
-    return Decoded(raw, Coding("reversed", full, why, planes=planes))
+    ends = f"from {planes.near:.3g} m (white) to {planes.far:.3g} m ({where})"
+    is_said = why == "as said"
+    what = f"{name} is {'read' if is_said else 'taken'} as linear depth in which white is near"
+    note(f"{what}, {ends}, so that its unit is a guess: {_way_out(is_said)}")
+    return Decoded(raw, Coding("reversed", full, f"{why}; {ends}", planes=planes))
 
 
 def check_range(near: float | None, far: float | None, kind: str | None) -> None:

@@ -285,8 +285,11 @@ def _hints_of(
     if source and scale is not None:
         check_positive(scale, f"{source.name}: depth_scale")
     has_baseline = _baseline(source, options) is not None
-    given = options.depth_kind, options.depth_scale, kind, scale, has_baseline, options.near, options.far
-    return DepthHints(*given, camera)
+    near, far = (options.near or (source and source.near), options.far or (source and source.far))
+    given = options.depth_kind
+    if given is None and kind is None and (options.near or options.far):
+        given = "buffer"
+    return DepthHints(given, options.depth_scale, kind, scale, has_baseline, near, far, camera)
 
 
 def _baseline(source: Intrinsics | None, options: ReadOptions) -> float | None:

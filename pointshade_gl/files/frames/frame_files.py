@@ -18,7 +18,7 @@ from ..access.content import MAX_PIXELS, FilePath
 from ..access.folders import Folder
 from ..access.known_names import builtin_folder
 from ..depth.depth_files import one_channel
-from ..depth.depth_kinds import DepthKind
+from ..depth.depth_kinds import RANGED, DepthKind
 from ..depth.scale_over_time import ScaleName
 from ..finding.folder_frames import FrameFiles, check_folder, find_color
 from ..networks.model_options import Model, PixelsName, is_model
@@ -222,7 +222,7 @@ def facts(examined: Examined) -> dict[str, dict[str, Any]]:
             "size": [camera.width, camera.height],
             "stored": read.stored,
             "kind": read.coding.kind,
-            "units_per_metre": read.coding.scale,
+            "units_per_metre": None if read.coding.kind in RANGED else read.coding.scale,
             "why": read.coding.why,
             "range": [low, high],
             "median": middle,

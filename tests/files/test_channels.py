@@ -102,6 +102,24 @@ def test_unreals_depth_is_in_centimetres_and_said(folder, name):
     np.testing.assert_allclose(read(folder, depth_scale=1000)[0].depth, F32 / 10, rtol=1e-6)
 
 
+def test_drawn_depth_of_hundreds_is_in_centimetres_and_said(folder):
+    grey = dict.fromkeys("RGB", 100 * F32)
+    write_exr(folder / "depth.exr", {**grey, "A": ONES})
+    frame, notes = read(folder)
+    np.testing.assert_allclose(frame.depth, F32, rtol=1e-6)
+    assert any("centimetres" in note for note in notes)
+    write_exr(folder / "depth.exr", {"Z": MM.astype(np.float32)})  # a sensor's
+    np.testing.assert_allclose(read(folder)[0].depth, MM / 1000, rtol=1e-6)
+
+
+def test_a_channel_of_a_container_is_refused(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["depth"] = F32
+    with pytest.raises(ValueError, match=r"a\.h5 names its arrays: leave out channel='depth'"):
+        read(tmp_path / "a.h5", channel="depth", fov=60)
+
+
 @pytest.mark.parametrize("channels", [3, 4])
 def test_a_png_of_equal_channels_of_16_bits_keeps_them(folder, channels):
     deep = np.repeat(MM[..., None], channels, 2)

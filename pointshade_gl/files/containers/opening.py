@@ -10,8 +10,10 @@ import tempfile
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...notes.notes import Note
 from ...notes.words import option, shown
@@ -20,6 +22,7 @@ from ..arrays.compression import ZIP, Archive
 from ..arrays.matlab import HDF5, MATLAB_5, MATLAB_73, matlab_5_arrays
 from ..arrays.numpy_files import MAYBE_INVERSE, NUMPY, NpyArray, find_roles, is_named, npz_arrays
 from ..arrays.ply_and_pcd import is_pcd
+from ..depth.missing_depth import FARTHEST, is_whole, middle
 from ..pictures.hdr_files import EXR, exr_facts, read_rgbd_exr
 from .array_frames import open_arrays, open_hdf5, open_pcd
 from .container_contents import Contents
@@ -80,17 +83,24 @@ def open_inside(
     """
     suffix = path.suffix.lower()
     if suffix in _JPEG:
-        return read_gdepth(path, note, max_pixels)
+        return read_gdepth(path, note, max_pixels) if channel is None else None
     if suffix != ".exr" or not read_head(path).startswith(EXR):
         return None
-    may_hold_color, scale = exr_facts(path)
-    if scale is not None:
-        way_out = f"pass {option('depth_scale')} if it is in another unit"
-        note(f"{path} is from Unreal Engine: its depth is taken as centimetres; {way_out}")
-    elif has_color or not may_hold_color:
+    facts = exr_facts(path)
+    if not (facts.is_unreal or facts.has_alpha or (facts.has_colors and not has_color)):
         return None
     depth, color = read_rgbd_exr(path, max_pixels, channel)
+    scale = _CENTIMETRES if facts.is_unreal or (facts.has_alpha and _is_in_centimetres(depth)) else None
+    if scale is not None:
+        way_out = f"pass {option('depth_scale', 1)} if it is in metres, {option('depth_scale', 1000)} in millimetres"
+        note(f"{path} is taken as centimetres, as Unreal Engine writes them; {way_out}")
     return Contents(depth, None if has_color else color, depth_scale=scale)
+
+
+def _is_in_centimetres(depth: NDArray[Any]) -> bool:
+    """Whether a program that draws, and so knows no sensor's whole millimetres, wrote more than metres can be."""
+    median = middle(depth)
+    return FARTHEST < median < _CENTIMETRES * FARTHEST and not is_whole(depth)
 
 
 def holds_color(path: Path) -> bool:
@@ -99,10 +109,10 @@ def holds_color(path: Path) -> bool:
     if suffix == ".npy":
         array = NpyArray(path, "biufV")
         return array.shape[2:] in ((4,), (6,), (7,)) or {"r", "g", "b"} <= {*(array.dtype.names or ())}
-    return (suffix in _JPEG and has_gdepth(path)) or (suffix == ".exr" and exr_facts(path)[0])
+    return (suffix in _JPEG and has_gdepth(path)) or (suffix == ".exr" and exr_facts(path).has_colors)
 
 
-_JPEG = (".jpg", ".jpeg")
+_JPEG, _CENTIMETRES = (".jpg", ".jpeg"), 100.0
 _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (
     (lambda head: head.startswith(NUMPY), _open_npy),
     (lambda head: head.startswith(ZIP), _open_zip),

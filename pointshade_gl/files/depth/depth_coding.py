@@ -426,7 +426,8 @@ def _scale_of_floats(raw: NDArray[Any], note: Note) -> tuple[float, str]:
     median = missing_depth.middle(raw)
     network = f"{option('depth_kind', 'inverse')} for a network's output"
     if median > missing_depth.FARTHEST or (median > 1000 * missing_depth.NEAREST and missing_depth.is_whole(raw)):
-        way_out = f"pass {option('depth_scale', 1)} if it is in metres, {network}"
+        centimetres = f"{option('depth_scale', 100)} in centimetres"
+        way_out = f"pass {option('depth_scale', 1)} if it is in metres, {centimetres}, {network}"
         note(f"floating point depth has its middle at {median:.4g}: taken as millimetres; {way_out}")
         return 1000.0, "millimetres, by their size"
     if median < missing_depth.NEAREST:

@@ -156,7 +156,8 @@ def assemble(
     """Read the parts of a frame and put them together. Raises ValueError, TypeError or OSError, in one sentence."""
     reading, parts = reading or Reading(), _unpacked(_with_contents(parts, options, note), options.poses is None)
     source = choose_camera(parts, options, note)
-    raw = _read_raw(parts.depth, source, note, options)
+    channel = options.channel if parts.contents is None else None  # that of a container is chosen
+    raw = _read_raw(parts.depth, source, note, options.max_pixels, channel)
     if raw.ndim == 3 and raw.dtype.kind == "f":
         from ..containers.array_frames import points_of  # only here
 
@@ -218,6 +219,8 @@ def is_constant(depth: NDArray[np.float32]) -> bool:
 
 def _with_contents(parts: FrameParts, options: ReadOptions, note: Note) -> FrameParts:
     """Return the parts, with what the depth picture says beyond its values, if it is of a kind that does."""
+    if parts.contents is not None and options.channel is not None:
+        raise ValueError(f"{parts.name} names its arrays: leave out {option('channel', options.channel)}")
     if parts.contents is not None or not is_path(parts.depth):
         return parts
     path = Path(parts.depth)
@@ -243,9 +246,10 @@ def _unpacked(parts: FrameParts, with_pose: bool) -> FrameParts:
     return parts._replace(depth=held.depth, filed=filed, coded=(held.depth_kind, held.depth_scale), **given)
 
 
-def _read_raw(depth: Any, source: Intrinsics | None, note: Note, options: ReadOptions) -> NDArray[Any]:
+def _read_raw(
+    depth: Any, source: Intrinsics | None, note: Note, max_pixels: float, channel: str | None
+) -> NDArray[Any]:
     """The depth as it is stored."""
-    channel, max_pixels = options.channel, options.max_pixels
     if not is_path(depth):
         return one_channel(depth_as_given(depth, np.nan), "depth", channel)
     path, size = Path(depth), source and source.size

@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from io import BufferedReader
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,11 +150,21 @@ def read_rgbd_exr(
     return channels[depth], linear_to_bytes(np.nan_to_num(linear, posinf=1).clip(0, 1))
 
 
-def exr_facts(path: FilePath) -> tuple[bool, float | None]:
-    """Whether an EXR picture may hold colours beside depth, and its values per metre where its program is known."""
+class ExrFacts(NamedTuple):
+    """What the head of an EXR picture tells."""
+
+    has_colors: bool  # beside a depth
+    has_alpha: bool
+    is_unreal: bool  # Unreal Engine wrote it
+
+
+def exr_facts(path: FilePath) -> ExrFacts:
+    """What the head of a picture tells, without the extra that reads it."""
     head = read_head(path, _HEADER)
     named = {match[1].decode("latin-1") for match in _CHANNEL.finditer(head.partition(b"channels\0chlist\0")[2])}
-    return len(named) > 3 and _color_layer(named) is not None, _CENTIMETRES if _UNREAL.search(head) else None
+    has_alpha = any(one.rpartition(".")[2] == "A" for one in named)
+    has_colors = len(named) > 3 + has_alpha and _color_layer(named) is not None
+    return ExrFacts(has_colors, has_alpha, _UNREAL.search(head) is not None)
 
 
 def _color_layer(channels: Iterable[str]) -> str | None:
@@ -265,7 +275,6 @@ def _size_of(part: dict[bytes, bytes]) -> tuple[int, int, int]:
 
 _ALPHA = ("a", "alpha")
 _UNREAL = re.compile(rb"(?i)unreal|worlddepth|scenedepth|moviepipeline|movierenderqueue")  # in its attributes or layers
-_CENTIMETRES = 100.0
 
 
 def _pick_channel(channels: dict[str, NDArray[Any]], name: str, wanted: str | None = None) -> str:

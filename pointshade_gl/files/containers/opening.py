@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from ...notes.notes import Note
 from ...notes.words import option, shown
+from ...scene.values import median
 from ..access.content import FILE_BYTES, MAX_PIXELS, FilePath, check_limit, open_regular, read_head
 from ..arrays.compression import ZIP, Archive
 from ..arrays.matlab import HDF5, MATLAB_5, MATLAB_73, matlab_5_arrays
 from ..arrays.numpy_files import MAYBE_INVERSE, NUMPY, NpyArray, find_roles, is_named, npz_arrays
 from ..arrays.ply_and_pcd import is_pcd
-from ..depth.missing_depth import FARTHEST, is_whole, middle
 from ..pictures.hdr_files import EXR, exr_facts, read_rgbd_exr
 from .array_frames import open_arrays, open_hdf5, open_pcd
 from .container_contents import Contents
@@ -99,8 +99,10 @@ def open_inside(
 
 def _is_in_centimetres(depth: NDArray[Any]) -> bool:
     """Whether a program that draws, and so knows no sensor's whole millimetres, wrote more than metres can be."""
-    median = middle(depth)
-    return FARTHEST < median < _CENTIMETRES * FARTHEST and not is_whole(depth)
+    known = depth[np.isfinite(depth) & (depth > 0) & (depth < _SKY)]
+    if not known.size or not _MOST_METRES < median(known) < _CENTIMETRES * _MOST_METRES:
+        return False
+    return bool((known != np.rint(known)).any())
 
 
 def holds_color(path: Path) -> bool:
@@ -113,6 +115,7 @@ def holds_color(path: Path) -> bool:
 
 
 _JPEG, _CENTIMETRES = (".jpg", ".jpeg"), 100.0
+_MOST_METRES, _SKY = 200.0, 65500.0  # of the middle of a picture; from here on 16-bit floats mean "nothing"
 _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (
     (lambda head: head.startswith(NUMPY), _open_npy),
     (lambda head: head.startswith(ZIP), _open_zip),

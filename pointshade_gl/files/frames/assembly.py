@@ -202,8 +202,9 @@ def assemble(
         where, missing = f"{parts.name}: " if parts.name else "", "missing values (0, negative, NaN or infinite)"
         raise ValueError(f"{where}depth must be known somewhere, got only {missing}")
     if like is None and is_constant(frame.depth):
-        what = f"all of {parts.name or 'the depth'} is {frame.depth.max():.4g} m away"
-        note(f"{what}: is it the right file and the right channel? Pass another as {option('channel', 'NAME')}")
+        name, away = parts.name or "the depth", frame.depth.max()
+        way_out = f"Pass another as {option('channel', 'NAME')}"
+        note(f"all of {name} is {away:.4g} m away: is it the right file and the right channel? {way_out}")
     found = FoundFiles(parts.name or parts.maker or None, str(parts.color) if is_path(parts.color) else None)
     return Assembled(frame, found, source.name if source else option("fov"), coding, stored)
 

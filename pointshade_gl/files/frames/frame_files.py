@@ -78,9 +78,11 @@ def load_frame(
         What the values mean. The default is that of the camera's file, else what the values show, else "z".
     baseline : float, optional
         Metres between the two cameras of a disparity.
-    near, far : float, optional
-        Metres of the two planes of a depth buffer, where it is 0 and 1, or of reversed depth, where it is 1 and 0. far
-        may be infinite. A buffer of reversed z has them exchanged. The default is a guess, by planes and corners.
+    near : float, optional
+        Metres of a depth buffer's near plane, where it is 0, or of reversed depth where it is 1. The default is that of
+        the camera's file, else a guess by planes and corners.
+    far : float, optional
+        Likewise of the other end; it may be infinite. A buffer of reversed z has near and far exchanged.
     channel : str, optional
         Which channel of the depth's file is depth: of an EXR picture its name or that of its layer, of other pictures
         "red", "green", "blue" or "alpha", of an array (h, w, n) its number from 0, of an .npz the name of the array.

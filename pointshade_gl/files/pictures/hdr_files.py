@@ -126,6 +126,7 @@ def _repeats(data: bytes, at: int, length: int) -> tuple[bytes | bytearray, int]
 EXR = b"\x76\x2f\x31\x01"
 _DEEP, _PARTS = 0x800, 0x1000  # flags in the version
 _LONGEST = 2**20  # bytes of the list of channels
+_ATTRIBUTE = re.compile(rb"([^\0]{1,255})\0[^\0]{1,255}\0(.{4})", re.DOTALL)  # its name, its kind, its size
 _CHANNEL = re.compile(rb"([^\0]{1,255})\0[\0-\2]\0{3}[\0\1]\0{3}.{8}", re.DOTALL)  # of that list: name, type, sampling
 
 
@@ -160,11 +161,21 @@ class ExrFacts(NamedTuple):
 
 def exr_facts(path: FilePath) -> ExrFacts:
     """What the head of a picture tells, without the extra that reads it."""
-    head = read_head(path, _HEADER)
-    named = {match[1].decode("latin-1") for match in _CHANNEL.finditer(head.partition(b"channels\0chlist\0")[2])}
+    found = _attributes(read_head(path, _HEADER))
+    listing = found.get(b"channels", b"")
+    named = {match[1].decode("latin-1") for match in _CHANNEL.finditer(listing)}
     has_alpha = any(one.rpartition(".")[2] == "A" for one in named)
     has_colors = len(named) > 3 + has_alpha and _color_layer(named) is not None
-    return ExrFacts(has_colors, has_alpha, _UNREAL.search(head) is not None)
+    return ExrFacts(has_colors, has_alpha, any(map(_UNREAL.search, (*found, listing))))
+
+
+def _attributes(head: bytes) -> dict[bytes, bytes]:
+    """The attributes of the first part, as far as these bytes go."""
+    found, at = {}, 8
+    while match := _ATTRIBUTE.match(head, at):
+        at = match.end() + int.from_bytes(match[2], "little")
+        found[match[1]] = head[match.end() : at]
+    return found
 
 
 def _color_layer(channels: Iterable[str]) -> str | None:

@@ -126,6 +126,14 @@ def test_linear_depth_in_which_white_is_near_is_known_by_its_planes(form, view):
     assert any("white is near" in note and "pass near and far" in note for note in notes)
 
 
+@pytest.mark.parametrize("view", VIEWS[:3])
+@pytest.mark.parametrize("form", ["1 - z/10", "65535 - mm"])
+def test_reversed_depth_need_not_fill_its_range(form, view):
+    color, z, seen = corner(*view)
+    frame, notes = read(np.float32(1 - z / 10) if form == "1 - z/10" else np.uint16(65535 - 1000 * z), color)
+    assert misread(frame, z, seen) == [] and any("white is near" in note for note in notes)
+
+
 def test_reversed_depth_is_metric_with_its_planes():
     _, z, _ = corner()
     frame, _ = read(np.uint16(np.rint((6 - z) / 5 * 65535)), depth_kind="reversed", near=1, far=6)

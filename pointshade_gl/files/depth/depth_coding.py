@@ -17,8 +17,8 @@ from ...notes.words import option
 from ..networks.model_options import how_to_make_depth
 from . import depth_files, missing_depth
 from .depth_kinds import METRIC, RANGED, Coding, Decoded, DepthHints
-from .depth_range import find_buffer, read_range, read_reversed
-from .planes import measure_bending
+from .depth_range import find_range, read_range, read_reversed
+from .planes import direction_of, measure_bending
 
 _WIDTH = 640  # a wider picture is thinned first: a large photograph is smooth from pixel to pixel
 _ROUGH = 0.22  # of the pixels bend by 3 levels or more: photographs 0.27 to 0.74, depth up to 0.19 even as JPEG
@@ -66,7 +66,7 @@ _KITTI = 256.0  # raw values a pixel of disparity
 _GAP = 0.1  # of the range of all other values: between them and a 0 that means missing
 _END, _CLOSE = 1966, 656  # codes, 3 % and 1 % of 16 bits
 _FEW_AT_END, _MANY_AT_END = 0.002, 0.01  # of the pixels: more are a marker, not the end of a range
-_FLAT, _BENT, _ROUND = 0.8, 0.5, 0.5  # bending: of inverse depth at most, of depth at least; across to along on planes
+_FLAT = 0.8  # bending of inverse depth, at most
 
 
 def read_colors(image: NDArray[np.uint8], name: str, hints: DepthHints, note: Note) -> Decoded:
@@ -84,7 +84,7 @@ def read_colors(image: NDArray[np.uint8], name: str, hints: DepthHints, note: No
     if not hints.is_silent:
         note(f"{read}, {end} is the highest")
         return _read_levels(values, hints, (depth_files.LEVELS,))
-    direction = _direction(values, np.isfinite(values))
+    direction = direction_of(values, np.isfinite(values))
     if not direction:
         note(f"{read} as inverse depth: {end} is taken as near; pass {option('depth_kind', 'z')} if it is far")
         return Decoded(values, Coding("inverse", None, why, (depth_files.LEVELS,)))
@@ -111,9 +111,9 @@ def read_8_bits(raw: NDArray[Any], name: str, hints: DepthHints, note: Note) -> 
     if _DISPARITY.search(Path(name).stem.lower()):
         return _read_disparity(raw, name, hints, note)
     _refuse_what_is_none(raw, name)
-    if buffer := find_buffer(raw, None, name, hints, note):
+    if buffer := find_range(raw, None, name, hints, note):
         return buffer
-    direction = _direction(raw, raw > 0)
+    direction = direction_of(raw, raw > 0)
     if direction < 0:
         return read_reversed(raw, name, "8 bits, by its planes", hints, note)
     if direction:
@@ -139,7 +139,7 @@ def read_relative(
     if _DISPARITY.search(Path(name).stem.lower()):
         return _read_disparity(raw, name, hints, note)
     is_filled = _is_filled(raw, counts)
-    if hints.filed_scale is None and (buffer := find_buffer(raw, counts, name, hints, note)):
+    if hints.filed_scale is None and (buffer := find_range(raw, counts, name, hints, note)):
         return buffer
     if hints.filed_scale is not None or not (raw.dtype.kind == "f" or is_filled):
         return None
@@ -154,7 +154,7 @@ def read_relative(
     if not is_filled:
         return None
     filled = f"{name} fills its whole range, as networks write depth without a scale"
-    direction = _direction(raw, np.isfinite(raw))
+    direction = direction_of(raw, np.isfinite(raw))
     if direction > 0:
         note(f"{filled}: taken as such; pass {option('depth_scale')} if it has one")
         return _without_scale(raw, "a filled range, by its planes")
@@ -207,16 +207,6 @@ def _without_scale(values: NDArray[Any], why: str, repairs: tuple[str, ...] = ()
     rest = known[known > 0]
     has_zero = known.min(initial=1) == 0 and rest.size > 0 and rest.min() > _GAP * np.ptp(rest)
     return Decoded(values, Coding("z", missing_depth.middle(values) / _MIDDLE if has_zero else None, why, repairs))
-
-
-def _direction(values: NDArray[Any], known: NDArray[np.bool_]) -> int:
-    """Return 1 if planes bend as in depth with any offset, -1 if as in its reverse; 0 for inverse or unknown depth."""
-    bending = measure_bending(values, known, None)
-    if bending is None:
-        return 0
-    is_plane = abs(bending.across) < _ROUND * abs(bending.along)  # objects are not just round
-    is_bent = is_plane and abs(bending.along) - 2 * bending.error > _BENT
-    return int(np.sign(bending.along)) if is_bent else 0
 
 
 def _is_inverse(raw: NDArray[Any]) -> bool:

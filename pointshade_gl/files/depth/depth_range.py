@@ -15,7 +15,7 @@ from ...scene.camera import Camera
 from ...scene.values import median
 from . import missing_depth
 from .depth_kinds import FARTHEST, NEAREST, Coding, Decoded, DepthHints, NearFar
-from .planes import measure_bending, offset_by_corners, offset_by_flatness
+from .planes import direction_of, measure_bending, offset_by_corners, offset_by_flatness
 
 _FULL = (1, 2**8 - 1, 2**16 - 1, 2**24 - 1, 2**32 - 1)  # what a value of 1 is stored as
 _MIDDLE = 2.0  # metres: near is the power of ten that puts the middle of a buffer closest to them
@@ -81,10 +81,10 @@ def read_range(raw: NDArray[Any], name: str, hints: DepthHints, note: Note) -> D
     return _buffer(raw, levels, offset, name, "as said", hints, note)
 
 
-def find_buffer(
+def find_range(
     raw: NDArray[Any], counts: NDArray[np.int64] | None, name: str, hints: DepthHints, note: Note
 ) -> Decoded | None:
-    """Recognise a depth buffer by its range and its planes; None for anything else."""
+    """Recognise a depth buffer, or reversed depth, by its range and its planes; None for anything else."""
     full = _buffers_full(raw, counts)
     if full is None:
         return None
@@ -94,6 +94,8 @@ def find_buffer(
     is_buffer, offset = _recognise(levels, hints)
     if is_buffer:
         return _buffer(raw, levels, offset, name, "planes, as in a depth buffer", hints, note)
+    if full != 255 and levels.lowest == 0 and direction_of(levels.values, levels.known) < 0:
+        return _reversed(raw, full, name, "by its planes", hints, note)
     if full == 1 and levels.lowest == 0 and _may_be_buffer(levels):
         way_out = f"pass {option('depth_kind', 'buffer')} with {option('near')} and {option('far')} if it is one"
         note(f"the values of {name} are just below 1, as in a depth buffer of OpenGL: {way_out}")
@@ -218,10 +220,10 @@ def _reversed(raw: NDArray[Any], full: float, name: str, why: str, hints: DepthH
     known = np.isfinite(values) & (values > 0)
     zero = offset_by_flatness(values, known) if known.any() else None
     planes, where = NearFar(NEAREST, FARTHEST, 0.0), "as nothing shows them"
-    if zero is not None and zero > 1:
+    if zero is not None and zero > values[known].max():
         metres = _MIDDLE / (zero - median(values[known]))
         planes, where = NearFar(metres * (zero - 1), metres * zero, 0.0), "as its planes show"
-    ends = f"from {planes.near:.3g} m (white) to {planes.far:.3g} m ({where})"
+    ends = f"from {max(planes.near, 0):.3g} m (white) to {planes.far:.3g} m ({where})"
     is_said = why == "as said"
     what = f"{name} is {'read' if is_said else 'taken'} as linear depth in which white is near"
     note(f"{what}, {ends}, so that its unit is a guess: {_way_out(is_said)}")

@@ -100,6 +100,19 @@ def _quantiles(values: NDArray[np.float64], weight: NDArray[np.float64], shares:
     return values[order][places].tolist()
 
 
+_LEAST_BENT, _ROUND = 0.5, 0.5  # bending of depth, at least; across to along on planes
+
+
+def direction_of(values: NDArray[Any], known: NDArray[np.bool_]) -> int:
+    """Return 1 if planes bend as in depth with any offset, -1 if as in its reverse; 0 for inverse or unknown depth."""
+    bending = measure_bending(values, known, None)
+    if bending is None:
+        return 0
+    is_plane = abs(bending.across) < _ROUND * abs(bending.along)  # objects are not just round
+    is_bent = is_plane and abs(bending.along) - 2 * bending.error > _LEAST_BENT
+    return int(np.sign(bending.along)) if is_bent else 0
+
+
 _ACROSS = 5  # windows along the picture's shorter side; those a quarter of one apart are looked at
 _POINTS = 12  # of a window along a side
 _FLAT_PLANE = 0.25  # of what the other reading would bend: so flat a plane is

@@ -437,7 +437,7 @@ def _scale_of_integers(raw: NDArray[Any], counts: depth_files.Counts | None, not
     if not missing_depth.is_plausible(median / 1000) or median / 1000 > _WORTH_A_HINT:
         text += (
             f", its middle is at {median / 1000:.3g} m; if that is wrong, pass {option('depth_scale')} (TUM has 5000), "
-            f"or {option('depth_kind', 'inverse')} for a network's output"
+            f"{option('depth_kind', 'inverse')} for a network's output, or {option('depth_kind', 'buffer')} for OpenGL's"
         )
     note(text)
     return 1000.0, "integer millimetres"

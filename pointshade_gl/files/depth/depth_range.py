@@ -48,7 +48,7 @@ class _Levels(NamedTuple):
     @property
     def has_sky(self) -> bool:
         """Return whether many pixels are exactly 1, where nothing was drawn."""
-        return np.count_nonzero(self.values == 1) > _SKY * self.values.size
+        return bool(np.count_nonzero(self.values == 1) > _SKY * self.values.size)
 
     @property
     def lowest(self) -> float:

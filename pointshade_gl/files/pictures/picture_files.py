@@ -186,7 +186,7 @@ def read_image(path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | N
 
 def read_deep_colors(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.uint16]:
     """(h, w, 3|4) uint16 of a PNG of three or four channels of 16 bits. Raises ValueError as `read_image` does."""
-    halves = []
+    halves: list[NDArray[np.uint16]] = []
     for rest in ("B", "L"):  # Pillow keeps the high bytes; read as if in the other order, they are the low ones
         with open_regular(path) as file:
             image = _open_image(file, str(path), max_pixels, f";16{rest}")
@@ -238,7 +238,8 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float, order: str = "") -
             tile = [getattr(image, "tag_v2", {}).get(tag, 0) for tag in _TILE]
             check_pixels(tile[0], tile[1], f"{name} is a TIFF whose tile", max_pixels)
             if order and image.mode in ("RGB", "RGBA"):
-                image.tile = [(*one[:3], image.mode + order) for one in image.tile]
+                tiled: Any = image
+                tiled.tile = [(*one[:3], image.mode + order) for one in tiled.tile]
             image.load()
             with _pillow, warnings.catch_warnings():
                 warnings.simplefilter("ignore")

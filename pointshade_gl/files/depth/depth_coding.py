@@ -408,7 +408,7 @@ def _check_filed(raw: NDArray[Any], filed: float, note: Note) -> float:
         note(f"{impossible}: pass {option('depth_scale')} (raw values per metre) if that is wrong")
     elif is_float and filed != 1:
         way_out = f"pass {option('depth_scale', 1)} if it is in metres"
-        note(f"floating point depth is divided by {filed:g}, as the intrinsics file says; {way_out}")
+        note(f"floating point depth is divided by {filed:g}, as its file or the camera's says; {way_out}")
     return filed
 
 
@@ -435,10 +435,12 @@ def _scale_of_integers(raw: NDArray[Any], counts: depth_files.Counts | None, not
     median = missing_depth.middle(raw)
     text = f"depth is of integers, without {option('depth_scale')}: taken as millimetres (1000 per metre)"
     if not missing_depth.is_plausible(median / 1000) or median / 1000 > _WORTH_A_HINT:
+        buffer = option("depth_kind", "buffer")
+        kinds = f"{option('depth_kind', 'inverse')} for a network's output, or {buffer} for OpenGL's"
         text += (
             f", its middle is at {median / 1000:.3g} m; if that is wrong, pass {option('depth_scale')} (TUM has 5000), "
-            f"{option('depth_kind', 'inverse')} for a network's output, or {option('depth_kind', 'buffer')} for OpenGL's"
         )
+        text += kinds
     note(text)
     return 1000.0, "integer millimetres"
 

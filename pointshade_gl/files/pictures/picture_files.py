@@ -193,7 +193,7 @@ def read_deep_colors(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[
             if image.mode not in ("RGB", "RGBA"):
                 raise ValueError(f"{path} has grey and alpha of 16 bits, expected depth of one channel")
             halves.append(np.asarray(image).astype(np.uint16))
-    return halves[0] << 8 | halves[1]
+    return np.uint16(256) * halves[0] + halves[1]
 
 
 def decode_image(

@@ -165,8 +165,8 @@ def read_gdepth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> C
         if picture is None or not near or not far:
             raise ValueError("its XMP has no Data, Near or Far")
         raw = decode_image(BytesIO(binascii.a2b_base64(picture[1])), f"{path}'s depth", max_pixels)
-    raw = raw[..., 0] if raw.ndim == 3 else raw
-    share = raw / np.float32(np.iinfo(raw.dtype).max)
+        raw = raw[..., 0] if raw.ndim == 3 else raw
+        share = raw / np.float32(np.iinfo(raw.dtype).max)  # raises for floats
     is_linear = re.search(rb"GDepth:Format(?:>|=\")RangeLinear", packet)
     depth = near + share * (far - near) if is_linear else 1 / ((1 - share) / near + share / far)
     if not re.search(rb"GDepth:Units(?:>|=\")m", packet):
@@ -189,7 +189,7 @@ def has_gdepth(path: FilePath) -> bool:
 def _xmp_of(data: bytes) -> bytes:
     """The XMP of a JPEG, and what follows it in further segments."""
     first, more, at = b"", {}, 2
-    while data[at : at + 1] == b"\xff" and data[at + 1] != _SCAN:
+    while data[at : at + 1] == b"\xff" and at + 4 <= len(data) and data[at + 1] != _SCAN:
         size = int.from_bytes(data[at + 2 : at + 4], "big")
         body = data[at + 4 : at + 2 + size]
         if data[at : at + 2] == _SEGMENT and body.startswith(_XMP):

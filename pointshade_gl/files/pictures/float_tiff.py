@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..access.content import MAX_PIXELS, FilePath, check_pixels, naming, read_bytes
+from ..access.content import FILE_BYTES, MAX_PIXELS, FilePath, check_limit, check_pixels, naming, read_bytes
 
 _WIDTH, _HEIGHT, _BITS, _COMPRESSION, _OFFSETS, _CHANNELS, _ROWS, _SIZES = 256, 257, 258, 259, 273, 277, 278, 279
 _PLANES, _PREDICTOR, _TILE_WIDTH, _TILE_HEIGHT, _TILES, _TILE_SIZES, _FORMAT = 284, 317, 322, 323, 324, 325, 339
@@ -59,10 +59,14 @@ def _read_picture(
     if packing not in (*_PLAIN, *_DEFLATED) or predictor not in (1, 3) or (tags.get(_PLANES, (1,))[0] != 1 < channels):
         raise ValueError("it is packed in an unusual way: save it without compression, or as .npy")
     dtype = np.dtype(f"{order}f{bits.pop() // 8}")
+    size = width * height * channels * dtype.itemsize
+    check_limit(size, f"{name} has {size} bytes", max_pixels, FILE_BYTES)
     is_tiled = _TILES in tags
     across = tags[_TILE_WIDTH][0] if is_tiled else width
     down = tags[_TILE_HEIGHT][0] if is_tiled else min(height, tags.get(_ROWS, (height,))[0])
     check_pixels(across, down, name, max_pixels)
+    if min(across, down) < 1:
+        raise ValueError(f"its parts have {across}x{down} pixels")
     starts, sizes = (tags[_TILES], tags[_TILE_SIZES]) if is_tiled else (tags[_OFFSETS], tags[_SIZES])
     columns, result = math.ceil(width / across), np.zeros((height, width, channels), dtype.newbyteorder("="))
     for k in range(columns * math.ceil(height / down)):

@@ -130,6 +130,17 @@ class ReadingOptions:
         Cli(panels.CAMERA, "KIND", KINDS),
     )
     baseline: float | None = cli_option("Metres between the two cameras, for disparity.", Cli(panels.CAMERA, "M"))
+    near: float | None = cli_option(
+        "Metres of a depth buffer's near plane, where it is 0; of reversed depth, where it is 1.",
+        Cli(panels.CAMERA, "M"),
+    )
+    far: float | None = cli_option(
+        "Metres of the far plane, at the other end; may be inf. Of a buffer of reversed z the two are exchanged.",
+        Cli(panels.CAMERA, "M"),
+    )
+    channel: str | None = cli_option(
+        "Which channel of the depth's file is depth: its name, or its number from 0.", Cli(panels.CAMERA, "NAME")
+    )
     allow_outside: bool = cli_option("Let files name others outside their folder.", Cli(panels.READING), default=False)
     depth_model: str | None = cli_option(
         "INPUT is a photograph, a video or a folder of photographs: an .onnx network makes its depth (extra 'onnx').",

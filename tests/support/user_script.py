@@ -65,6 +65,7 @@ loaded = ps.load_frame(color="color.png", depth=folder / "depth.png", intrinsics
 loaded = ps.load_frame(depth=np.ones((2, 2)), color=[[[0, 0, 0]]], intrinsics=(500, 500, 320, 240), pose=matrix)
 loaded = ps.load_frame(folder, poses="poses.json")
 loaded = ps.load_frame(depth="depth.npy", fov=60, depth_kind="disparity", baseline=0.1, pose="pose.txt")
+loaded = ps.load_frame(depth="depth.npy", fov=60, depth_kind="buffer", near=0.1, far=100, channel="0")
 
 tensors = ps.Frame(tensor, capsule, camera, pose=tensor), ps.Frame(image, memory, camera), frame.at(capsule)
 loaded = ps.load_frame(depth=capsule, color=image, intrinsics=tensor, pose=capsule)

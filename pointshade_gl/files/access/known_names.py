@@ -23,6 +23,7 @@ DEPTH_SUFFIXES = (
 PICTURE_SUFFIXES = (*COLOR_SUFFIXES, ".exr", ".pfm", ".pgm")
 # may hold colour and camera too
 CONTAINERS = (".r3d", ".heic", ".heif", ".npz", ".h5", ".hdf5", ".mat", ".zip", ".pcd")
+INSIDE = (".exr", ".jpg", ".jpeg")  # of depth pictures that may hold their colours, camera or unit
 VIDEO_SUFFIXES = (".mp4", ".mov", ".mkv")
 # Never pictures for the eye.
 ONLY_DEPTH = (".exr", ".npy", ".npz", ".pfm", ".dpt", ".h5", ".hdf5", ".mat", *RAW_SUFFIXES)

@@ -41,6 +41,8 @@ class Intrinsics:
     depth_kind: str | None = None  # one of depth_kinds.KINDS
     baseline: float | None = None  # metres between the cameras of a disparity
     doffs: float | None = None  # pixels to add to a disparity, where the two principal points differ (Middlebury)
+    near: float | None = None  # metres of the planes of a depth buffer
+    far: float | None = None
     alternatives: tuple[Intrinsics, ...] = ()  # other cameras of the same source, such as that of the colour picture
 
 
@@ -48,7 +50,7 @@ def merged(given: Intrinsics, filed: Intrinsics | None) -> Intrinsics:
     """Return the given camera; what it does not state about the depth comes from the other."""
     if filed is None:
         return given
-    names = ("depth_scale", "depth_kind", "baseline", "doffs")
+    names = ("depth_scale", "depth_kind", "baseline", "doffs", "near", "far")
     missing: dict[str, Any] = {key: getattr(filed, key) for key in names if getattr(given, key) is None}
     return replace(given, **missing)
 
@@ -249,6 +251,10 @@ ASPECT = ("pixelaspectratio",)  # fy/fx
 APERTURE, LENS = ("cameraaperture",), ("camerafocallength",)  # Omniverse: both in the same unit
 SENSOR = ("sensorwidth", "sensorwidthmm")  # Blender, Kubric: beside a focal length in millimetres
 BASELINE, DOFFS = ("baseline",), ("doffs",)
+NEAR, FAR = (
+    (key, f"z{key}", f"{key}val", f"{key}plane", f"{key}clip", f"clip{key}", f"{key}clippingplane")
+    for key in ("near", "far")
+)
 DISTORTION = ("k1", "k2", "k3", "k4", "p1", "p2")
 
 _BOP = "camk"
@@ -317,9 +323,12 @@ def _from_group(words: Words, with_above: Words, name: str) -> Intrinsics | None
             # between KITTI's two colour cameras: the fourth number of a projection is -fx times its place
             baseline = (words[left][3] - words[right][3]) / words[left][0]
             break
+    near, far = (
+        plane if plane and plane > 0 else None for plane in (_first(with_above, NEAR), _first(with_above, FAR))
+    )
     if scale and _BOP in words:
         scale = 1000 / scale  # BOP's is millimetres for each unit
-    return Intrinsics(name, numbers, size, 1 / each if each else scale, None, baseline, doffs)
+    return Intrinsics(name, numbers, size, 1 / each if each else scale, None, baseline, doffs, near, far)
 
 
 def _numbers_of(words: Words, size: Size | None) -> Numbers | None:

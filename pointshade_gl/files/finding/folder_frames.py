@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from functools import cache
 from operator import attrgetter
 from pathlib import Path
@@ -17,7 +18,7 @@ from ..access import known_names
 from ..access.content import MAX_PIXELS, PARTS, FilePath, check_limit, followed, read_text
 from ..access.folders import LEVELS, Folder, ListedFile, key_of, numbers_in, places_of, words_of
 from ..cameras.camera_files import read_transforms
-from ..depth.depth_files import read_levels
+from ..depth.depth_files import TEXT_SUFFIXES, is_table, read_levels
 from ..pictures.picture_files import is_deep_grey, is_ours, read_image, shallowness
 
 _DIGITS = re.compile(r"[0-9]+")
@@ -286,7 +287,7 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
         if place.root is not None:
             pictures = [item for item in pictures if place.check(item.path)]
         listed_colors, listed_depths = listed_pictures(place, items, max_pixels)
-        depths = listed_depths or _depths_of(folder, pictures, note)
+        depths = listed_depths or _depths_of(folder, pictures, note) or _tables_of(items)
         if depths:
             break
     else:
@@ -295,7 +296,7 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     colors = colors or _colors_beside(place, folder, depths, note)
     masks = [item for item in pictures if _is_mask_of(item, depths[0])]
     valid = (matches([item.key for item in depths], masks) if masks else []) or [None] * len(depths)
-    if not colors:
+    if not colors and not _holds_color(depths[0].path):
         note(f"{folder} has no colour picture (color.*, rgb.*, image.*): the surface is light grey")
     partners = find_partners(folder, depths, colors, note) if colors else [None] * len(depths)
     alone = partners.count(None) if colors else 0
@@ -317,8 +318,19 @@ def find_color(place: Folder, depth: Path, note: Note) -> Path | None:
             note(f"{folder} has {len(colors)} colour pictures: {colors[0].path.name} is taken")
         if colors:
             return same or colors[0].path
-    note(f"no colour picture lies beside {depth.name} (color.*, rgb.*, image.*): the surface is light grey")
+    if not _holds_color(depth):
+        note(f"no colour picture lies beside {depth.name} (color.*, rgb.*, image.*): the surface is light grey")
     return None
+
+
+def _holds_color(depth: Path) -> bool:
+    if depth.suffix.lower() not in (".npy", *known_names.INSIDE):
+        return False
+    from ..containers.opening import holds_color  # only here
+
+    with suppress(OSError, ValueError):  # reported when it is read
+        return holds_color(depth)
+    return False
 
 
 def find_photographs(place: Folder, note: Note) -> list[Path]:
@@ -382,6 +394,12 @@ def _depths_of(folder: Path, pictures: list[ListedFile], note: Note) -> list[Lis
             found = [item for item in found if item.suffix not in known_names.RAW_SUFFIXES] or found
             return best_group(folder, found, "depth", note)
     return []
+
+
+def _tables_of(items: list[ListedFile]) -> list[ListedFile]:
+    """Return depth as text, of names that are alike, where there is no other."""
+    tables = [item for item in items if item.suffix in TEXT_SUFFIXES and item.role == "depth" and is_table(item.path)]
+    return [item for item in tables if template(item) == template(tables[0])]
 
 
 def _depth_role(item: ListedFile) -> str:

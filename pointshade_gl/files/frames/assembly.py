@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..access.content import MAX_PIXELS, FilePath, read_head
 from ..access.folders import Folder, places_of
-from ..access.known_names import CODINGS, COLOR_SUFFIXES, COMMON_CAMERAS, RAW_SUFFIXES, VIDEO_SUFFIXES
+from ..access.known_names import CODINGS, COLOR_SUFFIXES, COMMON_CAMERAS, INSIDE, RAW_SUFFIXES, VIDEO_SUFFIXES
 from ..arrays.numpy_files import is_colmap_depth, read_colmap_depth
 from ..cameras.camera_files import read_intrinsics
 from ..cameras.intrinsics import Intrinsics, Size, camera_from_exif, merged, place_camera, shows_the_same
@@ -28,7 +29,8 @@ from ..cameras.pose_files import Reading, load_pose
 from ..containers.container_contents import SURE
 from ..depth.depth_coding import decode
 from ..depth.depth_files import one_channel, read_depth, read_raw
-from ..depth.depth_kinds import KINDS, Coding, Decoded, DepthHints, is_ray_length, reduced, times_enlarged, to_metres
+from ..depth.depth_kinds import KINDS, Coding, Decoded, DepthHints, reduced, times_enlarged, to_metres
+from ..depth.planes import is_ray_length
 from ..depth.scale_over_time import ScaledFrame
 from ..finding.folder_cameras import Cameras, find_cameras
 from ..finding.folder_frames import FrameFiles
@@ -152,18 +154,26 @@ def assemble(
     scale_of: Callable[[Decoded, Any, Camera], ScaledFrame] | None = None,  # how the depth of a film's picture is laid
 ) -> Assembled:
     """Read the parts of a frame and put them together. Raises ValueError, TypeError or OSError, in one sentence."""
-    reading, parts = reading or Reading(), _unpacked(parts, options.poses is None)
+    reading, parts = reading or Reading(), _unpacked(_with_contents(parts, options, note), options.poses is None)
     source = choose_camera(parts, options, note)
-    raw = _read_raw(parts.depth, source, note, options.max_pixels)
+    channel = options.channel if parts.contents is None else None  # that of a container is chosen
+    raw = _read_raw(parts.depth, source, note, options.max_pixels, channel)
+    if raw.ndim == 3 and raw.dtype.kind == "f":
+        from ..containers.array_frames import points_of  # only here
+
+        held = points_of(raw, parts.name or "depth", note, options.max_pixels)
+        parts = _unpacked(parts._replace(contents=lambda: held), with_pose=False)
+        source, raw = choose_camera(parts, options, lambda _: None), held.depth
     colors = read_colors_of(parts, options.max_pixels, *([note] if like is None else []))
-    decoded = decode(raw, parts.name or "depth", _hints_of(source, parts, options, raw), note, like)
+    color_size = None if colors is None else (colors.shape[1], colors.shape[0])
+    seen_by = partial(_camera_of, source, options.fov, raw.shape[1::-1], color_size, reading)
+    decoded = decode(raw, parts.name or "depth", _hints_of(source, parts, options, raw, seen_by), note, like)
     stored, is_float = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}", raw.dtype.kind == "f"
     del raw
     size = decoded.values.shape[1], decoded.values.shape[0]
     if source is None and options.fov is None:
         has_unit = decoded.coding.scale is not None and not parts.maker
         source = assumed_camera(size, has_unit, parts.missing, note)
-    color_size = None if colors is None else (colors.shape[1], colors.shape[0])
     camera = reading.camera(make_camera(source, options.fov, size, color_size, note))
     laid = ScaledFrame() if scale_of is None else scale_of(decoded, colors, camera)
     metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, like is None, laid.ends)
@@ -191,8 +201,36 @@ def assemble(
     if not frame.points_known:
         where, missing = f"{parts.name}: " if parts.name else "", "missing values (0, negative, NaN or infinite)"
         raise ValueError(f"{where}depth must be known somewhere, got only {missing}")
+    if like is None and is_constant(frame.depth):
+        name, away = parts.name or "the depth", frame.depth.max()
+        way_out = f"Pass another as {option('channel', 'NAME')}"
+        note(f"all of {name} is {away:.4g} m away: is it the right file and the right channel? {way_out}")
     found = FoundFiles(parts.name or parts.maker or None, str(parts.color) if is_path(parts.color) else None)
     return Assembled(frame, found, source.name if source else option("fov"), coding, stored)
+
+
+def is_constant(depth: NDArray[np.float32]) -> bool:
+    """Whether all that is known of (h, w) depth is equally far away."""
+    some = depth[:: 1 + len(depth) // 16, :: 1 + depth.shape[1] // 16]
+    if np.ptp(some):  # next to nothing to pay for any other
+        return False
+    known = depth[depth > 0]
+    return known.size > 1 and not np.ptp(known)
+
+
+def _with_contents(parts: FrameParts, options: ReadOptions, note: Note) -> FrameParts:
+    """Return the parts, with what the depth picture says beyond its values, if it is of a kind that does."""
+    if parts.contents is not None and options.channel is not None:
+        raise ValueError(f"{parts.name} names its arrays: leave out {option('channel', options.channel)}")
+    if parts.contents is not None or not is_path(parts.depth):
+        return parts
+    path = Path(parts.depth)
+    if path.suffix.lower() not in INSIDE:
+        return parts
+    from ..containers.opening import open_inside  # only here
+
+    held = open_inside(path, note, options.max_pixels, options.channel, parts.color is not None)
+    return parts if held is None else parts._replace(contents=lambda: held)
 
 
 def _unpacked(parts: FrameParts, with_pose: bool) -> FrameParts:
@@ -209,16 +247,18 @@ def _unpacked(parts: FrameParts, with_pose: bool) -> FrameParts:
     return parts._replace(depth=held.depth, filed=filed, coded=(held.depth_kind, held.depth_scale), **given)
 
 
-def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: float) -> NDArray[Any]:
+def _read_raw(
+    depth: Any, source: Intrinsics | None, note: Note, max_pixels: float, channel: str | None
+) -> NDArray[Any]:
     """The depth as it is stored."""
     if not is_path(depth):
-        return one_channel(depth_as_given(depth, np.nan), "depth")
+        return one_channel(depth_as_given(depth, np.nan), "depth", channel)
     path, size = Path(depth), source and source.size
     suffix, is_bare = path.suffix.lower(), False
     if size and suffix in COLOR_SUFFIXES and path.is_file():  # ETH3D's holds only 4 bytes for each pixel
         is_bare = path.stat().st_size == 4 * size[0] * size[1] and not is_picture(path)
     if suffix not in RAW_SUFFIXES and not is_bare:
-        return read_depth(depth, note, max_pixels)
+        return read_depth(depth, note, max_pixels, channel)
     if is_colmap_depth(read_head(depth)):
         return read_colmap_depth(depth, max_pixels)
     if size is None:
@@ -227,7 +267,19 @@ def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: flo
     return read_raw(depth, *size, max_pixels)
 
 
-def _hints_of(source: Intrinsics | None, parts: FrameParts, options: ReadOptions, raw: NDArray[Any]) -> DepthHints:
+def _camera_of(
+    source: Intrinsics | None, fov: float | None, depth: Size, color: Size | None, reading: Reading
+) -> Camera | None:
+    """The camera of depth, before it is known what that means; None if none is known."""
+    if source is None and fov is None:
+        return None
+    return reading.camera(make_camera(source, fov, depth, color, lambda _: None))
+
+
+def _hints_of(
+    source: Intrinsics | None, parts: FrameParts, options: ReadOptions, raw: NDArray[Any],
+    camera: Callable[[], Camera | None],
+) -> DepthHints:  # fmt: skip
     """Return what is given about the depth. Raises ValueError for impossible values in the camera's file."""
     kind, scale = (source.depth_kind, source.depth_scale) if source else (None, None)
     kind, scale = kind or parts.coded[0], scale or parts.coded[1]
@@ -237,7 +289,12 @@ def _hints_of(source: Intrinsics | None, parts: FrameParts, options: ReadOptions
         scale = None  # the caller's own array of floats is in metres
     if source and scale is not None:
         check_positive(scale, f"{source.name}: depth_scale")
-    return DepthHints(options.depth_kind, options.depth_scale, kind, scale, _baseline(source, options) is not None)
+    has_baseline = _baseline(source, options) is not None
+    near, far = (options.near or (source and source.near), options.far or (source and source.far))
+    given = options.depth_kind
+    if given is None and kind is None and (options.near or options.far):
+        given = "buffer"
+    return DepthHints(given, options.depth_scale, kind, scale, has_baseline, near, far, camera)
 
 
 def _baseline(source: Intrinsics | None, options: ReadOptions) -> float | None:
@@ -253,7 +310,8 @@ def _to_metres(
 ) -> tuple[NDArray[np.float32], Coding]:  # fmt: skip
     """Return depth along the axis, and its coding: lengths of rays are those whose planes are flat only as such."""
     (values, coding), baseline, doffs = depth, _baseline(source, options), (source and source.doffs) or 0.0
-    metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs, ends)
+    more = doffs, ends, coding.planes
+    metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, *more)
     is_given = options.depth_kind is not None or (source is not None and source.depth_kind is not None)
     if coding.kind != "z" or is_given or not first or not is_ray_length(metres, camera):
         return metres, coding

@@ -18,7 +18,7 @@ from ..access.content import MAX_PIXELS, FilePath
 from ..access.folders import Folder
 from ..access.known_names import builtin_folder
 from ..depth.depth_files import one_channel
-from ..depth.depth_kinds import DepthKind
+from ..depth.depth_kinds import RANGED, DepthKind
 from ..depth.scale_over_time import ScaleName
 from ..finding.folder_frames import FrameFiles, check_folder, find_color
 from ..networks.model_options import Model, PixelsName, is_model
@@ -37,6 +37,9 @@ def load_frame(
     depth_scale: float | None = None,
     depth_kind: DepthKind | None = None,
     baseline: float | None = None,
+    near: float | None = None,
+    far: float | None = None,
+    channel: str | None = None,
     pose: FilePath | AnyArray | None = None,
     poses: FilePath | None = None,
     allow_outside: bool = False,
@@ -71,10 +74,18 @@ def load_frame(
     depth_scale : float, optional
         Raw values per metre (1000: millimetres, TUM: 5000). The default is that of the camera's file, else what the
         values show, else 1000 for integers and 1 for floating point.
-    depth_kind : {"z", "ray", "plane", "inverse", "disparity", "kinect"}, optional
+    depth_kind : {"z", "ray", "plane", "inverse", "disparity", "kinect", "buffer", "reversed"}, optional
         What the values mean. The default is that of the camera's file, else what the values show, else "z".
     baseline : float, optional
         Metres between the two cameras of a disparity.
+    near : float, optional
+        Metres of a depth buffer's near plane, where it is 0, or of reversed depth where it is 1. The default is that of
+        the camera's file, else a guess by planes and corners.
+    far : float, optional
+        Likewise of the other end; it may be infinite. A buffer of reversed z has near and far exchanged.
+    channel : str, optional
+        Which channel of the depth's file is depth: of an EXR picture its name or that of its layer, of other pictures
+        "red", "green", "blue" or "alpha", of an array (h, w, n) its number from 0, of an .npz the name of the array.
     pose : path or (4, 4) float, optional
         Camera-to-world matrix, or its file (see files/cameras/pose_files.py).
     poses : path, optional
@@ -112,7 +123,7 @@ def load_frame(
         depth, depth_model = None, depth
     network = depth_model, model_size, model_pixels, cache
     known = intrinsics, fov, depth_scale, depth_kind, baseline, pose, max_pixels
-    options = ReadOptions(*known, *network, scale_frames, poses)
+    options = ReadOptions(*known, *network, scale_frames, poses, near, far, channel)
     return read_frame(folder, depth, color, options, allow_outside, notes or print_note).frame
 
 
@@ -213,7 +224,7 @@ def facts(examined: Examined) -> dict[str, dict[str, Any]]:
             "size": [camera.width, camera.height],
             "stored": read.stored,
             "kind": read.coding.kind,
-            "units_per_metre": read.coding.scale,
+            "units_per_metre": None if read.coding.kind in RANGED else read.coding.scale,
             "why": read.coding.why,
             "range": [low, high],
             "median": middle,

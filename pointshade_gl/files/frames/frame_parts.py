@@ -23,6 +23,7 @@ from ..access.content import MAX_PIXELS, FilePath
 from ..cameras.intrinsics import Intrinsics
 from ..containers.container_contents import Contents
 from ..depth.depth_kinds import KINDS, Coding, DepthKind
+from ..depth.depth_range import check_range
 from ..depth.scale_over_time import SCALES, ScaleName
 from ..networks.model_options import Model, ModelOptions, PixelsName, checked_options
 
@@ -44,6 +45,9 @@ class ReadOptions:
     cache: bool = False
     scale_frames: ScaleName | None = None
     poses: FilePath | None = None
+    near: float | None = None
+    far: float | None = None
+    channel: str | None = None
 
     def __post_init__(self) -> None:
         check_positive(self.max_pixels, option("max_pixels", beside_file=True))
@@ -53,6 +57,7 @@ class ReadOptions:
             raise ValueError(f"pass {option('pose')} or {option('poses')}, not both")
         if self.depth_kind is not None:
             check_choice(option("depth_kind"), self.depth_kind, KINDS)
+        check_range(self.near, self.far, self.depth_kind)
         if self.scale_frames is not None:
             check_choice(option("scale_frames"), self.scale_frames, SCALES)
         self.network  # noqa: B018 - raises
@@ -78,6 +83,9 @@ class LoadOptions(TypedDict, total=False):
     depth_scale: float | None
     depth_kind: DepthKind | None
     baseline: float | None
+    near: float | None
+    far: float | None
+    channel: str | None
     pose: FilePath | AnyArray | None
     poses: FilePath | None
     allow_outside: bool | None

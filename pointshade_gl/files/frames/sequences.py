@@ -194,7 +194,7 @@ def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequenc
     """Open the frames of a folder, likewise."""
     if options.depth_model is not None:
         return open_frames(place.path, place.allow_outside, options, note)
-    files = find_frames(place, note, options.max_pixels)
+    files = find_frames(place, note, options.max_pixels) or _photographs_with_depth(place)
     if not files and (held := _open_container(place.path, note, options.max_pixels)):
         return _from_container(place, place.path, held, options, note)
     missed = place.listing.not_whole(place.path)
@@ -208,6 +208,14 @@ def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequenc
         way_out = f"or pass {option('depth', 'FILE')}{_instead(place)}"
         raise FileNotFoundError(f"{place.path} has no depth picture: {expected}, {way_out}")
     return _from_files(place, files, options, note)
+
+
+def _photographs_with_depth(place: Folder) -> list[FrameFiles]:
+    """The JPEGs of a folder, if the first of them has depth in it."""
+    from ..containers.phones import has_gdepth  # only here
+
+    photos = [item.path for item in place.listing.files(place.path, 1, (".jpg", ".jpeg")) if not item.level]
+    return [FrameFiles(path, number=k) for k, path in enumerate(photos)] if photos and has_gdepth(photos[0]) else []
 
 
 def _instead(place: Folder) -> str:
@@ -232,7 +240,8 @@ def _open_container(path: Path, note: Note, max_pixels: float) -> Sequence[Conte
 
 def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions, note: Note) -> FrameSequence:
     limit, first = options.max_pixels, files[0].depth
-    held = _open_container(first, note, limit) if is_container(first) else None
+    is_chosen = options.channel is not None and first.suffix.lower() == ".npz"  # one array alone
+    held = _open_container(first, note, limit) if is_container(first) and not is_chosen else None
     if held is not None and len(files) == 1 < len(held):
         return _from_container(place, first, held, options, note)
     cameras = find_filed(place, files, options, note)

@@ -184,6 +184,18 @@ def read_image(path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | N
         return decode_image(file, str(path), max_pixels, to_srgb)
 
 
+def read_deep_colors(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.uint16]:
+    """(h, w, 3|4) uint16 of a PNG of three or four channels of 16 bits. Raises ValueError as `read_image` does."""
+    halves: list[NDArray[np.uint16]] = []
+    for rest in ("B", "L"):  # Pillow keeps the high bytes; read as if in the other order, they are the low ones
+        with open_regular(path) as file:
+            image = _open_image(file, str(path), max_pixels, f";16{rest}")
+            if image.mode not in ("RGB", "RGBA"):
+                raise ValueError(f"{path} has grey and alpha of 16 bits, expected depth of one channel")
+            halves.append(np.asarray(image).astype(np.uint16))
+    return np.uint16(256) * halves[0] + halves[1]
+
+
 def decode_image(
     file: BinaryIO, name: str, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None
 ) -> NDArray[Any]:
@@ -211,8 +223,8 @@ def _with_alpha(image: Image.Image) -> Image.Image:
     return image.convert("RGBA") if image.has_transparency_data and image.mode not in ("LA", "RGBA") else image
 
 
-def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
-    """The decoded picture, turned upright. Its size is checked first."""
+def _open_image(file: BinaryIO, name: str, max_pixels: float, order: str = "") -> Image.Image:
+    """The decoded picture, turned upright. Its size is checked first. order: in which 16 bits are read, else its own"""
     from PIL import UnidentifiedImageError
 
     head = file.read(64)
@@ -225,6 +237,9 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
             check_pixels(*image.size, name, max_pixels)
             tile = [getattr(image, "tag_v2", {}).get(tag, 0) for tag in _TILE]
             check_pixels(tile[0], tile[1], f"{name} is a TIFF whose tile", max_pixels)
+            if order and image.mode in ("RGB", "RGBA"):
+                tiled: Any = image
+                tiled.tile = [(*one[:3], image.mode + order) for one in tiled.tile]
             image.load()
             with _pillow, warnings.catch_warnings():
                 warnings.simplefilter("ignore")

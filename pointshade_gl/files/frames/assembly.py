@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...checks.arguments import as_given, check_choice, check_positive, depth_as_given
 from ...checks.foreign_arrays import way_to
-from ...notes.notes import Note, taken
+from ...notes.notes import Doubt, Note, taken
 from ...notes.words import option
 from ...scene.camera import Camera
 from ...scene.frame import Frame
@@ -32,8 +32,9 @@ from ..depth.depth_kinds import KINDS, Coding, Decoded, DepthHints, is_ray_lengt
 from ..depth.scale_over_time import ScaledFrame
 from ..finding.folder_cameras import Cameras, find_cameras
 from ..finding.folder_frames import FrameFiles
-from ..pictures.picture_files import is_picture, read_image
+from ..pictures.picture_files import is_picture, has_turn, read_image
 from .frame_parts import Assembled, FoundFiles, FrameParts, ReadOptions, is_path
+from .registration import compare
 
 ASSUMED = "the assumed camera"
 _USUAL_FOV = 60.0  # degrees
@@ -111,8 +112,10 @@ def make_camera(source: Intrinsics | None, fov: float | None, depth: Size, color
     return place_camera(source, depth, color, note)
 
 
-def read_colors_of(parts: FrameParts, max_pixels: float, note: Note = lambda _: None) -> NDArray[Any] | None:
-    """The colours of a frame in sRGB, (h, w, 3|4) uint8; None without any."""
+def read_colors_of(
+    parts: FrameParts, max_pixels: float, note: Note = lambda _: None, upright: bool = True
+) -> NDArray[Any] | None:
+    """The colours of a frame in sRGB, (h, w, 3|4) uint8; None without any. upright: as EXIF turns them."""
     if parts.color is None:
         return None
     if not is_path(parts.color):
@@ -125,12 +128,51 @@ def read_colors_of(parts: FrameParts, max_pixels: float, note: Note = lambda _: 
         from ..pictures.video import read_video_frame  # only here
 
         return read_video_frame(parts.color, parts.number, max_pixels)
-    return read_color(parts.color, max_pixels, note)
+    return read_color(parts.color, max_pixels, note, upright)
 
 
-def read_color(path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None) -> NDArray[np.uint8]:
+def _read_colors(
+    parts: FrameParts, depth: tuple[int, ...], options: ReadOptions, note: Note, like: Coding | None
+) -> tuple[NDArray[Any] | None, bool]:
+    """The colours, and whether they are as stored: a picture that EXIF turns on its side may lie on the depth so."""
+    if like is not None:
+        return read_colors_of(parts, options.max_pixels, upright=not like.as_stored), like.as_stored
+    colors = read_colors_of(parts, options.max_pixels, note)
+    if colors is None or not is_path(parts.color) or shows_the_same(colors.shape[1::-1], depth[1::-1]):
+        return colors, False
+    if shows_the_same(colors.shape[:2], depth[1::-1]) and has_turn(parts.color):
+        note(Doubt(f"{parts.color} {_AS_STORED}"))
+        return read_colors_of(parts, options.max_pixels, upright=False), True
+    return colors, False
+
+
+_AS_STORED = "is turned by its EXIF, and the depth is not: its pixels are taken as they are stored"
+
+
+def _compared(
+    colors: NDArray[Any], as_stored: bool, depth: NDArray[np.float32], parts: FrameParts, options: ReadOptions, note: Note
+) -> tuple[NDArray[Any], bool, bool]:
+    """The colours as they lie on the depth, whether that is as stored, and whether edges tell. Notes what does not fit."""
+    found = compare(colors, depth)
+    if not as_stored and (found.turn or not found.is_clear) and is_path(parts.color) and has_turn(parts.color):
+        stored = read_colors_of(parts, options.max_pixels, upright=False)
+        assert stored is not None
+        other = compare(stored, depth)
+        if other.is_clear and not other.doubt:
+            note(Doubt(f"{parts.color} {_AS_STORED}"))
+            return stored, True, True
+        if not found.is_clear:
+            note(f"{parts.color} is turned by its EXIF; there are too few edges to see whether the depth is, too")
+    if found.doubt:
+        note(Doubt(found.doubt))
+    return colors, as_stored, found.is_clear
+
+
+def read_color(
+    path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None, upright: bool = True
+) -> NDArray[np.uint8]:
     """(h, w, 3|4) uint8 of any picture: palettes are looked up, grey is repeated, 16 bits become 8."""
-    return to_color(read_image(path, max_pixels, to_srgb), str(path))
+    return to_color(read_image(path, max_pixels, to_srgb, upright), str(path))
 
 
 def to_color(image: NDArray[Any], name: str) -> NDArray[np.uint8]:
@@ -152,10 +194,11 @@ def assemble(
     scale_of: Callable[[Decoded, Any, Camera], ScaledFrame] | None = None,  # how the depth of a film's picture is laid
 ) -> Assembled:
     """Read the parts of a frame and put them together. Raises ValueError, TypeError or OSError, in one sentence."""
+    is_found = like is None and parts.path is not None and (parts.color is None or is_path(parts.color))
     reading, parts = reading or Reading(), _unpacked(parts, options.poses is None)
     source = choose_camera(parts, options, note)
     raw = _read_raw(parts.depth, source, note, options.max_pixels)
-    colors = read_colors_of(parts, options.max_pixels, *([note] if like is None else []))
+    colors, as_stored = _read_colors(parts, raw.shape[:2], options, note, like)
     decoded = decode(raw, parts.name or "depth", _hints_of(source, parts, options, raw), note, like)
     stored, is_float = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}", raw.dtype.kind == "f"
     del raw
@@ -173,6 +216,10 @@ def assemble(
             metres *= np.float32(factor)
     if parts.valid is not None:
         _drop_invalid(metres, parts.valid, options.max_pixels, note)
+    is_compared = False
+    if is_found and colors is not None:
+        colors, as_stored, is_compared = _compared(colors, as_stored, metres, parts, options, note)
+    coding = replace(coding, as_stored=as_stored) if as_stored else coding
     if like is None:
         is_made = coding.scale is None or bool(parts.maker) or (is_float and bool((metres > 0).all()))  # by a network
         enlarged = times_enlarged(metres) if is_made and colors is not None else 1
@@ -192,7 +239,7 @@ def assemble(
         where, missing = f"{parts.name}: " if parts.name else "", "missing values (0, negative, NaN or infinite)"
         raise ValueError(f"{where}depth must be known somewhere, got only {missing}")
     found = FoundFiles(parts.name or parts.maker or None, str(parts.color) if is_path(parts.color) else None)
-    return Assembled(frame, found, source.name if source else option("fov"), coding, stored)
+    return Assembled(frame, found, source.name if source else option("fov"), coding, stored, is_compared)
 
 
 def _unpacked(parts: FrameParts, with_pose: bool) -> FrameParts:

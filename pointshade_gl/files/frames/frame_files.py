@@ -23,7 +23,7 @@ from ..depth.scale_over_time import ScaleName
 from ..finding.folder_frames import FrameFiles, check_folder, find_color
 from ..networks.model_options import Model, PixelsName, is_model
 from .assembly import assemble, find_filed
-from .frame_parts import Assembled, FrameParts, ReadOptions, check_registration, is_path
+from .frame_parts import Assembled, FrameParts, ReadOptions, is_path
 from .sequences import first_readable, open_folder, open_frames, open_photographs
 
 
@@ -132,10 +132,7 @@ def read_frame(
     if source is None:
         if depth is None:
             raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
-        read = assemble(_parts(depth, color), options, note)
-        if is_path(depth) and is_path(color):  # what the caller holds in arrays is known to be right
-            check_registration(read.frame, note)
-        return read
+        return assemble(_parts(depth, color), options, note)
     path = source.path if isinstance(source, Folder) else builtin_folder(source)
     if depth is not None or color is not None:
         place = source if isinstance(source, Folder) else Folder(path, allow_outside)
@@ -174,9 +171,7 @@ def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, not
             place.check(Path(path))
     cameras = find_filed(place, files, options, note)
     parts = _parts(depth, color)._replace(filed=cameras.of(0), missing=cameras.missing)
-    read = assemble(parts, options, note)
-    check_registration(read.frame, note)
-    return read
+    return assemble(parts, options, note)
 
 
 class Examined(NamedTuple):

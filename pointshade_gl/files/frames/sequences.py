@@ -29,7 +29,7 @@ from ..depth.scale_over_time import FilmScale, ScaledFrame
 from ..finding.folder_cameras import Cameras, FoundPoses, find_poses, given_poses
 from ..finding.folder_frames import FrameFiles, check_folder, find_color, find_frames, find_photographs, is_container
 from .assembly import assemble, find_filed, read_colors_of
-from .frame_parts import Assembled, FrameParts, ReadOptions, check_registration, is_path, what_else
+from .frame_parts import Assembled, FrameParts, ReadOptions, is_path, what_else
 
 if TYPE_CHECKING:
     from ..networks.photo_depth import PhotoDepth
@@ -293,11 +293,9 @@ def first_readable(sequence: FrameSequence) -> tuple[int, Assembled]:
     """Return the first readable frame, and its index; else raises the first frame's error."""
     for index in dict.fromkeys((0, len(sequence) // 2, len(sequence) - 1)):
         try:
-            read = sequence.assembled(index)
+            return index, sequence.assembled(index)
         except (ValueError, OSError):
             continue
-        check_registration(read.frame, sequence.note)
-        return index, read
     return 0, sequence.assembled(0)
 
 

@@ -170,25 +170,28 @@ def is_ours(path: FilePath) -> bool:
     return _OURS in read_head(path)
 
 
-def read_image(path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None) -> NDArray[Any]:
+def read_image(
+    path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None, upright: bool = True
+) -> NDArray[Any]:
     """A picture's own values: (h, w), (h, w, 3) or (h, w, 4), uint8; deep grey pictures uint16, int32 or float32.
 
     Palettes and other colour models become RGB or RGBA, turned by EXIF; it may be read-only. Raises OSError if the
     path is not a file, ValueError if it is not a complete picture of up to max_pixels pixels.
 
     to_srgb  convert colours of other colour spaces, with a note: for photographs, not for depth or for textures
+    upright  turned by EXIF
     """
     read_head(path)
     with open_regular(path) as file:
         check_size(file, path, max_pixels)
-        return decode_image(file, str(path), max_pixels, to_srgb)
+        return decode_image(file, str(path), max_pixels, to_srgb, upright)
 
 
 def decode_image(
-    file: BinaryIO, name: str, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None
+    file: BinaryIO, name: str, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None, upright: bool = True
 ) -> NDArray[Any]:
     """What `read_image` gives, from an open file. Raises ValueError, with the name, as it does."""
-    image = _open_image(file, name, max_pixels)
+    image = _open_image(file, name, max_pixels, upright)
     if to_srgb is not None and image.mode != "F":
         image = in_srgb(_with_alpha(image), image.info, name, to_srgb, read_cicp(file))
     if image.mode in ("I", "F") or image.mode.startswith("I;16"):
@@ -211,8 +214,8 @@ def _with_alpha(image: Image.Image) -> Image.Image:
     return image.convert("RGBA") if image.has_transparency_data and image.mode not in ("LA", "RGBA") else image
 
 
-def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
-    """The decoded picture, turned upright. Its size is checked first."""
+def _open_image(file: BinaryIO, name: str, max_pixels: float, upright: bool) -> Image.Image:
+    """The decoded picture. Its size is checked first."""
     from PIL import UnidentifiedImageError
 
     head = file.read(64)
@@ -228,7 +231,7 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
             image.load()
             with _pillow, warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                is_turned = image.getexif().get(TURNED, 1) != 1
+                is_turned = upright and image.getexif().get(TURNED, 1) != 1
         if is_turned:
             from PIL import ImageOps
 
@@ -342,6 +345,14 @@ def is_deep_grey(path: Path) -> bool:
 def is_picture(path: Path) -> bool:
     """Whether it begins as a PNG, JPEG, TIFF, BMP, WEBP or PNM does."""
     return _head(path).startswith((_PNG, b"\xff\xd8", b"II*\0", b"MM\0*", b"BM", b"RIFF", b"P2", b"P3", b"P5", b"P6"))
+
+
+def has_turn(path: FilePath) -> bool:
+    """Whether a picture has an EXIF tag that turns or mirrors it."""
+    head = read_head(path)
+    with open_regular(path) as file, suppress(Exception), opened_picture(file, head) as image:  # of broken bytes: none
+        return image.getexif().get(TURNED, 1) in range(2, 9)
+    return False
 
 
 def png_size(path: Path) -> tuple[int, int] | None:

@@ -216,6 +216,7 @@ class Folder:
     # its files must lie in here, also with links followed: the folder of a scene, which came as a whole. Without a root
     # any link is followed: it is the user's own, perhaps to a data set on another disk.
     root: Path | None = None
+    levels: int = 2  # how far below it the cameras and poses of its frames may lie; 0 beside a file that was named
     # what lies in it and around it, looked at once
     listing: Listing = field(default_factory=Listing, compare=False, repr=False)
 

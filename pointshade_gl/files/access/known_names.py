@@ -86,6 +86,11 @@ CAMERA_SUFFIXES = (
 NOT_A_CAMERA = re.compile(
     r"extrinsic|pose(?!.*(intrinsic|\.json))|traj(?!\w*\.json)|right|(?<!intrinsic_)imu|(?<!un)distort|accel|(^|/)ir[_.-]|infra"
 )
+# Folders of files about frames elsewhere.
+ABOUT_FRAMES = re.compile(
+    r"(?<![a-z])(cams?|camdata|camera\w*|calib\w*|intrinsics?|extrinsics?|poses?|param\w*|meta|metadata|info|sparse|traj\w*|"
+    r"scene|groundtruth|(key)?frames?)(?![a-z])"
+)
 FRAME_CAMERAS = _words("intrinsics intrinsic cameras camera cams cam calib meta pincam pose frame frames")
 FRAME_SUFFIXES = (".json", ".yaml", ".yml", ".cam")  # of a file called like its frame and nothing else
 

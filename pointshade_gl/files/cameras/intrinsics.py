@@ -84,7 +84,7 @@ def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: 
         note(f"{chosen.name} has fy {camera.fy:g} px for {_text(size)}, which sees {angle:.0f} degrees: {way_out}")
     if size == depth:
         return camera
-    if size != NORMALIZED:
+    if chosen.size not in (None, NORMALIZED) or size == color:
         what = f"the color of {_text(size)}" if size == color else f"{_text(size)} pixels"
         note(f"{Path(chosen.name).name} is for {what}, scaled to the depth's {_text(depth)}")
     return camera.resized(*depth)
@@ -134,7 +134,7 @@ def _guess_size(intrinsics: Intrinsics, depth: Size, color: Size | None, note: N
     return size
 
 
-_RATIOS = [1 / 8, 1 / 6, 1 / 5, 1 / 4, 1 / 3, 2 / 5, 1 / 2, 5 / 8, 2 / 3, 3 / 4, 4 / 5]  # usual ones, and their inverses
+_RATIOS = [1 / 8, 1 / 6, 1 / 5, 1 / 4, 1 / 3, 2 / 5, 1 / 2, 5 / 8, 2 / 3, 3 / 4, 4 / 5]  # usual, and their inverses
 _RATIOS += [1 / ratio for ratio in _RATIOS]
 _LEAST_RATIO = 1.2  # no lens is so far off its picture's middle in both directions
 _ALIKE = 0.15  # both directions show the same ratio: principal points lie some per cent off the middle
@@ -267,8 +267,14 @@ MATRIX = (
     "prect02", "p2", "prect00", "p0", "intrinsicdepth", "kcolor", "krgb", "intrinsicscolor", "rgbintrinsics", "p",
     "intrinsicsmatrix", "camerakmatrix",
 )  # fmt: skip
-WIDTH = ("width", "w", "imagewidth", "imgwidth", "imw", "depthwidth", "dw", "resx", "camerawidth", "cols")
-HEIGHT = ("height", "h", "imageheight", "imgheight", "imh", "depthheight", "dh", "resy", "cameraheight", "rows")
+WIDTH = (
+    "width", "w", "imagewidth", "imgwidth", "imw", "depthwidth", "dw", "resx", "resolutionx", "camerawidth",
+    "cols",
+)  # fmt: skip
+HEIGHT = (
+    "height", "h", "imageheight", "imgheight", "imh", "depthheight", "dh", "resy", "resolutiony", "cameraheight",
+    "rows",
+)  # fmt: skip
 SIZE = (
     "dimension", "renderproductresolution", "resolution", "imagesize", "imgsize", "size", "imsize", "srect02",
     "srect00",

@@ -45,7 +45,7 @@ class Cameras(NamedTuple):
 
 def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> Cameras:
     """Find the cameras of a folder's frames; a note names the file. Raises ValueError for a bad intrinsics.json."""
-    items = _not_of_others(place.listing.files(place.path, 2, known_names.CAMERA_SUFFIXES), frames, place)
+    items = _belonging(place, known_names.CAMERA_SUFFIXES, frames)
     own = _one_each(items, frames, note, max_pixels)
     if own:
         return Cameras(None, own)
@@ -80,14 +80,27 @@ def _nearest(items: Sequence[ListedFile], frames: Sequence[FrameFiles]) -> list[
     return sorted(items, key=lambda item: -shared(from_root(item.path.parent)))
 
 
-def _not_of_others(items: Sequence[ListedFile], frames: Sequence[FrameFiles], place: Folder) -> list[ListedFile]:
-    """Without the files of folders with pictures of their own, where frames lie beside those: another frame's."""
-    if not frames or frames[0].depth.parent != place.path:
-        return list(items)
-    others = {
-        item.path.parent for item in place.listing.files(place.path, 2, known_names.PICTURE_SUFFIXES) if item.level
-    }
-    return [item for item in items if item.path.parent not in others]
+def _belonging(place: Folder, suffixes: Sequence[str], frames: Sequence[FrameFiles]) -> list[ListedFile]:
+    """The files of a folder that may be about its frames: another recording may lie beside or below them.
+
+    They lie where one of the frames does, above, or in folders that are called for what they hold; not among pictures
+    of others.
+    """
+    items = place.listing.files(place.path, place.levels, suffixes)
+    if not frames:
+        return items
+    own = {folder for one in frames for path in (one.depth, one.color) if path for folder in path.parents}
+    if frames[0].depth.parent == place.path:
+        pictures = place.listing.files(place.path, place.levels, known_names.PICTURE_SUFFIXES)
+        others = {item.path.parent for item in pictures if item.level} - own
+        items = [item for item in items if item.path.parent not in others]
+
+    def belongs(item: ListedFile) -> bool:
+        folders = item.name.rpartition("/")[0]
+        of_pictures = item.folder_words & (known_names.DEPTH | known_names.COLOR)
+        return item.path.parent in own or bool(of_pictures or known_names.ABOUT_FRAMES.search(folders))
+
+    return [item for item in items if not item.level or belongs(item)]
 
 
 def _by_rank(items: Sequence[ListedFile], of_color: bool = False) -> list[ListedFile]:
@@ -188,7 +201,7 @@ def find_poses(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixe
     folder = place.path
     items = [
         item
-        for item in place.listing.files(folder, 2, known_names.POSE_SUFFIXES)
+        for item in _belonging(place, known_names.POSE_SUFFIXES, frames)
         if not known_names.NOT_A_POSE.search(item.name)
     ]
     taken = cache(lambda: {path for one in frames for path in (one.depth, one.color, one.valid)})

@@ -379,9 +379,29 @@ def _depths_of(folder: Path, pictures: list[ListedFile], note: Note) -> list[Lis
         if wanted == "":
             found = [item for item in found if item.suffix in known_names.ONLY_DEPTH] or _deep_grey(found)
         if found:
-            found = [item for item in found if item.suffix not in known_names.RAW_SUFFIXES] or found
+            found = _without_shown(found)
             return best_group(folder, found, "depth", note)
     return []
+
+
+def _without_shown(items: list[ListedFile]) -> list[ListedFile]:
+    """Without bare numbers where there is a picture of depth; but instead of a picture for the eye of the same name."""
+    bare = {(item.path.parent, item.stem): item for item in items if item.suffix in known_names.RAW_SUFFIXES}
+    pictures = [item for item in items if item.suffix not in known_names.RAW_SUFFIXES]
+    if not bare or not pictures:
+        return items
+    twins = [bare.get((one.path.parent, one.stem)) for one in pictures]
+    return [twin if twin and shallowness(one.path) else one for one, twin in zip(pictures, twins, strict=True)]
+
+
+def numbers_of(path: Path, note: Note) -> Path:
+    """A file of depth; for a viewer's picture for the eye the bare numbers beside it, with a note."""
+    bare = (path.with_suffix(suffix) for suffix in known_names.RAW_SUFFIXES)
+    found = next((one for one in bare if one.is_file() and one != path), None)
+    if found is None or path.suffix.lower() not in known_names.COLOR_SUFFIXES or not shallowness(path):
+        return path
+    note(f"{path.name} is a picture for the eye: the numbers are read from {found.name}")
+    return found
 
 
 def _depth_role(item: ListedFile) -> str:
@@ -391,8 +411,16 @@ def _depth_role(item: ListedFile) -> str:
 
 def _colors_of(folder: Path, pictures: list[ListedFile], depths: list[ListedFile], note: Note) -> list[ListedFile]:
     """Return the colour pictures: those named so, else the pictures that are left over."""
-    taken = {item.path for item in depths}
+    taken, own = {item.path for item in depths}, {item.path.parent for item in depths}
+    others = {item.path.parent for item in pictures if item.level and item.role == "depth"} - own
     allowed = [item for item in pictures if item.path not in taken and not _is_right(item, pictures)]
+    allowed = [item for item in allowed if item.path.parent not in others]
+    first = depths[0].path.parent  # below it colours lie in folders that are called so, or they are of something else
+    allowed = [
+        item
+        for item in allowed
+        if item.path.parent == first or first not in item.path.parents or item.folder_words & known_names.COLOR
+    ]
     for wanted in ("color", ""):
         found = [item for item in allowed if item.role == wanted and item.suffix in known_names.COLOR_SUFFIXES]
         depth_too = {item.path for item in _deep_grey(found)}

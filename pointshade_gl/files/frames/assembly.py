@@ -32,7 +32,7 @@ from ..depth.depth_kinds import KINDS, Coding, Decoded, DepthHints, is_ray_lengt
 from ..depth.scale_over_time import ScaledFrame
 from ..finding.folder_cameras import Cameras, find_cameras
 from ..finding.folder_frames import FrameFiles
-from ..pictures.picture_files import is_picture, has_turn, read_image
+from ..pictures.picture_files import has_turn, is_picture, png_size, read_image
 from .frame_parts import Assembled, FoundFiles, FrameParts, ReadOptions, is_path
 from .registration import compare
 
@@ -103,9 +103,11 @@ def assumed_camera(size: Size, is_of_sensor: bool, missing: str, note: Note) -> 
 def make_camera(source: Intrinsics | None, fov: float | None, depth: Size, color: Size | None, note: Note) -> Camera:
     """The camera, known but for a field of view, of depth under colours of these sizes. Raises ValueError for none."""
     if color and not shows_the_same(color, depth):
-        sizes = f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, of another aspect ratio"
+        is_turned = shows_the_same(color[::-1], depth)
+        what = "turned by 90 degrees against each other" if is_turned else "of another aspect ratio"
+        sizes = f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, {what}"
         way_out = f"pass the right colour as {option('color', 'FILE')}"
-        note(f"{sizes}: they do not look registered; {way_out}")
+        note(Doubt(f"{sizes}: they do not look registered; {way_out}"))
     if fov is not None:
         return Camera.from_fov(fov, *depth)
     assert source is not None, "one is assumed where none is known"
@@ -150,12 +152,12 @@ _AS_STORED = "is turned by its EXIF, and the depth is not: its pixels are taken 
 
 
 def _compared(
-    colors: NDArray[Any], as_stored: bool, depth: NDArray[np.float32], parts: FrameParts, options: ReadOptions, note: Note
+    colors: NDArray[Any], as_stored: bool, depth: NDArray[np.float32], parts: FrameParts, max_pixels: float, note: Note
 ) -> tuple[NDArray[Any], bool, bool]:
-    """The colours as they lie on the depth, whether that is as stored, and whether edges tell. Notes what does not fit."""
+    """The colours as they lie on the depth, whether that is as stored, and whether edges tell. Notes doubts."""
     found = compare(colors, depth)
     if not as_stored and (found.turn or not found.is_clear) and is_path(parts.color) and has_turn(parts.color):
-        stored = read_colors_of(parts, options.max_pixels, upright=False)
+        stored = read_colors_of(parts, max_pixels, upright=False)
         assert stored is not None
         other = compare(stored, depth)
         if other.is_clear and not other.doubt:
@@ -218,7 +220,7 @@ def assemble(
         _drop_invalid(metres, parts.valid, options.max_pixels, note)
     is_compared = False
     if is_found and colors is not None:
-        colors, as_stored, is_compared = _compared(colors, as_stored, metres, parts, options, note)
+        colors, as_stored, is_compared = _compared(colors, as_stored, metres, parts, options.max_pixels, note)
     coding = replace(coding, as_stored=as_stored) if as_stored else coding
     if like is None:
         is_made = coding.scale is None or bool(parts.maker) or (is_float and bool((metres > 0).all()))  # by a network
@@ -268,10 +270,19 @@ def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: flo
         return read_depth(depth, note, max_pixels)
     if is_colmap_depth(read_head(depth)):
         return read_colmap_depth(depth, max_pixels)
+    size = size or _size_beside(path)
     if size is None:
         way_out = f"pass {option('intrinsics', 'FILE')} with the width and height, or the depth as .npy"
         raise ValueError(f"{depth} holds numbers without a header: {way_out}")
     return read_raw(depth, *size, max_pixels)
+
+
+def _size_beside(path: Path) -> Size | None:
+    """The size of the picture of the same name, or what the name says, if it fits the bytes of a bare file."""
+    picture, named = path.with_suffix(".png"), re.search(r"(?<!\d)(\d{2,5})x(\d{2,5})(?!\d)", path.name)
+    sizes = [png_size(picture) if picture.is_file() else None, named and (int(named[1]), int(named[2]))]
+    count = path.stat().st_size
+    return next((one for one in sizes if one and count in (2 * one[0] * one[1], 4 * one[0] * one[1])), None)
 
 
 def _hints_of(source: Intrinsics | None, parts: FrameParts, options: ReadOptions, raw: NDArray[Any]) -> DepthHints:

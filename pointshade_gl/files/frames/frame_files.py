@@ -10,7 +10,7 @@ import numpy as np
 
 from ...checks.arguments import check_path, is_masked
 from ...checks.foreign_arrays import AnyArray
-from ...notes.notes import Note, print_note
+from ...notes.notes import Doubt, Note, print_note
 from ...notes.words import all_of_them, option
 from ...scene.camera import Camera
 from ...scene.frame import Frame
@@ -159,7 +159,7 @@ def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, not
     if place.path.is_file():
         if depth is not None:
             raise ValueError(f"{place.path} is a file and would be the depth: leave out {option('depth')}, or the file")
-        depth, place = place.path, Folder(place.path.parent, place.allow_outside)
+        depth, place = place.path, Folder(place.path.parent, place.allow_outside, levels=0)
     check_folder(place.path)
     if depth is None:
         depth = open_folder(place, options, note).parts[0].path
@@ -221,4 +221,5 @@ def facts(examined: Examined) -> dict[str, dict[str, Any]]:
             "from": read.camera_from,
         },
         "poses": {"count": found.poses, "from": found.poses_from or None},
+        "fit": {"compared": read.is_compared, "doubts": [one for one in examined.notes if isinstance(one, Doubt)]},
     }

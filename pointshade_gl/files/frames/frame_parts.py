@@ -9,6 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple, TypedDict, TypeGuard
 
+import numpy as np
 from numpy.typing import NDArray
 
 from ...checks.arguments import check_choice, check_positive

@@ -19,11 +19,14 @@ _BETTER = 1.15  # how much better it must be than none
 _NEAR = 2  # pixels: no shift
 
 Map = NDArray[np.float64]  # (height, _WIDTH)
-# Signs of the steps through rows and columns. Not for the eye alone: a wrong one puts colours on other surfaces.
-_TURNS = {"": (1, 1), "mirrored": (1, -1), "upside down and mirrored": (-1, 1), "turned by 180 degrees": (-1, -1)}
-TURNED = "turned by 180 degrees"
-# Of 193 frames (15 sensors and sets, and 17 kinds of layouts) a wrong turn stood out by 1.8 where it was better than the
-# right one, by 2.6 at most; 95 of 100 that are mirrored pass both.
+_TURNS = {  # with the signs of the steps through rows and columns
+    "": (1, 1),
+    "mirrored left to right": (1, -1),
+    "mirrored top to bottom": (-1, 1),
+    "turned by 180 degrees": (-1, -1),
+}
+# Of 193 frames, wrong turns that were better than the right one stood out by up to 3.8, and by up to 2.7 more than it.
+# Of frames that were mirrored, 95 % pass both limits.
 _SURE, _SURER = 7.0, 4.0  # how far a turn stands out from all shifts, and by how much further than none
 _SOME = 7  # one of so many shifts is looked at to see what is usual
 _CREASE, _SPAN = 0.02, 3  # a bend of 1/z, as a share of it, over so many pixels on both sides
@@ -43,10 +46,10 @@ class Registration(NamedTuple):
         where = [f"{abs(x)} pixels to the {'right' if x > 0 else 'left'}"] if x else []
         where += [f"{abs(y)} pixels {'down' if y > 0 else 'up'}"] if y else []
         if where:
-            return f"the colours look shifted by {' and '.join(where)} of the depth picture: the two may not be registered"
-        if self.turn:
-            return f"the colours look {self.turn} against the depth, by the edges of both: turn one of the two files back"
-        return ""
+            what = f"the colours look shifted by {' and '.join(where)} of the depth picture"
+            return f"{what}: the two may not be registered"
+        way_out = "by the edges of both: turn one of the two files"
+        return f"the colours look {self.turn} against the depth, {way_out}" if self.turn else ""
 
 
 def compare(color: NDArray[np.uint8], depth: NDArray[np.float32]) -> Registration:

@@ -27,7 +27,15 @@ from ..containers.container_contents import Contents
 from ..depth.depth_kinds import Coding, Decoded
 from ..depth.scale_over_time import FilmScale, ScaledFrame
 from ..finding.folder_cameras import Cameras, FoundPoses, find_poses, given_poses
-from ..finding.folder_frames import FrameFiles, check_folder, find_color, find_frames, find_photographs, is_container
+from ..finding.folder_frames import (
+    FrameFiles,
+    check_folder,
+    find_color,
+    find_frames,
+    find_photographs,
+    is_container,
+    numbers_of,
+)
 from .assembly import assemble, find_filed, read_colors_of
 from .frame_parts import Assembled, FrameParts, ReadOptions, is_path, what_else
 
@@ -184,7 +192,7 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
 
     if is_zip_folder(source, options.max_pixels):
         return open_folder(Folder(unpack_folder(source, options.max_pixels)), options, note)
-    place = Folder(source.parent, allow_outside)
+    place, source = Folder(source.parent, allow_outside, levels=0), numbers_of(source, note)
     # a container may hold the colours itself, so it need not have any beside it
     color = find_color(place, source, (lambda _: None) if is_container(source) else note)
     return _from_files(place, [FrameFiles(source, color)], options, note)

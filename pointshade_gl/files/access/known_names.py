@@ -50,7 +50,10 @@ SPARSE = _words("sparse")  # a few points of depth: only where there is no other
 RIGHT_VIEWS = {"im1": "im0", "disp1": "disp0", "view5": "view1", "disp5": "disp1", "im6": "im2", "disp6": "disp2"}
 REGISTERED = re.compile(r"aligned|registered|depth_?to_?(colou?r|rgb)")  # depth that was brought to the colour's camera
 RAY_NAMES = re.compile(r"euclidean|distance_to_camera|depth_?perspective|ray_?(depth|distance)")  # not along the axis
-NOT_PICTURES = re.compile(r"(.*/)?(cameras|images|points3d|rigs|frames|cameras_sphere)\.(bin|npz)")  # COLMAP's, NeuS'
+# COLMAP's and NeuS' files, and the labels of Cityscapes
+NOT_PICTURES = re.compile(
+    r"(.*/)?(cameras|images|points3d|rigs|frames|cameras_sphere)\.(bin|npz)|(.*[/_])?gt(fine|coarse)[/_].*"
+)
 CONFIDENCE = _words("conf confs confidence confidences")
 VALID = CONFIDENCE | _words("mask")
 
@@ -114,7 +117,9 @@ POSES = _patterns(
     r"(.*/)?[\w-]*camera_param\w*/[\w.-]+\.conf",
     r"(.*/)?[\w.-]*(trajectory|groundtruth|poses?|traj|odometry|extrinsics?|cam2world|c2w|w2c)[\w-]*(/[\w.-]+)?\.\w+",
     r"[\w.-]*\.(freiburg|traj|pose)",
+    r"metadata(\.json)?",
 )
+MAY_HOLD_POSES = re.compile(r"metadata(\.json)?")  # other programs write other things under these names
 NOT_A_POSE = re.compile(r"annotated|object|(^|[/_])ob(j|ject)?s?[_/]")  # of objects, not of the camera
 
 

@@ -295,7 +295,7 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     colors = colors or _colors_beside(place, folder, depths, note)
     masks = [item for item in pictures if _is_mask_of(item, depths[0])]
     valid = (matches([item.key for item in depths], masks) if masks else []) or [None] * len(depths)
-    if not colors:
+    if not colors and not is_container(depths[0].path):  # it may hold its colours itself
         note(f"{folder} has no colour picture (color.*, rgb.*, image.*): the surface is light grey")
     partners = find_partners(folder, depths, colors, note) if colors else [None] * len(depths)
     alone = partners.count(None) if colors else 0
@@ -312,7 +312,7 @@ def find_color(place: Folder, depth: Path, note: Note) -> Path | None:
     for folder, file in looks:
         named = ListedFile(file, file.name.lower())
         colors = _colors_in(place, folder, named) or _colors_beside(place, folder, [named], lambda _: None)
-        same = next((item.path for item in colors if item.key == named.key), None)
+        same = next(iter(matches([named.key], colors)), None)
         if len(colors) > 1 and not same:
             note(f"{folder} has {len(colors)} colour pictures: {colors[0].path.name} is taken")
         if colors:
@@ -363,7 +363,9 @@ def _colors_beside(place: Folder, folder: Path, depths: list[ListedFile], note: 
         items = [item for item in items if item.suffix in known_names.COLOR_SUFFIXES and item.path.parent not in others]
         if colors := _colors_of(above, items, depths, note):
             return colors
-    return []
+    twins = place.listing.twins(depths[0].path.parent, known_names.COLOR_SUFFIXES) if place.root is None else []
+    twins = [item for item in twins if not known_names.NOT_PICTURES.fullmatch(item.name)]
+    return _colors_of(twins[0].path.parents[twins[0].level], twins, depths, note) if twins else []
 
 
 def _folders_above(folder: Path) -> list[tuple[Path, str]]:
@@ -411,16 +413,9 @@ def _depth_role(item: ListedFile) -> str:
 
 def _colors_of(folder: Path, pictures: list[ListedFile], depths: list[ListedFile], note: Note) -> list[ListedFile]:
     """Return the colour pictures: those named so, else the pictures that are left over."""
-    taken, own = {item.path for item in depths}, {item.path.parent for item in depths}
-    others = {item.path.parent for item in pictures if item.level and item.role == "depth"} - own
+    taken = {item.path for item in depths}
     allowed = [item for item in pictures if item.path not in taken and not _is_right(item, pictures)]
-    allowed = [item for item in allowed if item.path.parent not in others]
-    first = depths[0].path.parent  # below it colours lie in folders that are called so, or they are of something else
-    allowed = [
-        item
-        for item in allowed
-        if item.path.parent == first or first not in item.path.parents or item.folder_words & known_names.COLOR
-    ]
+    allowed = _not_of_others(allowed, depths)
     for wanted in ("color", ""):
         found = [item for item in allowed if item.role == wanted and item.suffix in known_names.COLOR_SUFFIXES]
         depth_too = {item.path for item in _deep_grey(found)}
@@ -429,6 +424,20 @@ def _colors_of(folder: Path, pictures: list[ListedFile], depths: list[ListedFile
             return best_group(folder, found, "colour", note, depths)
     videos = [item for item in allowed if item.suffix in known_names.VIDEO_SUFFIXES and item.role in ("color", "")]
     return videos[:1]
+
+
+def _not_of_others(pictures: list[ListedFile], depths: list[ListedFile]) -> list[ListedFile]:
+    """Without pictures in folders that have depth of their own, and below the depth but in folders for colours."""
+    of_depth = {item.path.parent for item in pictures if item.level and item.role == "depth"}
+    others = of_depth and of_depth - {item.path.parent for item in depths}
+    if others:
+        pictures = [item for item in pictures if item.path.parent not in others]
+    first, level = depths[0].path.parent, depths[0].level
+
+    def is_below(item: ListedFile) -> bool:
+        return item.level > level and first in item.path.parents[1:] and not item.folder_words & known_names.COLOR
+
+    return [item for item in pictures if not is_below(item)]
 
 
 def _is_right(item: ListedFile, pictures: list[ListedFile]) -> bool:

@@ -198,6 +198,8 @@ def assemble(
     """Read the parts of a frame and put them together. Raises ValueError, TypeError or OSError, in one sentence."""
     is_found = like is None and parts.path is not None and (parts.color is None or is_path(parts.color))
     reading, parts = reading or Reading(), _unpacked(parts, options.poses is None)
+    if parts.contents is not None and parts.color is None and like is None:
+        note(f"{parts.name} holds no colours, and none lie beside it: the surface is light grey")
     source = choose_camera(parts, options, note)
     raw = _read_raw(parts.depth, source, note, options.max_pixels)
     colors, as_stored = _read_colors(parts, raw.shape[:2], options, note, like)

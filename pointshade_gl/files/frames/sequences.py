@@ -18,7 +18,7 @@ from ...notes.words import counted, option
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..access.content import FilePath, note_read
-from ..access.folders import Folder, Listing
+from ..access.folders import LEVELS, Folder, Listing
 from ..access.known_names import COLOR_SUFFIXES, DEPTH_SUFFIXES, VIDEO_SUFFIXES
 from ..cameras.camera_files import read_intrinsics
 from ..cameras.intrinsics import Intrinsics, Size, camera_from_exif, place_camera
@@ -202,9 +202,10 @@ def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequenc
     """Open the frames of a folder, likewise."""
     if options.depth_model is not None:
         return open_frames(place.path, place.allow_outside, options, note)
-    files = find_frames(place, note, options.max_pixels)
-    if not files and (held := _open_container(place.path, note, options.max_pixels)):
+    held = _open_container(place.path, note, options.max_pixels)  # of Record3D: its metadata know more than its files
+    if held:
         return _from_container(place, place.path, held, options, note)
+    files = find_frames(place, note, options.max_pixels)
     missed = place.listing.not_whole(place.path)
     if not files and missed:
         raise OSError(f"{place.path} has no depth picture, but {missed[0]}")
@@ -226,7 +227,8 @@ def _instead(place: Folder) -> str:
             return f"; {path.relative_to(folder)} is {found}"
     photo = next((path for path in files if path.suffix.lower() in COLOR_SUFFIXES), None)
     if photo is None:
-        return "; it is empty" if not files else ""
+        is_deep = not files and bool(place.listing.folders(folder))
+        return f"; look into its folders, more than {LEVELS} deep" if is_deep else "" if files else "; it is empty"
     from ..networks.model_options import how_to_make_depth  # only here
 
     return f"; {photo.relative_to(folder)} is a photograph: {how_to_make_depth()}"

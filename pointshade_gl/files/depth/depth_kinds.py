@@ -35,6 +35,7 @@ class DepthHints:
     filed_kind: str | None = None
     filed_scale: float | None = None
     has_baseline: bool = False
+    levels: int = 0  # of a film's picture; 0 is no film
 
     @property
     def any_kind(self) -> str | None:

@@ -126,10 +126,12 @@ def read_colors_of(
         if array.ndim != 3 or 0 in array.shape:
             raise ValueError(f"{expected}, got {array.shape}{way_to(array.shape, 'color', parts.color, (3, 4))}")
         return array
-    if Path(parts.color).suffix.lower() in VIDEO_SUFFIXES:
-        from ..pictures.video import read_video_frame  # only here
+    if _is_film(parts.color):
+        from ..depth.depth_film import read_film_color  # only here
+        from ..pictures.video import read_video_frame
 
-        return read_video_frame(parts.color, parts.number, max_pixels)
+        read = read_film_color if parts.color == parts.depth else read_video_frame
+        return read(parts.color, parts.number, max_pixels)
     return read_color(parts.color, max_pixels, note, upright)
 
 
@@ -201,7 +203,7 @@ def assemble(
     if parts.contents is not None and parts.color is None and like is None:
         note(f"{parts.name} holds no colours, and none lie beside it: the surface is light grey")
     source = choose_camera(parts, options, note)
-    raw = _read_raw(parts.depth, source, note, options.max_pixels)
+    raw = _read_raw(parts, source, note, options.max_pixels)
     colors, as_stored = _read_colors(parts, raw.shape[:2], options, note, like)
     decoded = decode(raw, parts.name or "depth", _hints_of(source, parts, options, raw), note, like)
     stored, is_float = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}", raw.dtype.kind == "f"
@@ -212,7 +214,9 @@ def assemble(
         source = assumed_camera(size, has_unit, parts.missing, note)
     color_size = None if colors is None else (colors.shape[1], colors.shape[0])
     camera = reading.camera(make_camera(source, options.fov, size, color_size, note))
-    laid = ScaledFrame() if scale_of is None else scale_of(decoded, colors, camera)
+    hints = decoded.coding.hints
+    is_kept = hints is not None and hints.levels and options.scale_frames == "keep"  # all pictures from black to white
+    laid = ScaledFrame(0, hints.levels - 1 if is_kept else 0) if scale_of is None else scale_of(decoded, colors, camera)
     metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, like is None, laid.ends)
     del decoded
     for factor in (laid.factor, reading.scale):
@@ -260,8 +264,17 @@ def _unpacked(parts: FrameParts, with_pose: bool) -> FrameParts:
     return parts._replace(depth=held.depth, filed=filed, coded=(held.depth_kind, held.depth_scale), **given)
 
 
-def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: float) -> NDArray[Any]:
+def _is_film(path: object) -> bool:
+    return is_path(path) and Path(path).suffix.lower() in VIDEO_SUFFIXES
+
+
+def _read_raw(parts: FrameParts, source: Intrinsics | None, note: Note, max_pixels: float) -> NDArray[Any]:
     """The depth as it is stored."""
+    depth: Any = parts.depth
+    if _is_film(depth):
+        from ..depth.depth_film import read_film_depth  # only here
+
+        return read_film_depth(depth, parts.number, max_pixels)
     if not is_path(depth):
         return one_channel(depth_as_given(depth, np.nan), "depth")
     path, size = Path(depth), source and source.size
@@ -297,7 +310,14 @@ def _hints_of(source: Intrinsics | None, parts: FrameParts, options: ReadOptions
         scale = None  # the caller's own array of floats is in metres
     if source and scale is not None:
         check_positive(scale, f"{source.name}: depth_scale")
-    return DepthHints(options.depth_kind, options.depth_scale, kind, scale, _baseline(source, options) is not None)
+    levels = 0
+    if _is_film(parts.depth):
+        from ..depth.depth_film import film_coding  # only here
+
+        if film := film_coding(parts.name, True, options.max_pixels):
+            kind, scale, levels = kind or film.kind, scale or film.scale, film.levels
+    has_baseline = _baseline(source, options) is not None
+    return DepthHints(options.depth_kind, options.depth_scale, kind, scale, has_baseline, levels)
 
 
 def _baseline(source: Intrinsics | None, options: ReadOptions) -> float | None:

@@ -24,7 +24,7 @@ from ..finding.folder_frames import FrameFiles, check_folder, find_color
 from ..networks.model_options import Model, PixelsName, is_model
 from .assembly import assemble, find_filed
 from .frame_parts import Assembled, FrameParts, ReadOptions, is_path
-from .sequences import first_readable, open_folder, open_frames, open_photographs
+from .sequences import FrameSequence, first_readable, open_folder, open_frames, open_given_film, open_photographs
 
 
 def load_frame(
@@ -129,6 +129,10 @@ def read_frame(
             raise ValueError(f"pass the photograph as {option('color')} or as the input, not both")
         beside = Folder(check_path(color).parent if is_path(color) else Path(), allow_outside)
         return open_photographs(beside, color, options, note).assembled(0)
+    if color is None or is_path(color):
+        film = open_given_film(depth, color, options, note)
+        if film is not None:
+            return _first_of(film, depth, note)
     if source is None:
         if depth is None:
             raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
@@ -139,9 +143,15 @@ def read_frame(
         return _from_parts(place, depth, color, options, note)
     opened = open_folder(source, options, note) if isinstance(source, Folder) else None
     sequence = opened or open_frames(path, allow_outside, options, note)
+    return _first_of(sequence, path, note)
+
+
+def _first_of(sequence: FrameSequence, path: FilePath, note: Note) -> Assembled:
+    """The first frame that can be read; a note tells of the others."""
     index, read = first_readable(sequence)
     if len(sequence) > 1:
-        taken = Path(sequence.parts[index].name).name
+        one = sequence.parts[index]
+        taken = f"picture {one.number}" if sequence.is_film else Path(one.name).name
         note(f"{path} is a sequence of {len(sequence)} frames: {taken} is taken{all_of_them()}")
     return read
 

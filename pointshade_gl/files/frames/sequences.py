@@ -20,6 +20,7 @@ from ...scene.frame import Frame
 from ..access.content import FilePath, note_read
 from ..access.folders import LEVELS, Folder, Listing
 from ..access.known_names import COLOR_SUFFIXES, DEPTH_SUFFIXES, VIDEO_SUFFIXES
+from ..access.other_kinds import what_else
 from ..cameras.camera_files import read_intrinsics
 from ..cameras.intrinsics import Intrinsics, Size, camera_from_exif, place_camera
 from ..cameras.pose_files import FAILS, Reading, find_reading
@@ -37,7 +38,7 @@ from ..finding.folder_frames import (
     numbers_of,
 )
 from .assembly import assemble, find_filed, read_colors_of
-from .frame_parts import Assembled, FrameParts, ReadOptions, is_path, what_else
+from .frame_parts import Assembled, FrameParts, ReadOptions, is_path
 
 if TYPE_CHECKING:
     from ..networks.photo_depth import PhotoDepth
@@ -79,6 +80,11 @@ class FrameSequence(Sequence[Frame]):
     def is_placed(self) -> bool:
         """It is known where frames are: by poses of their own, or by one that was given for all."""
         return self.posed > 0 or self._options.pose is not None
+
+    @property
+    def is_film(self) -> bool:
+        """Its depth is that of a film."""
+        return bool(self.parts) and self.parts[0].path is not None and _is_video(self.parts[0].path)
 
     def __len__(self) -> int:
         return len(self.parts)
@@ -186,6 +192,12 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
         return open_photographs(Folder(folder, allow_outside), source, options, note)
     if not source.is_file():
         return open_folder(Folder(check_folder(source), allow_outside), options, note)
+    if _is_video(source):
+        from ..finding.folder_films import find_film  # only here
+
+        beside = Folder(source.parent, allow_outside, levels=0)
+        if film := find_film(beside, source, note, options.max_pixels):
+            return _from_files(beside, film, options, note)
     if unread := what_else(source):
         raise ValueError(f"{source} is {unread}")
     from ..containers.opening import is_zip_folder, unpack_folder  # only here
@@ -198,6 +210,20 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
     return _from_files(place, [FrameFiles(source, color)], options, note)
 
 
+def open_given_film(depth: Any, color: Any, options: ReadOptions, note: Note) -> FrameSequence | None:
+    """The frames of a film of depth that the caller names, perhaps with one of colours; None for anything else."""
+    if not is_path(depth) or not _is_video(depth) or not Path(depth).is_file():
+        return None
+    from ..finding.folder_films import film_pictures, find_film  # only here
+
+    place, film = Folder(Path(depth).parent, levels=0), Path(depth)
+    if is_path(color):
+        files = film_pictures(film, Path(color), True, note, options.max_pixels)
+    else:
+        files = find_film(place, film, note, options.max_pixels) or film_pictures(film, None, True, note)
+    return _from_files(place, files, options, note)
+
+
 def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequence:
     """Open the frames of a folder, likewise."""
     if options.depth_model is not None:
@@ -205,7 +231,7 @@ def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequenc
     held = _open_container(place.path, note, options.max_pixels)  # of Record3D: its metadata know more than its files
     if held:
         return _from_container(place, place.path, held, options, note)
-    files = find_frames(place, note, options.max_pixels)
+    files = find_frames(place, note, options.max_pixels) or _film_in(place, note, options.max_pixels)
     missed = place.listing.not_whole(place.path)
     if not files and missed:
         raise OSError(f"{place.path} has no depth picture, but {missed[0]}")
@@ -217,6 +243,15 @@ def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequenc
         way_out = f"or pass {option('depth', 'FILE')}{_instead(place)}"
         raise FileNotFoundError(f"{place.path} has no depth picture: {expected}, {way_out}")
     return _from_files(place, files, options, note)
+
+
+def _film_in(place: Folder, note: Note, max_pixels: float) -> list[FrameFiles]:
+    """The pictures of a folder's film of depth, where it has one."""
+    if not place.listing.files(place.path, 1, VIDEO_SUFFIXES):
+        return []
+    from ..finding.folder_films import find_film  # only here
+
+    return find_film(place, None, note, max_pixels)
 
 
 def _instead(place: Folder) -> str:

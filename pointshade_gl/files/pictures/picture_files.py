@@ -26,6 +26,7 @@ from ...notes.words import cut
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import MAX_PIXELS, FilePath, check_pixels, check_size, open_regular, read_head
 from ..access.known_names import IMAGES, PICTURES, check_suffix
+from ..access.other_kinds import what_else
 from .color_profiles import in_srgb, read_cicp
 
 if TYPE_CHECKING:
@@ -238,6 +239,8 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float, upright: bool) -> 
             return ImageOps.exif_transpose(image)
         return image
     except UnidentifiedImageError:
+        if found := what_else(Path(name)):
+            raise ValueError(f"{name} is {found}") from None
         if head[4:8] == b"ftyp":
             way_out = "pip install 'pointshade-gl[heic]', or a newer Pillow for AVIF"
             raise ValueError(f"{name} is an HEIC or AVIF picture: {way_out}") from None

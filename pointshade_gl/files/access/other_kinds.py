@@ -26,8 +26,8 @@ _CLOUD = "it has no pictures: `pointshade render` draws it, load_cloud reads it"
 _TENSORS = "save its depth as .npy or .npz and pass that"
 _NETWORK = "depth_model"
 _VIDEO = (
-    "put its film of depth beside it, called like it and depth, as clip_depth.mp4, pass the folder of its depth "
-    f"pictures, or a network that makes depth of its pictures as {_NETWORK}"
+    "pass the folder of its depth pictures, put its film of depth beside it (clip.mp4, clip_depth.mp4), or pass a "
+    f"network that makes depth of its pictures as {_NETWORK}"
 )
 _UNPACK = "unpack it and pass the folder"
 _KINDS = (

@@ -11,7 +11,6 @@ from PIL import Image
 FOCAL, WIDTH, HEIGHT = 250.0, 320, 240
 PAINTS = np.array([[210, 190, 160], [120, 90, 60], [190, 140, 130], [230, 228, 225], [140, 160, 200], [200, 60, 50]])
 CAMERA = {"fx": FOCAL, "fy": FOCAL, "cx": (WIDTH - 1) / 2, "cy": (HEIGHT - 1) / 2, "width": WIDTH, "height": HEIGHT}
-MATRIX = [[FOCAL, 0, CAMERA["cx"]], [0, FOCAL, CAMERA["cy"]], [0, 0, 1]]
 BALL, RADIUS = np.array([0.3, 0.4, 2.1]), 0.4
 
 

@@ -130,7 +130,8 @@ def read_colors_of(
         from ..depth.depth_film import read_film_color  # only here
         from ..pictures.video import read_video_frame
 
-        read = read_film_color if parts.color == parts.depth else read_video_frame
+        is_shared = is_path(parts.depth) and parts.color == parts.depth
+        read = read_film_color if is_shared else read_video_frame
         return read(parts.color, parts.number, max_pixels)
     return read_color(parts.color, max_pixels, note, upright)
 

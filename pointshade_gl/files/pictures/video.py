@@ -28,7 +28,7 @@ class _Open:
         self._pictures: Generator[Any, None, None] = ffmpeg.read_frames(str(path), **form)
         self.path, self.is_deep, self.next = path, is_deep, 0
         about = next(self._pictures)
-        self._width, self._height = about["source_size"]
+        self._width, self._height = about["size"]  # as ffmpeg turns it upright
         self.format = str(about.get("pix_fmt", ""))
         self.kept: dict[int, NDArray[Any]] = {}
         check_pixels(self._width, self._height, str(path), max_pixels)
@@ -84,11 +84,15 @@ def _opened(path: Path, number: int, max_pixels: float, is_deep: bool) -> _Open:
     for one in same or _open[: len(_open) - _MOST_OPEN + 1]:
         _open.remove(one)
         one.close()
-    try:
-        _open.append(_Open(path, max_pixels, is_deep))
-    except (OSError, RuntimeError, StopIteration) as error:
-        reason = str(error).partition("\n")[0]  # what follows is all that ffmpeg has printed
-        raise ValueError(f"{path} is not a video that ffmpeg can read: {reason}") from None
+    reason = ""
+    with warnings.catch_warnings():  # as in `close`, of a film that cannot be read
+        warnings.simplefilter("ignore", ResourceWarning)
+        try:
+            _open.append(_Open(path, max_pixels, is_deep))
+        except (OSError, RuntimeError, StopIteration) as error:
+            reason = str(error).partition("\n")[0] or "it has no pictures"  # what follows is all that ffmpeg has printed
+    if reason:
+        raise ValueError(f"{path} is not a video that ffmpeg can read: {reason}")
     return _open[-1]
 
 

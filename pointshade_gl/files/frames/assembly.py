@@ -103,7 +103,7 @@ def assumed_camera(size: Size, is_of_sensor: bool, missing: str, note: Note) -> 
 def make_camera(source: Intrinsics | None, fov: float | None, depth: Size, color: Size | None, note: Note) -> Camera:
     """The camera, known but for a field of view, of depth under colours of these sizes. Raises ValueError for none."""
     if color and not shows_the_same(color, depth):
-        is_turned = shows_the_same(color[::-1], depth)
+        is_turned = shows_the_same((color[1], color[0]), depth)
         what = "turned by 90 degrees against each other" if is_turned else "of another aspect ratio"
         sizes = f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, {what}"
         way_out = f"pass the right colour as {option('color', 'FILE')}"
@@ -137,15 +137,17 @@ def read_colors_of(
 
 
 def _read_colors(
-    parts: FrameParts, depth: tuple[int, ...], options: ReadOptions, note: Note, like: Coding | None
+    parts: FrameParts, depth: Size, options: ReadOptions, note: Note, like: Coding | None
 ) -> tuple[NDArray[Any] | None, bool]:
     """The colours, and whether they are as stored: a picture that EXIF turns on its side may lie on the depth so."""
     if like is not None:
         return read_colors_of(parts, options.max_pixels, upright=not like.as_stored), like.as_stored
     colors = read_colors_of(parts, options.max_pixels, note)
-    if colors is None or not is_path(parts.color) or shows_the_same(colors.shape[1::-1], depth[1::-1]):
+    if colors is None or not is_path(parts.color):
         return colors, False
-    if shows_the_same(colors.shape[:2], depth[1::-1]) and has_turn(parts.color):
+    height, width = colors.shape[:2]
+    is_turned = shows_the_same((height, width), depth) and not shows_the_same((width, height), depth)
+    if is_turned and has_turn(parts.color):
         note(Doubt(f"{parts.color} {_AS_STORED}"))
         return read_colors_of(parts, options.max_pixels, upright=False), True
     return colors, False
@@ -205,7 +207,7 @@ def assemble(
         note(f"{parts.name} holds no colours, and none lie beside it: the surface is light grey")
     source = choose_camera(parts, options, note)
     raw = _read_raw(parts, source, note, options.max_pixels)
-    colors, as_stored = _read_colors(parts, raw.shape[:2], options, note, like)
+    colors, as_stored = _read_colors(parts, (raw.shape[1], raw.shape[0]), options, note, like)
     decoded = decode(raw, parts.name or "depth", _hints_of(source, parts, options, raw), note, like)
     stored, is_float = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}", raw.dtype.kind == "f"
     del raw
@@ -215,9 +217,9 @@ def assemble(
         source = assumed_camera(size, has_unit, parts.missing, note)
     color_size = None if colors is None else (colors.shape[1], colors.shape[0])
     camera = reading.camera(make_camera(source, options.fov, size, color_size, note))
-    hints = decoded.coding.hints
-    is_kept = hints is not None and hints.levels and options.scale_frames == "keep"  # all pictures from black to white
-    laid = ScaledFrame(0, hints.levels - 1 if is_kept else 0) if scale_of is None else scale_of(decoded, colors, camera)
+    hints, is_kept = decoded.coding.hints, options.scale_frames == "keep"
+    top = hints.levels - 1 if hints and hints.levels and is_kept else 0  # of all pictures of a film
+    laid = ScaledFrame(0, top) if scale_of is None else scale_of(decoded, colors, camera)
     metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, like is None, laid.ends)
     del decoded
     for factor in (laid.factor, reading.scale):

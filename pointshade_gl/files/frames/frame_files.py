@@ -132,7 +132,7 @@ def read_frame(
     if color is None or is_path(color):
         film = open_given_film(depth, color, options, note)
         if film is not None:
-            return _first_of(film, depth, note)
+            return _first_of(film, film.folder, note)
     if source is None:
         if depth is None:
             raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")

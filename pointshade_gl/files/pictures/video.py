@@ -89,8 +89,8 @@ def _opened(path: Path, number: int, max_pixels: float, is_deep: bool) -> _Open:
         warnings.simplefilter("ignore", ResourceWarning)
         try:
             _open.append(_Open(path, max_pixels, is_deep))
-        except (OSError, RuntimeError, StopIteration) as error:
-            reason = str(error).partition("\n")[0] or "it has no pictures"  # what follows is all that ffmpeg has printed
+        except (OSError, RuntimeError, StopIteration) as error:  # with all that ffmpeg has printed
+            reason = str(error).partition("\n")[0] or "it has no pictures"
     if reason:
         raise ValueError(f"{path} is not a video that ffmpeg can read: {reason}")
     return _open[-1]

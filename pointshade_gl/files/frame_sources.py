@@ -27,7 +27,7 @@ from .access.known_names import builtin_folder
 from .clouds.load_cloud import AnyOptions, check_cloud_options, check_fitting, check_frame_options, load_cloud
 from .frames.frame_files import load_frame
 from .frames.frame_parts import LoadOptions, ReadOptions
-from .frames.sequences import FrameSequence, first_readable, open_frames
+from .frames.sequences import FrameSequence, first_readable, open_frames, open_given_film
 from .gltf import load_scene
 from .input_kinds import Kind, names_scene
 from .networks.model_options import is_model
@@ -78,9 +78,13 @@ def open_source(path: FilePath | None, **load_options: Unpack[LoadOptions]) -> F
     options: dict[str, Any] = {name: value for name, value in load_options.items() if value is not None}
     if is_model(options.get("depth")):
         options["depth_model"] = options.pop("depth")
-    if path is None or options.keys() & {"depth", "color"}:
-        return load_frame(path, **options)
-    note = once(options.pop("notes", print_note))
+    note = once(options.get("notes", print_note))
+    given = options.get("depth"), options.get("color")
+    if path is None or any(one is not None for one in given):
+        options_of_film = {name: value for name, value in options.items() if name in ReadOptions.__dataclass_fields__}
+        film = open_given_film(*given, ReadOptions(**options_of_film), note)
+        return load_frame(path, **options) if film is None else film
+    options.pop("notes", None)
     outside = options.pop("allow_outside", False)
     sequence = open_frames(builtin_folder(path), outside, ReadOptions(**options), note)
     _, first = first_readable(sequence)

@@ -163,9 +163,9 @@ def test_numbers_that_only_fit_the_colour_picture_belong_to_it():
     assert "taken as for the color picture of 640x480" in notes[0]
 
 
-def test_a_principal_point_outside_every_picture_is_refused():
-    with pytest.raises(ValueError, match=r"principal point \(320.5, 240.25\) must lie in the depth picture of 160x120"):
-        place_camera(read_intrinsics(NUMBERS, refuse), (160, 120), None, refuse)
+def test_a_principal_point_outside_every_picture_of_its_shape_is_refused():
+    with pytest.raises(ValueError, match=r"principal point \(320.5, 240.25\) must lie in the depth picture of 160x90"):
+        place_camera(read_intrinsics(NUMBERS, refuse), (160, 90), None, refuse)
 
 
 def test_a_camera_of_a_picture_that_was_turned_is_turned_and_it_is_told():

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...notes.notes import Note
+from ...notes.notes import Doubt, Note
 from ...notes.words import option
 from ...scene.camera import Camera
 from ..access.content import LONGEST_SIDE, MAX_PIXELS, FilePath, check_size, open_regular, read_head
@@ -77,13 +77,16 @@ def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: 
         camera = Camera(fx, fy, cx, cy, *size)
     except ValueError as error:
         raise ValueError(f"{chosen.name}: {error}") from None
+    if size != NORMALIZED and max(abs((cx + 0.5) / size[0] - 0.5), abs((cy + 0.5) / size[1] - 0.5)) > _FAR_OFF:
+        what = f"the principal point ({cx:g}, {cy:g}) is far from the middle of {_text(size)} pixels"
+        note(Doubt(f"{chosen.name}: {what}: is it the camera of these pictures, at their size?"))
     angle = math.degrees(2 * math.atan(camera.height / 2 / abs(camera.fy)))
     if angle > _WIDEST:
         way_out = f"if that is wrong, pass {option('intrinsics', 'fx,fy,cx,cy')} or {option('fov', 'DEGREES')}"
         note(f"{chosen.name} has fy {camera.fy:g} px for {_text(size)}, which sees {angle:.0f} degrees: {way_out}")
     if size == depth:
         return camera
-    if size != NORMALIZED:
+    if chosen.size not in (None, NORMALIZED) or size == color:
         what = f"the color of {_text(size)}" if size == color else f"{_text(size)} pixels"
         note(f"{Path(chosen.name).name} is for {what}, scaled to the depth's {_text(depth)}")
     return camera.resized(*depth)
@@ -119,6 +122,11 @@ def _guess_size(intrinsics: Intrinsics, depth: Size, color: Size | None, note: N
         return max(abs(cx / size[0] - 0.5), abs(cy / size[1] - 0.5))
 
     size = min((depth, color or depth), key=distance)  # the depth when both are as near
+    if other := _size_by_center(cx, cy, size):
+        way_out = "pass a file with its width and height if that is wrong"
+        doubt = f"{intrinsics.name} is for {_text(other)} pixels by its principal point ({cx:g}, {cy:g})"
+        note(Doubt(f"{doubt}, not for {_text(size)}: it is scaled; {way_out}"))
+        return other
     if not distance(size) <= 0.5:
         expected = f"must lie in the depth picture of {_text(depth)}"
         raise ValueError(f"{intrinsics.name}: the principal point ({cx:g}, {cy:g}) {expected}")
@@ -126,6 +134,31 @@ def _guess_size(intrinsics: Intrinsics, depth: Size, color: Size | None, note: N
         which = "depth" if size == depth else "color"
         note(f"{intrinsics.name}: no picture size is given, taken as for the {which} picture of {_text(size)}")
     return size
+
+
+_RATIOS = [1 / 8, 1 / 6, 1 / 5, 1 / 4, 1 / 3, 2 / 5, 1 / 2, 5 / 8, 2 / 3, 3 / 4, 4 / 5]  # usual, and their inverses
+_RATIOS += [1 / ratio for ratio in _RATIOS]
+_LEAST_RATIO = 1.2  # no lens is so far off its picture's middle in both directions
+_ALIKE = 0.15  # both directions show the same ratio: principal points lie some per cent off the middle
+_USUALLY = 0.06  # so near to a usual ratio it is that one
+_FAR_OFF = 0.3  # of the picture, from its middle: nothing but a part that was cut out has its principal point there
+
+
+def _size_by_center(cx: float, cy: float, size: Size) -> Size | None:
+    """Return the size whose middle the principal point is, if this one's it cannot be; None if no size fits."""
+    across, down = (2 * cx + 1) / size[0], (2 * cy + 1) / size[1]
+    if min(across, down) <= 0 or abs(across / down - 1) > _ALIKE:
+        return None
+    ratio = math.sqrt(across * down)
+    if max(ratio, 1 / ratio) < _LEAST_RATIO:
+        return None
+    for corner in (1, 0):  # the middle of 640 pixels is 319.5, or 320 where they are counted from the corner
+        whole = 2 * cx + corner, 2 * cy + corner
+        if whole[0] % 1 == whole[1] % 1 == 0 and whole[0] * size[1] == whole[1] * size[0]:
+            return int(whole[0]), int(whole[1])
+    usual = min(_RATIOS, key=lambda one: abs(math.log(one / ratio)))
+    ratio = usual if abs(usual / ratio - 1) < _USUALLY else ratio
+    return max(1, round(size[0] * ratio)), max(1, round(size[1] * ratio))
 
 
 def _text(size: Size) -> str:
@@ -236,8 +269,14 @@ MATRIX = (
     "prect02", "p2", "prect00", "p0", "intrinsicdepth", "kcolor", "krgb", "intrinsicscolor", "rgbintrinsics", "p",
     "intrinsicsmatrix", "camerakmatrix",
 )  # fmt: skip
-WIDTH = ("width", "w", "imagewidth", "imgwidth", "imw", "depthwidth", "dw", "resx", "camerawidth", "cols")
-HEIGHT = ("height", "h", "imageheight", "imgheight", "imh", "depthheight", "dh", "resy", "cameraheight", "rows")
+WIDTH = (
+    "width", "w", "imagewidth", "imgwidth", "imw", "depthwidth", "dw", "resx", "resolutionx", "camerawidth",
+    "cols",
+)  # fmt: skip
+HEIGHT = (
+    "height", "h", "imageheight", "imgheight", "imh", "depthheight", "dh", "resy", "resolutiony", "cameraheight",
+    "rows",
+)  # fmt: skip
 SIZE = (
     "dimension", "renderproductresolution", "resolution", "imagesize", "imgsize", "size", "imsize", "srect02",
     "srect00",

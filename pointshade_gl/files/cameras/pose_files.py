@@ -45,7 +45,7 @@ def from_json(data: Any, path: Path, max_pixels: float) -> PoseList | None:
         entries = read_transforms(path, max_pixels)
         names = [entry.color or entry.depth or "" for entry in entries]
         return PoseList(np.array([entry.pose for entry in entries]).reshape(-1, 4, 4), names, metric=False)
-    for read in (_from_parameters, _from_cells, _from_bop, _from_named_matrices, _from_nerfies, _by_frame, from_words):
+    for read in _JSON:
         try:
             found = read(named_of(data) if read in (from_words, _from_bop) else data)
         except (KeyError, TypeError, ValueError, OverflowError):
@@ -66,6 +66,14 @@ def _from_parameters(data: Any) -> PoseList | None:
         rows = np.array([one["pose"] for one in data["nodes"]], np.float64)
         return PoseList(rows.reshape(-1, 4, 4).transpose(0, 2, 1))
     return None
+
+
+def _from_record3d(data: Any) -> PoseList | None:
+    """Record3D's metadata: qx qy qz qw x y z of each frame, camera-to-world in ARKit's axes."""
+    if not isinstance(data, dict) or not {"poses", "w", "h"} <= data.keys():
+        return None
+    rows = np.array(data["poses"], np.float64).reshape(-1, 7)
+    return PoseList(from_quaternions(rows[:, 4:], rows[:, :4]) @ OPENGL)
 
 
 def _from_cells(data: Any) -> PoseList | None:
@@ -126,6 +134,10 @@ def from_words(named: Named) -> PoseList | None:
     return PoseList(pose @ OPENGL if key in _OF_OPENGL else pose)
 
 
+_JSON = (
+    _from_parameters, _from_record3d, _from_cells, _from_bop, _from_named_matrices, _from_nerfies, _by_frame,
+    from_words,
+)  # fmt: skip
 WRITTEN = "# pointshade_gl: number"  # with this the files begin that this package writes, in TUM's form
 _COLUMNS = 64  # of a row, at most
 

@@ -97,10 +97,11 @@ def read_colors(image: NDArray[np.uint8], name: str, hints: DepthHints, note: No
 
 
 def read_8_bits(raw: NDArray[Any], name: str, hints: DepthHints, note: Note) -> Decoded:
-    """Read a grey picture (h, w) of 256 levels. Raises ValueError for a photograph, a mask and a map of labels."""
-    filed = hints.filed_scale
-    if hints.scale is None and hints.any_kind in (None, *METRIC) and filed and filed < 256:  # else all is within 1 m
-        _refuse_what_is_none(raw, name)
+    """Read a picture (h, w) of 256 levels, or a film's. Raises ValueError for a photograph, a mask, a map of labels."""
+    filed, levels = hints.filed_scale, hints.levels or 256
+    if hints.scale is None and hints.any_kind in (None, *METRIC) and filed and filed < levels:  # else all is within 1 m
+        if not hints.levels:
+            _refuse_what_is_none(raw, name)
         return Decoded(raw, Coding(hints.any_kind or "z", filed, "the camera's file"))
     if hints.any_kind == "disparity" and hints.scale is None:
         return Decoded(raw, Coding("disparity", disparity_scale(raw, hints, note), "as said"))
@@ -110,18 +111,20 @@ def read_8_bits(raw: NDArray[Any], name: str, hints: DepthHints, note: Note) -> 
         return _read_levels(raw, hints)
     if _DISPARITY.search(Path(name).stem.lower()):
         return _read_disparity(raw, name, hints, note)
-    _refuse_what_is_none(raw, name)
+    count = (levels - 1).bit_length()
+    _refuse_what_is_none(raw if count == 8 else (raw >> (count - 8)).astype(np.uint8), name)
     if buffer := find_range(raw, None, name, hints, note):
         return buffer
+    bits = f"{name} has {count} bits"
     direction = direction_of(raw, raw > 0)
     if direction < 0:
         return read_reversed(raw, name, "8 bits, by its planes", hints, note)
     if direction:
         way_out = f"pass {option('depth_kind', 'inverse')} if bright is near"
-        note(f"{name} has 8 bits: taken as depth without a scale, bright is far, as the planes in it show; {way_out}")
+        note(f"{bits}: taken as depth without a scale, bright is far, as the planes in it show; {way_out}")
         return _without_scale(raw, "8 bits, by its planes")
     way_out = f"pass {option('depth_kind', 'z')} if bright is far"
-    note(f"{name} has 8 bits: taken as a network's inverse depth, bright is near; {way_out}")
+    note(f"{bits}: taken as a network's inverse depth, bright is near; {way_out}")
     return Decoded(raw, Coding("inverse", None, "8 bits"))
 
 
@@ -251,6 +254,8 @@ def decode(raw: NDArray[Any], name: str, hints: DepthHints, note: Note, like: Co
     if raw.ndim == 3:
         channels = depth_files.find_channels(raw)
         read = partial(_read_channels, channels=channels) if channels else read_colors
+    elif 0 < hints.levels < 2**16:
+        read = read_8_bits
     elif depth_files.as_codes(raw) is not None:
         raw, read = raw.astype(np.uint16, copy=False), _read_codes
     else:

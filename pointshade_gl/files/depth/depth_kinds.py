@@ -36,6 +36,7 @@ class DepthHints:
     filed_kind: str | None = None
     filed_scale: float | None = None
     has_baseline: bool = False
+    levels: int = 0  # of a film's picture; 0 is no film
     near: float | None = None  # by either
     far: float | None = None
     # gives the camera of the picture, None if it is not known; it is costly, and mostly not needed
@@ -80,6 +81,7 @@ class Coding:
     hints: DepthHints | None = None  # what was given before
     planes: NearFar | None = None  # of RANGED
     enlarged: int = 1  # how many pixels along a side are one of the depth as it was made, see `times_enlarged`
+    as_stored: bool = False  # the colours lie on it as they are stored, not as EXIF turns them
 
 
 class Decoded(NamedTuple):

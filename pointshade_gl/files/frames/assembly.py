@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...checks.arguments import as_given, check_choice, check_positive, depth_as_given
 from ...checks.foreign_arrays import way_to
-from ...notes.notes import Note, taken
+from ...notes.notes import Doubt, Note, taken
 from ...notes.words import option
 from ...scene.camera import Camera
 from ...scene.frame import Frame
@@ -34,8 +34,9 @@ from ..depth.planes import is_ray_length
 from ..depth.scale_over_time import ScaledFrame
 from ..finding.folder_cameras import Cameras, find_cameras
 from ..finding.folder_frames import FrameFiles
-from ..pictures.picture_files import is_picture, read_image
+from ..pictures.picture_files import has_turn, is_picture, png_size, read_image
 from .frame_parts import Assembled, FoundFiles, FrameParts, ReadOptions, is_path
+from .registration import compare
 
 ASSUMED = "the assumed camera"
 _USUAL_FOV = 60.0  # degrees
@@ -104,17 +105,21 @@ def assumed_camera(size: Size, is_of_sensor: bool, missing: str, note: Note) -> 
 def make_camera(source: Intrinsics | None, fov: float | None, depth: Size, color: Size | None, note: Note) -> Camera:
     """The camera, known but for a field of view, of depth under colours of these sizes. Raises ValueError for none."""
     if color and not shows_the_same(color, depth):
-        sizes = f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, of another aspect ratio"
+        is_turned = shows_the_same((color[1], color[0]), depth)
+        what = "turned by 90 degrees against each other" if is_turned else "of another aspect ratio"
+        sizes = f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, {what}"
         way_out = f"pass the right colour as {option('color', 'FILE')}"
-        note(f"{sizes}: they do not look registered; {way_out}")
+        note(Doubt(f"{sizes}: they do not look registered; {way_out}"))
     if fov is not None:
         return Camera.from_fov(fov, *depth)
     assert source is not None, "one is assumed where none is known"
     return place_camera(source, depth, color, note)
 
 
-def read_colors_of(parts: FrameParts, max_pixels: float, note: Note = lambda _: None) -> NDArray[Any] | None:
-    """The colours of a frame in sRGB, (h, w, 3|4) uint8; None without any."""
+def read_colors_of(
+    parts: FrameParts, max_pixels: float, note: Note = lambda _: None, upright: bool = True
+) -> NDArray[Any] | None:
+    """The colours of a frame in sRGB, (h, w, 3|4) uint8; None without any. upright: as EXIF turns them."""
     if parts.color is None:
         return None
     if not is_path(parts.color):
@@ -123,16 +128,60 @@ def read_colors_of(parts: FrameParts, max_pixels: float, note: Note = lambda _: 
         if array.ndim != 3 or 0 in array.shape:
             raise ValueError(f"{expected}, got {array.shape}{way_to(array.shape, 'color', parts.color, (3, 4))}")
         return array
-    if Path(parts.color).suffix.lower() in VIDEO_SUFFIXES:
-        from ..pictures.video import read_video_frame  # only here
+    if _is_film(parts.color):
+        from ..depth.depth_film import read_film_color  # only here
+        from ..pictures.video import read_video_frame
 
-        return read_video_frame(parts.color, parts.number, max_pixels)
-    return read_color(parts.color, max_pixels, note)
+        is_shared = is_path(parts.depth) and parts.color == parts.depth
+        read = read_film_color if is_shared else read_video_frame
+        return read(parts.color, parts.number, max_pixels)
+    return read_color(parts.color, max_pixels, note, upright)
 
 
-def read_color(path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None) -> NDArray[np.uint8]:
+def _read_colors(
+    parts: FrameParts, depth: Size, options: ReadOptions, note: Note, like: Coding | None
+) -> tuple[NDArray[Any] | None, bool]:
+    """The colours, and whether they are as stored: a picture that EXIF turns on its side may lie on the depth so."""
+    if like is not None:
+        return read_colors_of(parts, options.max_pixels, upright=not like.as_stored), like.as_stored
+    colors = read_colors_of(parts, options.max_pixels, note)
+    if colors is None or not is_path(parts.color):
+        return colors, False
+    height, width = colors.shape[:2]
+    is_turned = shows_the_same((height, width), depth) and not shows_the_same((width, height), depth)
+    if is_turned and has_turn(parts.color):
+        note(Doubt(f"{parts.color} {_AS_STORED}"))
+        return read_colors_of(parts, options.max_pixels, upright=False), True
+    return colors, False
+
+
+_AS_STORED = "is turned by its EXIF, and the depth is not: its pixels are taken as they are stored"
+
+
+def _compared(
+    colors: NDArray[Any], as_stored: bool, depth: NDArray[np.float32], parts: FrameParts, max_pixels: float, note: Note
+) -> tuple[NDArray[Any], bool, bool]:
+    """The colours as they lie on the depth, whether that is as stored, and whether edges tell. Notes doubts."""
+    found = compare(colors, depth)
+    if not as_stored and (found.turn or not found.is_clear) and is_path(parts.color) and has_turn(parts.color):
+        stored = read_colors_of(parts, max_pixels, upright=False)
+        assert stored is not None
+        other = compare(stored, depth)
+        if other.is_clear and not other.doubt:
+            note(Doubt(f"{parts.color} {_AS_STORED}"))
+            return stored, True, True
+        if not found.is_clear:
+            note(f"{parts.color} is turned by its EXIF; there are too few edges to see whether the depth is, too")
+    if found.doubt:
+        note(Doubt(found.doubt))
+    return colors, as_stored, found.is_clear
+
+
+def read_color(
+    path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None, upright: bool = True
+) -> NDArray[np.uint8]:
     """(h, w, 3|4) uint8 of any picture: palettes are looked up, grey is repeated, 16 bits become 8."""
-    return to_color(read_image(path, max_pixels, to_srgb), str(path))
+    return to_color(read_image(path, max_pixels, to_srgb, upright), str(path))
 
 
 def to_color(image: NDArray[Any], name: str) -> NDArray[np.uint8]:
@@ -154,17 +203,20 @@ def assemble(
     scale_of: Callable[[Decoded, Any, Camera], ScaledFrame] | None = None,  # how the depth of a film's picture is laid
 ) -> Assembled:
     """Read the parts of a frame and put them together. Raises ValueError, TypeError or OSError, in one sentence."""
+    is_found = like is None and parts.path is not None and (parts.color is None or is_path(parts.color))
     reading, parts = reading or Reading(), _unpacked(_with_contents(parts, options, note), options.poses is None)
+    if parts.contents is not None and parts.color is None and like is None:
+        note(f"{parts.name} holds no colours, and none lie beside it: the surface is light grey")
     source = choose_camera(parts, options, note)
     channel = options.channel if parts.contents is None else None  # that of a container is chosen
-    raw = _read_raw(parts.depth, source, note, options.max_pixels, channel)
+    raw = _read_raw(parts, source, note, options.max_pixels, channel)
     if raw.ndim == 3 and raw.dtype.kind == "f":
         from ..containers.array_frames import points_of  # only here
 
         held = points_of(raw, parts.name or "depth", note, options.max_pixels)
         parts = _unpacked(parts._replace(contents=lambda: held), with_pose=False)
         source, raw = choose_camera(parts, options, lambda _: None), held.depth
-    colors = read_colors_of(parts, options.max_pixels, *([note] if like is None else []))
+    colors, as_stored = _read_colors(parts, (raw.shape[1], raw.shape[0]), options, note, like)
     color_size = None if colors is None else (colors.shape[1], colors.shape[0])
     seen_by = partial(_camera_of, source, options.fov, raw.shape[1::-1], color_size, reading)
     decoded = decode(raw, parts.name or "depth", _hints_of(source, parts, options, raw, seen_by), note, like)
@@ -175,7 +227,9 @@ def assemble(
         has_unit = decoded.coding.scale is not None and not parts.maker
         source = assumed_camera(size, has_unit, parts.missing, note)
     camera = reading.camera(make_camera(source, options.fov, size, color_size, note))
-    laid = ScaledFrame() if scale_of is None else scale_of(decoded, colors, camera)
+    hints, is_kept = decoded.coding.hints, options.scale_frames == "keep"
+    top = hints.levels - 1 if hints and hints.levels and is_kept else 0  # of all pictures of a film
+    laid = ScaledFrame(0, top) if scale_of is None else scale_of(decoded, colors, camera)
     metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, like is None, laid.ends)
     del decoded
     for factor in (laid.factor, reading.scale):
@@ -183,6 +237,10 @@ def assemble(
             metres *= np.float32(factor)
     if parts.valid is not None:
         _drop_invalid(metres, parts.valid, options.max_pixels, note)
+    is_compared = False
+    if is_found and colors is not None:
+        colors, as_stored, is_compared = _compared(colors, as_stored, metres, parts, options.max_pixels, note)
+    coding = replace(coding, as_stored=as_stored) if as_stored else coding
     if like is None:
         is_made = coding.scale is None or bool(parts.maker) or (is_float and bool((metres > 0).all()))  # by a network
         enlarged = times_enlarged(metres) if is_made and colors is not None else 1
@@ -206,7 +264,7 @@ def assemble(
         way_out = f"Pass another as {option('channel', 'NAME')}"
         note(f"all of {name} is {away:.4g} m away: is it the right file and the right channel? {way_out}")
     found = FoundFiles(parts.name or parts.maker or None, str(parts.color) if is_path(parts.color) else None)
-    return Assembled(frame, found, source.name if source else option("fov"), coding, stored)
+    return Assembled(frame, found, source.name if source else option("fov"), coding, stored, is_compared)
 
 
 def is_constant(depth: NDArray[np.float32]) -> bool:
@@ -247,10 +305,19 @@ def _unpacked(parts: FrameParts, with_pose: bool) -> FrameParts:
     return parts._replace(depth=held.depth, filed=filed, coded=(held.depth_kind, held.depth_scale), **given)
 
 
+def _is_film(path: object) -> bool:
+    return is_path(path) and Path(path).suffix.lower() in VIDEO_SUFFIXES
+
+
 def _read_raw(
-    depth: Any, source: Intrinsics | None, note: Note, max_pixels: float, channel: str | None
+    parts: FrameParts, source: Intrinsics | None, note: Note, max_pixels: float, channel: str | None
 ) -> NDArray[Any]:
     """The depth as it is stored."""
+    depth: Any = parts.depth
+    if _is_film(depth):
+        from ..depth.depth_film import read_film_depth  # only here
+
+        return read_film_depth(depth, parts.number, max_pixels)
     if not is_path(depth):
         return one_channel(depth_as_given(depth, np.nan), "depth", channel)
     path, size = Path(depth), source and source.size
@@ -261,10 +328,19 @@ def _read_raw(
         return read_depth(depth, note, max_pixels, channel)
     if is_colmap_depth(read_head(depth)):
         return read_colmap_depth(depth, max_pixels)
+    size = size or _size_beside(path)
     if size is None:
         way_out = f"pass {option('intrinsics', 'FILE')} with the width and height, or the depth as .npy"
         raise ValueError(f"{depth} holds numbers without a header: {way_out}")
     return read_raw(depth, *size, max_pixels)
+
+
+def _size_beside(path: Path) -> Size | None:
+    """The size of the picture of the same name, or what the name says, if it fits the bytes of a bare file."""
+    picture, named = path.with_suffix(".png"), re.search(r"(?<!\d)(\d{2,5})x(\d{2,5})(?!\d)", path.name)
+    sizes = [png_size(picture) if picture.is_file() else None, named and (int(named[1]), int(named[2]))]
+    count = path.stat().st_size
+    return next((one for one in sizes if one and count in (2 * one[0] * one[1], 4 * one[0] * one[1])), None)
 
 
 def _camera_of(
@@ -289,12 +365,18 @@ def _hints_of(
         scale = None  # the caller's own array of floats is in metres
     if source and scale is not None:
         check_positive(scale, f"{source.name}: depth_scale")
+    levels = 0
+    if _is_film(parts.depth):
+        from ..depth.depth_film import film_coding  # only here
+
+        if film := film_coding(parts.name, True, options.max_pixels):
+            kind, scale, levels = kind or film.kind, scale or film.scale, film.levels
     has_baseline = _baseline(source, options) is not None
     near, far = (options.near or (source and source.near), options.far or (source and source.far))
     given = options.depth_kind
     if given is None and kind is None and (options.near or options.far):
         given = "buffer"
-    return DepthHints(given, options.depth_scale, kind, scale, has_baseline, near, far, camera)
+    return DepthHints(given, options.depth_scale, kind, scale, has_baseline, levels, near, far, camera)
 
 
 def _baseline(source: Intrinsics | None, options: ReadOptions) -> float | None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...checks.arguments import check_path, is_masked
 from ...checks.foreign_arrays import AnyArray
-from ...notes.notes import Note, print_note
+from ...notes.notes import Doubt, Note, print_note
 from ...notes.words import all_of_them, option
 from ...scene.camera import Camera
 from ...scene.frame import Frame
@@ -23,8 +23,8 @@ from ..depth.scale_over_time import ScaleName
 from ..finding.folder_frames import FrameFiles, check_folder, find_color
 from ..networks.model_options import Model, PixelsName, is_model
 from .assembly import assemble, find_filed
-from .frame_parts import Assembled, FrameParts, ReadOptions, check_registration, is_path
-from .sequences import first_readable, open_folder, open_frames, open_photographs
+from .frame_parts import Assembled, FrameParts, ReadOptions, is_path
+from .sequences import FrameSequence, first_readable, open_folder, open_frames, open_given_film, open_photographs
 
 
 def load_frame(
@@ -140,22 +140,29 @@ def read_frame(
             raise ValueError(f"pass the photograph as {option('color')} or as the input, not both")
         beside = Folder(check_path(color).parent if is_path(color) else Path(), allow_outside)
         return open_photographs(beside, color, options, note).assembled(0)
+    if color is None or is_path(color):
+        film = open_given_film(depth, color, options, note)
+        if film is not None:
+            return _first_of(film, film.folder, note)
     if source is None:
         if depth is None:
             raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
-        read = assemble(_parts(depth, color), options, note)
-        if is_path(depth) and is_path(color):  # what the caller holds in arrays is known to be right
-            check_registration(read.frame, note)
-        return read
+        return assemble(_parts(depth, color), options, note)
     path = source.path if isinstance(source, Folder) else builtin_folder(source)
     if depth is not None or color is not None:
         place = source if isinstance(source, Folder) else Folder(path, allow_outside)
         return _from_parts(place, depth, color, options, note)
     opened = open_folder(source, options, note) if isinstance(source, Folder) else None
     sequence = opened or open_frames(path, allow_outside, options, note)
+    return _first_of(sequence, path, note)
+
+
+def _first_of(sequence: FrameSequence, path: FilePath, note: Note) -> Assembled:
+    """The first frame that can be read; a note tells of the others."""
     index, read = first_readable(sequence)
     if len(sequence) > 1:
-        taken = Path(sequence.parts[index].name).name
+        one = sequence.parts[index]
+        taken = f"picture {one.number}" if sequence.is_film else Path(one.name).name
         note(f"{path} is a sequence of {len(sequence)} frames: {taken} is taken{all_of_them()}")
     return read
 
@@ -173,7 +180,7 @@ def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, not
     if place.path.is_file():
         if depth is not None:
             raise ValueError(f"{place.path} is a file and would be the depth: leave out {option('depth')}, or the file")
-        depth, place = place.path, Folder(place.path.parent, place.allow_outside)
+        depth, place = place.path, Folder(place.path.parent, place.allow_outside, levels=0)
     check_folder(place.path)
     if depth is None:
         depth = open_folder(place, options, note).parts[0].path
@@ -185,9 +192,7 @@ def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, not
             place.check(Path(path))
     cameras = find_filed(place, files, options, note)
     parts = _parts(depth, color)._replace(filed=cameras.of(0), missing=cameras.missing)
-    read = assemble(parts, options, note)
-    check_registration(read.frame, note)
-    return read
+    return assemble(parts, options, note)
 
 
 class Examined(NamedTuple):
@@ -237,4 +242,5 @@ def facts(examined: Examined) -> dict[str, dict[str, Any]]:
             "from": read.camera_from,
         },
         "poses": {"count": found.poses, "from": found.poses_from or None},
+        "fit": {"compared": read.is_compared, "doubts": [one for one in examined.notes if isinstance(one, Doubt)]},
     }

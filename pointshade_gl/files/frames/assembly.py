@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...checks.arguments import as_given, check_choice, check_positive, depth_as_given
+from ...checks.arguments import ABOVE_0, as_given, check_choice, check_float, check_positive, depth_as_given
 from ...checks.foreign_arrays import way_to
 from ...notes.notes import Note, taken
 from ...notes.words import option
@@ -23,12 +23,23 @@ from ..access.folders import Folder, places_of
 from ..access.known_names import CODINGS, COLOR_SUFFIXES, COMMON_CAMERAS, RAW_SUFFIXES, VIDEO_SUFFIXES
 from ..arrays.numpy_files import is_colmap_depth, read_colmap_depth
 from ..cameras.camera_files import read_intrinsics
-from ..cameras.intrinsics import Intrinsics, Size, camera_from_exif, merged, place_camera, shows_the_same
+from ..cameras.intrinsics import Intrinsics, Size, camera_from_exif, merged, place_lens, shows_the_same
+from ..cameras.lenses import Lens, fisheye, straighten
 from ..cameras.pose_files import Reading, load_pose
 from ..containers.container_contents import SURE
 from ..depth.depth_coding import decode
 from ..depth.depth_files import one_channel, read_depth, read_raw
-from ..depth.depth_kinds import KINDS, Coding, Decoded, DepthHints, is_ray_length, reduced, times_enlarged, to_metres
+from ..depth.depth_kinds import (
+    KINDS,
+    METRIC,
+    Coding,
+    Decoded,
+    DepthHints,
+    is_ray_length,
+    reduced,
+    times_enlarged,
+    to_metres,
+)
 from ..depth.scale_over_time import ScaledFrame
 from ..finding.folder_cameras import Cameras, find_cameras
 from ..finding.folder_frames import FrameFiles
@@ -99,16 +110,32 @@ def assumed_camera(size: Size, is_of_sensor: bool, missing: str, note: Note) -> 
     return Intrinsics(ASSUMED, (focal, focal, (width - 1) / 2, (height - 1) / 2), size)
 
 
-def make_camera(source: Intrinsics | None, fov: float | None, depth: Size, color: Size | None, note: Note) -> Camera:
-    """The camera, known but for a field of view, of depth under colours of these sizes. Raises ValueError for none."""
+def make_camera(
+    source: Intrinsics | None, options: ReadOptions, depth: Size, color: Size | None, note: Note
+) -> tuple[Camera, Lens | None]:
+    """The camera, known but for a field of view, of depth under colours of these sizes, and what bends its picture.
+
+    Raises ValueError for none, and for a lens that cannot be taken out.
+    """
     if color and not shows_the_same(color, depth):
         sizes = f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, of another aspect ratio"
         way_out = f"pass the right colour as {option('color', 'FILE')}"
         note(f"{sizes}: they do not look registered; {way_out}")
-    if fov is not None:
-        return Camera.from_fov(fov, *depth)
+    if options.fov is not None and options.projection == "fisheye":
+        fov = check_float(options.fov, f"{option('fov')} of a fisheye must lie between 0 and 360 degrees", ABOVE_0, 360)
+        focal, (width, height) = depth[1] / math.radians(fov), depth
+        return Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height), fisheye(())
+    if options.fov is not None:
+        return Camera.from_fov(options.fov, *depth), None
     assert source is not None, "one is assumed where none is known"
-    return place_camera(source, depth, color, note)
+    camera, lens = place_lens(source, depth, color, note)
+    if options.projection == "fisheye":
+        if source.name == ASSUMED:
+            raise ValueError(
+                f"a fisheye needs its camera: pass {option('intrinsics', 'FILE')} or {option('fov', 'DEG')}"
+            )
+        return camera, fisheye(()) if lens is None else lens.as_fisheye()
+    return camera, None if options.projection == "pinhole" else lens
 
 
 def read_colors_of(parts: FrameParts, max_pixels: float, note: Note = lambda _: None) -> NDArray[Any] | None:
@@ -164,9 +191,20 @@ def assemble(
         has_unit = decoded.coding.scale is not None and not parts.maker
         source = assumed_camera(size, has_unit, parts.missing, note)
     color_size = None if colors is None else (colors.shape[1], colors.shape[0])
-    camera = reading.camera(make_camera(source, options.fov, size, color_size, note))
+    camera, lens = make_camera(source, options, size, color_size, note)
+    camera = reading.camera(camera)
     laid = ScaledFrame() if scale_of is None else scale_of(decoded, colors, camera)
-    metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, like is None, laid.ends)
+    if lens is None:
+        metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, like is None, laid.ends)
+    else:
+        given = decoded.coding
+        seen = _as_seen(decoded, camera, source, options, note, parts, laid.ends)
+        name = option("fov") if source is None else source.name
+        seen, colors, camera = straighten(lens, seen, colors, camera, name, note)
+        as_metres = Decoded(seen, Coding(given.kind if given.kind in METRIC else "z", 1.0, ""))
+        parts, is_open = parts._replace(valid=None), like is None and given.kind == "z"
+        metres, coding = _to_metres(as_metres, camera, source, options, note, parts.name, is_open, None)
+        coding = replace(given, kind=coding.kind if given.kind in METRIC else given.kind)
     del decoded
     for factor in (laid.factor, reading.scale):
         if factor != 1:
@@ -261,6 +299,19 @@ def _to_metres(
     note(f"{name or 'depth'} is taken as lengths of rays: planes in it are flat only so; {way_out}")
     coding = replace(coding, kind="ray")
     return to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs), coding
+
+
+def _as_seen(
+    depth: Decoded, camera: Camera, source: Intrinsics | None, options: ReadOptions, note: Note, parts: FrameParts,
+    ends: tuple[float, float] | None,
+) -> NDArray[np.float32]:  # fmt: skip
+    """Return metres along what the values are measured along, the axis or the ray; 0 where they are not valid."""
+    (values, coding), baseline, doffs = depth, _baseline(source, options), (source and source.doffs) or 0.0
+    kind = "z" if coding.kind in METRIC else coding.kind
+    metres = to_metres(values, camera, kind, coding.scale, baseline, note, np.float32, doffs, ends)
+    if parts.valid is not None:
+        _drop_invalid(metres, parts.valid, options.max_pixels, note)
+    return metres
 
 
 def _as_made(metres: NDArray[np.float32], enlarged: int, note: Note, name: str) -> NDArray[np.float32]:

@@ -17,6 +17,7 @@ from ...scene.frame import Frame
 from ..access.content import MAX_PIXELS, FilePath
 from ..access.folders import Folder
 from ..access.known_names import builtin_folder
+from ..cameras.lenses import Projection
 from ..depth.depth_files import one_channel
 from ..depth.depth_kinds import DepthKind
 from ..depth.scale_over_time import ScaleName
@@ -46,6 +47,7 @@ def load_frame(
     model_pixels: PixelsName | None = None,
     cache: bool = False,
     scale_frames: ScaleName | None = None,
+    projection: Projection | None = None,
     notes: Note | None = None,
 ) -> Frame:
     """Read a frame from a folder, from a depth file, from single files and arrays, or from a photograph and a network.
@@ -100,6 +102,10 @@ def load_frame(
     scale_frames : {"auto", "keep"}
         Whether one scale is found for the frames of a film whose depth has none, or breathes, from what does not change
         between them (see files/depth/scale_over_time.py), which is the default, or each is kept by itself.
+    projection : {"pinhole", "fisheye", "equirectangular"}
+        How the pictures show the world, in place of what the camera's file or the pictures say. "pinhole" takes them as
+        they are, without the file's lens; "fisheye" takes the file's numbers as Kannala and Brandt's, or fov as the
+        angle of an equidistant lens; "equirectangular" is a panorama, twice as wide as high, with lengths of rays.
     notes : callable, optional
         Called with one sentence for every guess; the default prints it to stderr.
 
@@ -112,7 +118,7 @@ def load_frame(
         depth, depth_model = None, depth
     network = depth_model, model_size, model_pixels, cache
     known = intrinsics, fov, depth_scale, depth_kind, baseline, pose, max_pixels
-    options = ReadOptions(*known, *network, scale_frames, poses)
+    options = ReadOptions(*known, *network, scale_frames, poses, projection)
     return read_frame(folder, depth, color, options, allow_outside, notes or print_note).frame
 
 

@@ -21,6 +21,7 @@ from ...scene.frame import Frame
 from ...scene.values import median, quantile
 from ..access.content import MAX_PIXELS, FilePath
 from ..cameras.intrinsics import Intrinsics
+from ..cameras.lenses import PROJECTIONS, Projection
 from ..containers.container_contents import Contents
 from ..depth.depth_kinds import KINDS, Coding, DepthKind
 from ..depth.scale_over_time import SCALES, ScaleName
@@ -44,6 +45,7 @@ class ReadOptions:
     cache: bool = False
     scale_frames: ScaleName | None = None
     poses: FilePath | None = None
+    projection: Projection | None = None
 
     def __post_init__(self) -> None:
         check_positive(self.max_pixels, option("max_pixels", beside_file=True))
@@ -53,6 +55,8 @@ class ReadOptions:
             raise ValueError(f"pass {option('pose')} or {option('poses')}, not both")
         if self.depth_kind is not None:
             check_choice(option("depth_kind"), self.depth_kind, KINDS)
+        if self.projection is not None:
+            check_choice(option("projection"), self.projection, PROJECTIONS)
         if self.scale_frames is not None:
             check_choice(option("scale_frames"), self.scale_frames, SCALES)
         self.network  # noqa: B018 - raises
@@ -87,6 +91,7 @@ class LoadOptions(TypedDict, total=False):
     model_pixels: PixelsName | None
     cache: bool | None
     scale_frames: ScaleName | None
+    projection: Projection | None
     notes: Note | None
 
 

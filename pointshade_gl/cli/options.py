@@ -131,7 +131,8 @@ class ReadingOptions:
         Cli(panels.CAMERA, "KIND", KINDS),
     )
     projection: str | None = cli_option(
-        "How the pictures show the world: pinhole (as they are), fisheye, equirectangular (a panorama).",
+        "How the pictures show the world: pinhole (straight already), lens (as the camera's file says), fisheye, "
+        "equirectangular (a panorama).",
         Cli(panels.CAMERA, known=PROJECTIONS),
     )
     baseline: float | None = cli_option("Metres between the two cameras, for disparity.", Cli(panels.CAMERA, "M"))

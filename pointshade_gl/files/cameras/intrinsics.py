@@ -25,6 +25,7 @@ from .lenses import PANORAMA, UNKNOWN, Lens
 Size = tuple[int, int]  # width, height
 Numbers = tuple[float, float, float, float]  # fx, fy, cx, cy
 
+NOT_KNOWN: Numbers = (math.nan, math.nan, math.nan, math.nan)  # a panorama has none
 NORMALIZED = (1, 1)  # the size of a picture whose sides have length 1: MoGe's, or a file that gives angles of view
 _WIDEST = 150  # degrees from top to bottom: a wider pinhole camera is a mistake
 _SAME_VIEW = 0.02  # pictures whose aspect ratios differ by less may show the same, at different sizes
@@ -302,7 +303,7 @@ def from_named(named: Mapping[str, list[float]], name: str, of_color: bool = Fal
         found = [_from_angles(words, name) for words, _ in groups]
     lenses = [bends.lens(group) for group in own]
     if not any(found) and (panorama := next((one for one in lenses if one and one.curve == PANORAMA), None)):
-        return [Intrinsics(name, (math.nan,) * 4, _size_of(groups[0][1], name), lens=panorama)]
+        return [Intrinsics(name, NOT_KNOWN, _size_of(groups[0][1], name), lens=panorama)]
     pairs = zip(found, lenses, strict=True)
     return [camera if lens is None else replace(camera, lens=lens) for camera, lens in pairs if camera]
 
@@ -315,7 +316,7 @@ class _Bends:
         texts = named.texts if isinstance(named, Named) else {}
         self._texts = _by_owner((key, one) for key, one in texts.items() if names_a_model(word(key)))
 
-    def divided(self, group: str, words: dict[str, list[float]]) -> Words:
+    def divided(self, group: str, words: Words) -> Words:
         """The words of a group, without the numbers of a lens that stand before fx."""
         return kalibr_words(words, self._texts.get(group, {})) if self._texts else words
 
@@ -455,7 +456,7 @@ def colmap_camera(model: str, size: Size, numbers: Sequence[float], name: str) -
     """A camera of one of COLMAP's models; None unless it holds at least fx, fy, cx and cy, or f, cx and cy."""
     order = next((order for title, order in COLMAP if title == model), None)
     if order == ["w", "h"]:
-        return Intrinsics(name, (math.nan,) * 4, size, lens=find_lens({}, {"cameramodel": model}))
+        return Intrinsics(name, NOT_KNOWN, size, lens=find_lens({}, {"cameramodel": model}))
     values = dict(zip(order or ["fx", "fy", "cx", "cy"], numbers, strict=False))
     if len(values) < (3 if "f" in values else 4):
         return None

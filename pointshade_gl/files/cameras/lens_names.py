@@ -8,7 +8,7 @@ from typing import Any
 
 from .lenses import PANORAMA, UNKNOWN, Lens, fisheye
 
-Words = Mapping[str, Sequence[float]]  # numbers by the last word of their name
+Words = Mapping[str, list[float]]  # numbers by the last word of their name
 
 _OPENCV = "k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty"
 _PRISM = "k1 k2 p1 p2 k3 k4 sx1 sy1"
@@ -158,7 +158,7 @@ def _lens_of(title: str, family: str, values: Mapping[str, float]) -> Lens:
 def kalibr_words(words: Words, texts: Mapping[str, str]) -> Words:
     """Return the words with Kalibr's `intrinsics` divided, where numbers of a model stand before fx, fy, cx, cy."""
     names = {"omni": ["xi"], "ds": ["xi", "alpha"], "eucm": ["alpha", "beta"]}.get(texts.get("cameramodel", ""))
-    numbers = words.get("intrinsics", ())
+    numbers = words.get("intrinsics", [])
     if names is None or len(numbers) != len(names) + 4:
         return words
     return {**words, "intrinsics": numbers[-4:], **{name: [one] for name, one in zip(names, numbers, strict=False)}}

@@ -15,7 +15,7 @@ from ...notes.notes import Note
 from ...notes.words import option
 from ...scene.camera import Camera
 
-Projection = Literal["pinhole", "fisheye", "equirectangular"]
+Projection = Literal["pinhole", "lens", "fisheye", "equirectangular"]
 PROJECTIONS: tuple[Projection, ...] = get_args(Projection)
 PANORAMA, UNKNOWN = "equirectangular", "unknown"  # curves without a formula: six pinholes take one, nothing the other
 WIDEST = 120.0  # degrees that a pinhole keeps across and down: at its edge a pixel is four times as fine already
@@ -103,7 +103,7 @@ class Lens:
     def _polynomial(self, x: Array, y: Array) -> tuple[Array, Array]:
         if self.order != "inverse":
             return self._forth(x, y)
-        u, v = x, y
+        u, v, off = x, y, np.full(np.shape(x), np.inf)
         for _ in range(100):
             a, b = self._forth(u, v)
             off = np.maximum(abs(a - x), abs(b - y))
@@ -131,17 +131,28 @@ class Lens:
         """Return the unit rays that land at places, at a focal length of 1; NaN where none does."""
         angles, radii = self._table
         u, v = np.broadcast_arrays(np.asarray(u, float), np.asarray(v, float))
-        a, b = u, v
-        for _ in range(30):
+
+        def radial(a: Array, b: Array) -> tuple[Array, Array, Array]:
             radius = np.hypot(a, b)
             angle = np.interp(radius, radii, angles, right=np.nan)
             share = np.where(radius > 0, np.sin(angle) / radius, 0)
-            x, y, z = a * share, b * share, np.cos(angle)
-            if not any((*self.tangential, *self.prism)):
-                break
-            again = self.bent(x, y, z)
+            return a * share, b * share, np.cos(angle)
+
+        found, a, b = radial(u, v), u, v
+        for _ in range(30 if any((*self.tangential, *self.prism)) else 0):
+            again = self.bent(*found)
             a, b = a + u - again[0], b + v - again[1]
-        return x, y, z
+            found = radial(a, b)
+        return found
+
+    def check_known(self, name: str) -> None:
+        """Raise ValueError, with the name of its file, for a model whose rays are not known."""
+        if self.curve == PANORAMA:
+            raise ValueError(f"{name} is a panorama's camera, whose pictures must be twice as wide as high")
+        if self.curve == UNKNOWN:
+            way_out = f"{option('projection', 'pinhole')}, with {option('intrinsics', 'fx,fy,cx,cy')}"
+            fix = f"bring the pictures to a pinhole with the program that made them, then pass {way_out}"
+            raise ValueError(f"{name} has a camera model that is not known here, {self.title}: {fix}")
 
     def turned(self, clockwise: bool) -> Lens:
         """Return the lens of a picture that was turned by 90 degrees."""
@@ -213,24 +224,57 @@ def field_of(lens: Lens, camera: Camera) -> tuple[float, float]:
     return float(across), float(down)
 
 
+_ACROSS, _POINTS = 5, 12  # windows along the shorter side, and points of one along its side
+_FLAT = 0.003  # of 1/z: no plane is farther off
+_CLEARLY = 1.4  # times as flat is the better reading
+_FEWEST, _SHARE = 12, 0.8  # windows that tell the two apart, and how many of them must agree
+
+
+@np.errstate(all="ignore")
+def is_straight(depth: NDArray[Any], lens: Lens, camera: Camera) -> bool:
+    """Return whether the planes in depth (h, w) z, 0 where unknown, are flat only without the lens."""
+    step = max(1, min(depth.shape) // _ACROSS // _POINTS)
+    v, u = np.mgrid[0 : depth.shape[0] : step, 0 : depth.shape[1] : step].astype(float)
+    x, y, z = lens.ray_of(*camera.ray_at(u, v))
+    windows = [
+        np.lib.stride_tricks.sliding_window_view(one, (_POINTS, _POINTS))[:: _POINTS // 4, :: _POINTS // 4]
+        for one in (np.where(depth > 0, 1 / depth, np.nan)[::step, ::step], u, v, x / z, y / z)
+        if min(one.shape) >= _POINTS
+    ]
+    if not windows:
+        return False
+    inverse, *places = (one.reshape(-1, _POINTS**2) for one in windows)
+    seen = np.isfinite(inverse).all(1) & np.isfinite(places[2]).all(1)
+    inverse, u, v, x, y = (one[seen] for one in (inverse, *places))
+    as_it_is, through_lens = _off_plane(inverse, u, v), _off_plane(inverse, x, y)
+    flat = np.minimum(as_it_is, through_lens) < _FLAT
+    straight = int(np.count_nonzero(flat & (through_lens > _CLEARLY * as_it_is)))
+    bent = int(np.count_nonzero(flat & (as_it_is > _CLEARLY * through_lens)))
+    return straight >= _FEWEST and straight > _SHARE * (straight + bent)
+
+
+def _off_plane(values: Array, x: Array, y: Array) -> Array:
+    """How far (n, points) values lie off a linear function of their places, over their mean."""
+    x, y, rest = (one - one.mean(1, keepdims=True) for one in (x, y, values))
+    y = y - x * ((x * y).sum(1) / (x * x).sum(1))[:, None]
+    for axis in (x, y):
+        rest = rest - axis * ((axis * rest).sum(1) / (axis * axis).sum(1))[:, None]
+    return np.sqrt(np.square(rest).mean(1)) / abs(values.mean(1))
+
+
 def straighten(
     lens: Lens, depth: NDArray[Any], colors: NDArray[Any] | None, camera: Camera, name: str, note: Note
 ) -> tuple[NDArray[np.float32], NDArray[Any] | None, Camera]:
     """Return depth, colours and camera of the pinhole that shows what a lens showed, and note how much of it.
 
     camera  of the depth as the lens shows it
-
-    Raises ValueError for a lens of an unknown model.
     """
-    way_out = option("projection", "pinhole")
-    if lens.curve in (UNKNOWN, PANORAMA):
-        fix = f"bring the pictures to a pinhole with the program that made them, then pass {way_out}"
-        raise ValueError(f"{name} has a camera model that is not known here, {lens.title}: {fix}")
     pinhole = pinhole_of(lens, camera)
     whole, held = field_of(lens, camera), field_of(Lens(""), pinhole)
     kept, whole = (" x ".join(f"{part:.0f}" for part in field) for field in (map(min, whole, held), whole))
     kept = f"all {whole} degrees" if kept == whole else f"{kept} of {whole} degrees"
     what = f"the pictures become those of a pinhole, {pinhole.width}x{pinhole.height}, and keep {kept}"
+    way_out = option("projection", "pinhole")
     note(f"{name} has a lens ({lens.title}): {what}; pass {way_out} if they are straight already")
     if colors is not None:
         height, width = colors.shape[:2]

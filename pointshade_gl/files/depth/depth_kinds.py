@@ -55,6 +55,7 @@ class Coding:
     why: str  # how kind and scale were found, in a few words
     repairs: tuple[str, ...] = ()  # make plain numbers of the raw values, in this order (see `depth_files.repaired`)
     hints: DepthHints | None = None  # what was given before
+    is_straight: bool = False  # the lens of the camera's file is taken out already
     enlarged: int = 1  # how many pixels along a side are one of the depth as it was made, see `times_enlarged`
 
 

@@ -24,7 +24,7 @@ from ..access.known_names import CODINGS, COLOR_SUFFIXES, COMMON_CAMERAS, RAW_SU
 from ..arrays.numpy_files import is_colmap_depth, read_colmap_depth
 from ..cameras.camera_files import read_intrinsics
 from ..cameras.intrinsics import Intrinsics, Size, camera_from_exif, merged, place_lens, shows_the_same
-from ..cameras.lenses import Lens, fisheye, straighten
+from ..cameras.lenses import Lens, fisheye, is_straight, straighten
 from ..cameras.pose_files import Reading, load_pose
 from ..containers.container_contents import SURE
 from ..depth.depth_coding import decode
@@ -99,6 +99,8 @@ def assumed_camera(size: Size, is_of_sensor: bool, missing: str, note: Note) -> 
     """
     width, height = size
     way_out = f"pass {option('intrinsics')} (fx,fy,cx,cy or a file) or {option('fov')} (vertical degrees)"
+    if width == 2 * height:
+        way_out += f", or {option('projection', 'equirectangular')} if it is a panorama"
     if is_of_sensor and size in COMMON_CAMERAS:
         title, text = COMMON_CAMERAS[size]
         note(f"no camera is known{missing}: that of {title} is assumed, usual for {width}x{height} ({text}); {way_out}")
@@ -135,7 +137,10 @@ def make_camera(
                 f"a fisheye needs its camera: pass {option('intrinsics', 'FILE')} or {option('fov', 'DEG')}"
             )
         return camera, fisheye(()) if lens is None else lens.as_fisheye()
-    return camera, None if options.projection == "pinhole" else lens
+    if lens is None or options.projection == "pinhole":
+        return camera, None
+    lens.check_known(source.name)
+    return camera, lens
 
 
 def read_colors_of(parts: FrameParts, max_pixels: float, note: Note = lambda _: None) -> NDArray[Any] | None:
@@ -179,11 +184,12 @@ def assemble(
     scale_of: Callable[[Decoded, Any, Camera], ScaledFrame] | None = None,  # how the depth of a film's picture is laid
 ) -> Assembled:
     """Read the parts of a frame and put them together. Raises ValueError, TypeError or OSError, in one sentence."""
-    reading, parts = reading or Reading(), _unpacked(parts, options.poses is None)
+    reading, beside = reading or Reading(), parts.color if parts.depth is None else None
+    parts = _unpacked(parts, options.poses is None)
     source = choose_camera(parts, options, note)
-    raw = _read_raw(parts.depth, source, note, options.max_pixels)
+    raw = read_raw_depth(parts.depth, source, note, options.max_pixels)
     colors = read_colors_of(parts, options.max_pixels, *([note] if like is None else []))
-    decoded = decode(raw, parts.name or "depth", _hints_of(source, parts, options, raw), note, like)
+    decoded = decode(raw, parts.name or "depth", hints_of(source, parts, options, raw), note, like)
     stored, is_float = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}", raw.dtype.kind == "f"
     del raw
     size = decoded.values.shape[1], decoded.values.shape[0]
@@ -194,23 +200,18 @@ def assemble(
     camera, lens = make_camera(source, options, size, color_size, note)
     camera = reading.camera(camera)
     laid = ScaledFrame() if scale_of is None else scale_of(decoded, colors, camera)
-    if lens is None:
+    seen = None if lens is None else _see(lens, decoded, colors, camera, source, options, note, parts, like, laid.ends)
+    if seen is None:
         metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, like is None, laid.ends)
+        coding = coding if lens is None else replace(coding, is_straight=True)
     else:
-        given = decoded.coding
-        seen = _as_seen(decoded, camera, source, options, note, parts, laid.ends)
-        name = option("fov") if source is None else source.name
-        seen, colors, camera = straighten(lens, seen, colors, camera, name, note)
-        as_metres = Decoded(seen, Coding(given.kind if given.kind in METRIC else "z", 1.0, ""))
-        parts, is_open = parts._replace(valid=None), like is None and given.kind == "z"
-        metres, coding = _to_metres(as_metres, camera, source, options, note, parts.name, is_open, None)
-        coding = replace(given, kind=coding.kind if given.kind in METRIC else given.kind)
+        (metres, coding, colors, camera), parts = seen, parts._replace(valid=None)
     del decoded
     for factor in (laid.factor, reading.scale):
         if factor != 1:
             metres *= np.float32(factor)
     if parts.valid is not None:
-        _drop_invalid(metres, parts.valid, options.max_pixels, note)
+        drop_invalid(metres, parts.valid, options.max_pixels, note)
     if like is None:
         is_made = coding.scale is None or bool(parts.maker) or (is_float and bool((metres > 0).all()))  # by a network
         enlarged = times_enlarged(metres) if is_made and colors is not None else 1
@@ -229,7 +230,8 @@ def assemble(
     if not frame.points_known:
         where, missing = f"{parts.name}: " if parts.name else "", "missing values (0, negative, NaN or infinite)"
         raise ValueError(f"{where}depth must be known somewhere, got only {missing}")
-    found = FoundFiles(parts.name or parts.maker or None, str(parts.color) if is_path(parts.color) else None)
+    color_from = next((str(one) for one in (parts.color, beside) if is_path(one)), None)
+    found = FoundFiles(parts.name or parts.maker or None, color_from)
     return Assembled(frame, found, source.name if source else option("fov"), coding, stored)
 
 
@@ -247,7 +249,7 @@ def _unpacked(parts: FrameParts, with_pose: bool) -> FrameParts:
     return parts._replace(depth=held.depth, filed=filed, coded=(held.depth_kind, held.depth_scale), **given)
 
 
-def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: float) -> NDArray[Any]:
+def read_raw_depth(depth: Any, source: Intrinsics | None, note: Note, max_pixels: float) -> NDArray[Any]:
     """The depth as it is stored."""
     if not is_path(depth):
         return one_channel(depth_as_given(depth, np.nan), "depth")
@@ -265,7 +267,7 @@ def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: flo
     return read_raw(depth, *size, max_pixels)
 
 
-def _hints_of(source: Intrinsics | None, parts: FrameParts, options: ReadOptions, raw: NDArray[Any]) -> DepthHints:
+def hints_of(source: Intrinsics | None, parts: FrameParts, options: ReadOptions, raw: NDArray[Any]) -> DepthHints:
     """Return what is given about the depth. Raises ValueError for impossible values in the camera's file."""
     kind, scale = (source.depth_kind, source.depth_scale) if source else (None, None)
     kind, scale = kind or parts.coded[0], scale or parts.coded[1]
@@ -301,17 +303,33 @@ def _to_metres(
     return to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs), coding
 
 
-def _as_seen(
-    depth: Decoded, camera: Camera, source: Intrinsics | None, options: ReadOptions, note: Note, parts: FrameParts,
-    ends: tuple[float, float] | None,
-) -> NDArray[np.float32]:  # fmt: skip
-    """Return metres along what the values are measured along, the axis or the ray; 0 where they are not valid."""
+def _see(
+    lens: Lens, depth: Decoded, colors: NDArray[Any] | None, camera: Camera, source: Intrinsics | None,
+    options: ReadOptions, note: Note, parts: FrameParts, like: Coding | None, ends: tuple[float, float] | None,
+) -> tuple[NDArray[np.float32], Coding, NDArray[Any] | None, Camera] | None:  # fmt: skip
+    """Return metres along the axis, their coding, colours and camera without the lens; None if it is out already."""
     (values, coding), baseline, doffs = depth, _baseline(source, options), (source and source.doffs) or 0.0
-    kind = "z" if coding.kind in METRIC else coding.kind
+    kind = "z" if coding.kind in METRIC else coding.kind  # along rays as well, as long as they are those of the lens
     metres = to_metres(values, camera, kind, coding.scale, baseline, note, np.float32, doffs, ends)
+    name = option("fov") if source is None else source.name
+    if (
+        like is None
+        and options.projection is None
+        and coding.kind not in METRIC[1:]
+        and is_straight(metres, lens, camera)
+    ):
+        what = f"{name} has a lens ({lens.title}), but planes in the depth are flat only without it"
+        note(f"{what}: it is taken as straight already; pass {option('projection', 'lens')} if it is not")
+        return None
+    if like is not None and like.is_straight:
+        return None
     if parts.valid is not None:
-        _drop_invalid(metres, parts.valid, options.max_pixels, note)
-    return metres
+        drop_invalid(metres, parts.valid, options.max_pixels, note)
+    metres, colors, camera = straighten(lens, metres, colors, camera, name, note)
+    along = Decoded(metres, Coding(coding.kind if coding.kind in METRIC else "z", 1.0, ""))
+    is_open = like is None and coding.kind == "z"
+    metres, found = _to_metres(along, camera, source, options, note, parts.name, is_open, None)
+    return metres, replace(coding, kind=found.kind if coding.kind in METRIC else coding.kind), colors, camera
 
 
 def _as_made(metres: NDArray[np.float32], enlarged: int, note: Note, name: str) -> NDArray[np.float32]:
@@ -323,7 +341,7 @@ def _as_made(metres: NDArray[np.float32], enlarged: int, note: Note, name: str) 
     return found
 
 
-def _drop_invalid(metres: NDArray[np.float32], valid: Any, max_pixels: float, note: Note) -> None:
+def drop_invalid(metres: NDArray[np.float32], valid: Any, max_pixels: float, note: Note) -> None:
     """Set depth to 0 where a mask or a level of confidence is 0, and where a network's confidence is far too low."""
     mask: NDArray[Any] = read_depth(valid, note, max_pixels) if is_path(valid) else np.asarray(valid)
     mask = np.asarray(mask.max(axis=2)) if mask.ndim == 3 else mask  # a mask in colour

@@ -23,9 +23,10 @@ from ..depth.depth_kinds import DepthKind
 from ..depth.scale_over_time import ScaleName
 from ..finding.folder_frames import FrameFiles, check_folder, find_color
 from ..networks.model_options import Model, PixelsName, is_model
-from .assembly import assemble, find_filed
+from .assembly import find_filed
 from .frame_parts import Assembled, FrameParts, ReadOptions, check_registration, is_path
-from .sequences import first_readable, open_folder, open_frames, open_photographs
+from .panoramas import OF_PANORAMA, as_pinholes
+from .sequences import FrameSequence, first_readable, open_folder, open_frames, open_photographs
 
 
 def load_frame(
@@ -102,10 +103,11 @@ def load_frame(
     scale_frames : {"auto", "keep"}
         Whether one scale is found for the frames of a film whose depth has none, or breathes, from what does not change
         between them (see files/depth/scale_over_time.py), which is the default, or each is kept by itself.
-    projection : {"pinhole", "fisheye", "equirectangular"}
-        How the pictures show the world, in place of what the camera's file or the pictures say. "pinhole" takes them as
-        they are, without the file's lens; "fisheye" takes the file's numbers as Kannala and Brandt's, or fov as the
-        angle of an equidistant lens; "equirectangular" is a panorama, twice as wide as high, with lengths of rays.
+    projection : {"pinhole", "lens", "fisheye", "equirectangular"}
+        How the pictures show the world. The default is what the camera's file says, unless planes are flat only
+        without its lens; and what a panorama itself shows. "pinhole" takes pictures as they are; "lens" as the file
+        says; "fisheye" takes the file's numbers as Kannala and Brandt's, or fov as the angle of an equidistant lens;
+        "equirectangular" is a panorama, twice as wide as high, with lengths of rays.
     notes : callable, optional
         Called with one sentence for every guess; the default prints it to stderr.
 
@@ -135,17 +137,9 @@ def read_frame(
             raise ValueError(f"pass the photograph as {option('color')} or as the input, not both")
         beside = Folder(check_path(color).parent if is_path(color) else Path(), allow_outside)
         return open_photographs(beside, color, options, note).assembled(0)
-    if source is None:
-        if depth is None:
-            raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
-        read = assemble(_parts(depth, color), options, note)
-        if is_path(depth) and is_path(color):  # what the caller holds in arrays is known to be right
-            check_registration(read.frame, note)
-        return read
+    if source is None or depth is not None or color is not None:
+        return open_given(source, depth, color, options, allow_outside, note)[1]
     path = source.path if isinstance(source, Folder) else builtin_folder(source)
-    if depth is not None or color is not None:
-        place = source if isinstance(source, Folder) else Folder(path, allow_outside)
-        return _from_parts(place, depth, color, options, note)
     opened = open_folder(source, options, note) if isinstance(source, Folder) else None
     sequence = opened or open_frames(path, allow_outside, options, note)
     index, read = first_readable(sequence)
@@ -163,7 +157,29 @@ def _parts(depth: Any, color: Any) -> FrameParts:
     return FrameParts(depth, color, valid=valid, path=Path(depth) if is_path(depth) else None)
 
 
-def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, note: Note) -> Assembled:
+def open_given(
+    source: FilePath | Folder | None, depth: Any, color: Any, options: ReadOptions, allow_outside: bool, note: Note
+) -> tuple[FrameSequence, Assembled]:
+    """A frame whose depth or colour the caller gives, alone or of a folder, or the six of a panorama; and the first."""
+    if options.poses is not None:
+        raise ValueError(f"{option('poses')} is about the frames of a folder: pass a folder alone, or leave it out")
+    if source is None and depth is None:
+        raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
+    if source is None:
+        place, parts = Folder(Path()), _parts(depth, color)
+    else:
+        path = source.path if isinstance(source, Folder) else builtin_folder(source)
+        place = source if isinstance(source, Folder) else Folder(path, allow_outside)
+        place, parts = _from_parts(place, depth, color, options, note)
+    frames, options = as_pinholes([parts], options, note)
+    sequence = FrameSequence(place, frames, options, note, OF_PANORAMA if len(frames) > 1 else "")
+    read = sequence.assembled(0)
+    if source is not None or (is_path(depth) and is_path(color)):  # what is held in arrays is known to be right
+        check_registration(read.frame, note)
+    return sequence, read
+
+
+def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, note: Note) -> tuple[Folder, FrameParts]:
     """A frame of a folder, or of a depth file, with its depth, its colour or both given by the caller."""
     if place.path.is_file():
         if depth is not None:
@@ -179,10 +195,7 @@ def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, not
         if is_path(path):
             place.check(Path(path))
     cameras = find_filed(place, files, options, note)
-    parts = _parts(depth, color)._replace(filed=cameras.of(0), missing=cameras.missing)
-    read = assemble(parts, options, note)
-    check_registration(read.frame, note)
-    return read
+    return place, _parts(depth, color)._replace(filed=cameras.of(0), missing=cameras.missing)
 
 
 class Examined(NamedTuple):

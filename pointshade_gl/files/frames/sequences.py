@@ -30,6 +30,7 @@ from ..finding.folder_cameras import Cameras, FoundPoses, find_poses, given_pose
 from ..finding.folder_frames import FrameFiles, check_folder, find_color, find_frames, find_photographs, is_container
 from .assembly import assemble, find_filed, read_colors_of
 from .frame_parts import Assembled, FrameParts, ReadOptions, check_registration, is_path, what_else
+from .panoramas import OF_PANORAMA, as_pinholes
 
 if TYPE_CHECKING:
     from ..networks.photo_depth import PhotoDepth
@@ -252,7 +253,10 @@ def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions
     good = [one for one in parts if one.pose is None or np.isfinite(one.pose).all()] or parts
     if lost := len(parts) - len(good):
         note(f"{place.path}: {lost} of {len(parts)} frames have lost their pose (it is not finite): left out")
-    sequence = FrameSequence(place, good, options, note, poses.source)
+    unrolled, options = as_pinholes(good, options, note)
+    if len(unrolled) > len(good):
+        return FrameSequence(place, unrolled, options, note, poses.source or OF_PANORAMA)
+    sequence = FrameSequence(place, unrolled, options, note, poses.source)
     known = cameras.of(0)
     guessed = options.depth_scale is None and (known is None or known.depth_scale is None)
     sequence.settle(may_scale=guessed, metric_poses=poses.metric)
@@ -276,7 +280,10 @@ def _from_container(
     for k, pose in enumerate(poses.poses):
         known = cameras.of(k), pose, None, cameras.missing, k
         parts.append(FrameParts(None, None, *known, partial(held.__getitem__, k), path))
-    sequence = FrameSequence(place, parts, options, note, poses.source)
+    unrolled, options = as_pinholes(parts, options, note)
+    if len(unrolled) > len(parts):
+        return FrameSequence(place, unrolled, options, note, poses.source or OF_PANORAMA)
+    sequence = FrameSequence(place, unrolled, options, note, poses.source)
     sequence.settle(may_scale=False, metric_poses=poses.metric)
     return sequence
 

@@ -303,7 +303,8 @@ def from_named(named: Mapping[str, list[float]], name: str, of_color: bool = Fal
         found = [_from_angles(words, name) for words, _ in groups]
     lenses = [bends.lens(group) for group in own]
     if not any(found) and (panorama := next((one for one in lenses if one and one.curve == PANORAMA), None)):
-        return [Intrinsics(name, NOT_KNOWN, _size_of(groups[0][1], name), lens=panorama)]
+        above = groups[0][1]
+        return [Intrinsics(name, NOT_KNOWN, _size_of(above, name), _scale_of(above), lens=panorama)]
     pairs = zip(found, lenses, strict=True)
     return [camera if lens is None else replace(camera, lens=lens) for camera, lens in pairs if camera]
 
@@ -324,7 +325,8 @@ class _Bends:
         """The lens of a group's camera."""
         if not (self._numbers or self._texts):
             return None
-        texts = _with_above(self._texts, group)
+        # ORB-SLAM 3 has Camera.type beside Camera1.fx
+        texts = _with_above(self._texts, group) or self._texts.get(group.rstrip("0123456789"), {})
         return find_lens(kalibr_words(_with_above(self._numbers, group), texts), texts)
 
 
@@ -357,7 +359,7 @@ def _from_group(words: Words, with_above: Words, name: str) -> Intrinsics | None
         return None
     if any(key in words for key in _CORNER):
         numbers = (numbers[0], numbers[1], numbers[2] - 0.5, numbers[3] - 0.5)
-    scale, each = _first(with_above, PER_METRE), _first(with_above, METRES_EACH)
+    scale = _scale_of(with_above)
     baseline, doffs = _first(with_above, BASELINE), _first(with_above, DOFFS)
     if doffs is not None and baseline is not None:  # Middlebury, where the baseline is in millimetres
         baseline /= 1000
@@ -366,9 +368,15 @@ def _from_group(words: Words, with_above: Words, name: str) -> Intrinsics | None
             # between KITTI's two colour cameras: the fourth number of a projection is -fx times its place
             baseline = (words[left][3] - words[right][3]) / words[left][0]
             break
-    if scale and _BOP in words:
+    if scale and _BOP in words and _first(with_above, METRES_EACH) is None:
         scale = 1000 / scale  # BOP's is millimetres for each unit
-    return Intrinsics(name, numbers, size, 1 / each if each else scale, None, baseline, doffs)
+    return Intrinsics(name, numbers, size, scale, None, baseline, doffs)
+
+
+def _scale_of(words: Words) -> float | None:
+    """Raw depth values per metre."""
+    each = _first(words, METRES_EACH)
+    return 1 / each if each else _first(words, PER_METRE)
 
 
 def _numbers_of(words: Words, size: Size | None) -> Numbers | None:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ...notes.notes import Note
 from ...notes.words import option
 from ...scene.camera import Camera
+from ...scene.values import median
 
 Projection = Literal["pinhole", "lens", "fisheye", "equirectangular"]
 PROJECTIONS: tuple[Projection, ...] = get_args(Projection)
@@ -103,19 +104,26 @@ class Lens:
     def _polynomial(self, x: Array, y: Array) -> tuple[Array, Array]:
         if self.order != "inverse":
             return self._forth(x, y)
-        u, v, off = x, y, np.full(np.shape(x), np.inf)
-        for _ in range(100):
+        u, v = x, y
+        for _ in range(50):  # Newton's steps, by the radial part alone
             a, b = self._forth(u, v)
-            off = np.maximum(abs(a - x), abs(b - y))
-            if not (off > _SOLVED).any():
+            a, b, r2 = x - a, y - b, u * u + v * v
+            factor = self._factor(r2)
+            slope = 2e6 * (self._factor(r2 + 1e-6) - factor)
+            along = slope * (u * a + v * b) / (factor + slope * r2)
+            u, v = u + (a - along * u) / factor, v + (b - along * v) / factor
+            if not (np.fmax(abs(a), abs(b)) > _SOLVED).any():
                 break
-            u, v = u + x - a, v + y - b
-        good = off <= _SOLVED
+        a, b = self._forth(u, v)
+        good = (abs(a - x) <= _SOLVED) & (abs(b - y) <= _SOLVED)
         return np.where(good, u, np.nan), np.where(good, v, np.nan)
+
+    def _factor(self, r2: Array) -> Array:
+        return _series(self.radial, r2) / _series(self.divisor, r2)
 
     def _forth(self, x: Array, y: Array) -> tuple[Array, Array]:
         r2 = x * x + y * y
-        factor = _series(self.radial, r2) / _series(self.divisor, r2)
+        factor = self._factor(r2)
         far_x, far_y = x * factor, y * factor
         if self.order in ("after", "between"):
             x, y = far_x, far_y
@@ -131,6 +139,10 @@ class Lens:
         """Return the unit rays that land at places, at a focal length of 1; NaN where none does."""
         angles, radii = self._table
         u, v = np.broadcast_arrays(np.asarray(u, float), np.asarray(v, float))
+        if self.order == "inverse":
+            x, y = self._forth(u, v)
+            z = np.where(np.hypot(u, v) <= radii[-1], 1 / np.sqrt(1 + x * x + y * y), np.nan)
+            return x * z, y * z, z
 
         def radial(a: Array, b: Array) -> tuple[Array, Array, Array]:
             radius = np.hypot(a, b)
@@ -143,6 +155,8 @@ class Lens:
             again = self.bent(*found)
             a, b = a + u - again[0], b + v - again[1]
             found = radial(a, b)
+            if not (np.fmax(abs(u - again[0]), abs(v - again[1])) > _SOLVED).any():
+                break
         return found
 
     def check_known(self, name: str) -> None:
@@ -171,9 +185,9 @@ def fisheye(numbers: Sequence[float]) -> Lens:
     return Lens("Kannala-Brandt fisheye", "equidistant", radial=tuple(numbers), first=tuple(numbers))
 
 
-def _series(numbers: Sequence[float], r2: Array) -> Array | float:
+def _series(numbers: Sequence[float], r2: Array) -> Array:
     """1 + a r^2 + b r^4 + ..."""
-    total: Array | float = 0.0
+    total = np.zeros_like(r2)
     for number in reversed(numbers):
         total = (total + number) * r2
     return 1 + total
@@ -231,31 +245,39 @@ _FEWEST, _SHARE = 12, 0.8  # windows that tell the two apart, and how many of th
 
 
 @np.errstate(all="ignore")
-def is_straight(depth: NDArray[Any], lens: Lens, camera: Camera) -> bool:
-    """Return whether the planes in depth (h, w) z, 0 where unknown, are flat only without the lens."""
+def is_straight(depth: NDArray[Any], lens: Lens, camera: Camera, kinds: Sequence[str]) -> bool:
+    """Return whether the planes in depth (h, w), 0 where unknown, are flat only without the lens.
+
+    kinds  what the depth may be: "z", "ray" or both
+    """
     step = max(1, min(depth.shape) // _ACROSS // _POINTS)
-    v, u = np.mgrid[0 : depth.shape[0] : step, 0 : depth.shape[1] : step].astype(float)
-    x, y, z = lens.ray_of(*camera.ray_at(u, v))
-    windows = [
-        np.lib.stride_tricks.sliding_window_view(one, (_POINTS, _POINTS))[:: _POINTS // 4, :: _POINTS // 4]
-        for one in (np.where(depth > 0, 1 / depth, np.nan)[::step, ::step], u, v, x / z, y / z)
-        if min(one.shape) >= _POINTS
-    ]
-    if not windows:
+    v, u = np.mgrid[0 : depth.shape[0] : step, 0 : depth.shape[1] : step]
+    if min(u.shape) < _POINTS:
         return False
-    inverse, *places = (one.reshape(-1, _POINTS**2) for one in windows)
-    seen = np.isfinite(inverse).all(1) & np.isfinite(places[2]).all(1)
-    inverse, u, v, x, y = (one[seen] for one in (inverse, *places))
-    as_it_is, through_lens = _off_plane(inverse, u, v), _off_plane(inverse, x, y)
-    flat = np.minimum(as_it_is, through_lens) < _FLAT
+    inverse, places = np.where(depth > 0, 1 / depth, np.nan)[::step, ::step], camera.ray_at(u, v)
+    rays = [(*places, np.sqrt(1 + places[0] ** 2 + places[1] ** 2))]
+    x, y, z = lens.ray_of(*places)
+    rays.append((x / z, y / z, 1 / z))
+    as_it_is, through_lens = (
+        min((_off_plane(inverse * (far if kind == "ray" else 1), x, y) for kind in kinds), key=_middle)
+        for x, y, far in rays
+    )
+    flat = np.fmin(as_it_is, through_lens) < _FLAT
     straight = int(np.count_nonzero(flat & (through_lens > _CLEARLY * as_it_is)))
     bent = int(np.count_nonzero(flat & (as_it_is > _CLEARLY * through_lens)))
     return straight >= _FEWEST and straight > _SHARE * (straight + bent)
 
 
+def _middle(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return median(known) if known.size else math.inf
+
+
 def _off_plane(values: Array, x: Array, y: Array) -> Array:
-    """How far (n, points) values lie off a linear function of their places, over their mean."""
-    x, y, rest = (one - one.mean(1, keepdims=True) for one in (x, y, values))
+    """How far values (h, w) lie off a linear function of their places in each window, over their mean; or NaN."""
+    windows = (np.lib.stride_tricks.sliding_window_view(one, (_POINTS, _POINTS)) for one in (values, x, y))
+    values, x, y = (one[:: _POINTS // 4, :: _POINTS // 4].reshape(-1, _POINTS**2) for one in windows)
+    rest, x, y = (one - one.mean(1, keepdims=True) for one in (values, x, y))
     y = y - x * ((x * y).sum(1) / (x * x).sum(1))[:, None]
     for axis in (x, y):
         rest = rest - axis * ((axis * rest).sum(1) / (axis * axis).sum(1))[:, None]

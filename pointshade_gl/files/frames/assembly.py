@@ -312,12 +312,10 @@ def _see(
     kind = "z" if coding.kind in METRIC else coding.kind  # along rays as well, as long as they are those of the lens
     metres = to_metres(values, camera, kind, coding.scale, baseline, note, np.float32, doffs, ends)
     name = option("fov") if source is None else source.name
-    if (
-        like is None
-        and options.projection is None
-        and coding.kind not in METRIC[1:]
-        and is_straight(metres, lens, camera)
-    ):
+    is_given = options.depth_kind is not None or (source is not None and source.depth_kind is not None)
+    kinds = ("z", "ray") if coding.kind == "z" and not is_given else ("ray" if coding.kind == "ray" else "z",)
+    is_told = like is not None or options.projection is not None or coding.kind == "plane"
+    if not is_told and is_straight(metres, lens, camera, kinds):
         what = f"{name} has a lens ({lens.title}), but planes in the depth are flat only without it"
         note(f"{what}: it is taken as straight already; pass {option('projection', 'lens')} if it is not")
         return None

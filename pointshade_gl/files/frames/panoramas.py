@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from ...notes.notes import Note
 from ...notes.words import option
 from ...scene.camera import Camera, check_pose
-from ..access.content import read_head
+from ...scene.values import median
+from ..access.content import FilePath, open_regular, read_head
 from ..arrays.numpy_files import NUMPY, NpyArray
 from ..cameras.intrinsics import Intrinsics
 from ..cameras.lenses import PANORAMA, colors_at, depth_at
@@ -56,7 +57,20 @@ def as_pinholes(
 
     The first decides for all. Raises ValueError for depth that a panorama cannot have.
     """
-    why = _why_panorama(parts[0], options) if parts else ""
+    if not parts:
+        return parts, options
+    first = parts[0]
+    is_known = any(one is not None for one in (options.projection, options.intrinsics, options.fov, first.filed))
+    size = None if is_known or first.contents is not None else _size_of(first)
+    if first.contents is not None and not is_known:
+        try:
+            held = first.contents()  # once: what is read here is what the first frame is made of
+        except (ValueError, OSError):
+            return parts, options  # reported when the frame is asked for
+        if held.intrinsics is not None:
+            return [_with_read(first, held), *parts[1:]], options
+        parts, size = [_with_read(first, held), *parts[1:]], (held.depth.shape[1], held.depth.shape[0])
+    why = _why_panorama(parts[0], options, size)
     if not why:
         return parts, options
     if options.depth_kind not in (None, "ray", "inverse"):
@@ -73,6 +87,13 @@ def as_pinholes(
     return [_face(whole, one, k) for one in found for k in range(len(FACES))], read
 
 
+def _with_read(part: FrameParts, held: Contents) -> FrameParts:
+    """Return the parts of a frame whose container was read: it need not be read again."""
+    kept, read = [held], part.contents
+    assert read is not None
+    return part._replace(contents=lambda: kept.pop() if kept else read())
+
+
 def _face(whole: _Panoramas, part: FrameParts, k: int) -> FrameParts:
     pose = np.eye(4) if part.pose is None else part.pose.copy()
     pose[:3, :3] = pose[:3, :3] @ FACES[k]
@@ -81,7 +102,7 @@ def _face(whole: _Panoramas, part: FrameParts, k: int) -> FrameParts:
     return FrameParts(None, color, None, pose, number=number, contents=partial(whole.face, part, k), path=part.path)
 
 
-def _why_panorama(part: FrameParts, options: ReadOptions) -> str:
+def _why_panorama(part: FrameParts, options: ReadOptions, size: tuple[int, int] | None) -> str:
     """Why a frame's pictures are a panorama; "" if they are none."""
     if options.projection is not None:
         return f"{option('projection', PANORAMA)} says" if options.projection == PANORAMA else ""
@@ -90,18 +111,22 @@ def _why_panorama(part: FrameParts, options: ReadOptions) -> str:
     if part.filed is not None:
         is_said = part.filed.lens is not None and part.filed.lens.curve == PANORAMA
         return f"{part.filed.name} says" if is_said else ""
-    if is_path(part.color) and _XMP in read_head(part.color, _XMP_BYTES):
+    if is_path(part.color) and is_marked(part.color):
         return f"the XMP of {Path(part.color).name} says"
-    size = _size_of(part)
     if size is None or size[0] != 2 * size[1]:
         return ""
     return "its edges meet and its poles are constant" if _closes(part, options) else ""
 
 
+def is_marked(path: FilePath) -> bool:
+    """Return whether the XMP of a photograph says that it is equirectangular."""
+    return _XMP in read_head(path, _XMP_BYTES)
+
+
 def _size_of(part: FrameParts) -> tuple[int, int] | None:
     """Width and height of a frame's depth by the file's first bytes, or by those of its colours; None if unknown."""
-    if part.contents is not None or not is_path(part.depth):
-        shape = np.shape(part.depth if part.contents is None else part.contents().depth)  # type: ignore[arg-type]
+    if not is_path(part.depth):
+        shape = np.shape(part.depth)  # type: ignore[arg-type]
         return (shape[1], shape[0]) if len(shape) > 1 else None
     for path in (part.depth, part.color):
         if not is_path(path):
@@ -113,71 +138,76 @@ def _size_of(part: FrameParts) -> tuple[int, int] | None:
         if (at := head.find(_EXR_WINDOW)) >= 0 and head.startswith(EXR):
             left, top, right, bottom = struct.unpack_from("<4i", head, at + len(_EXR_WINDOW) + 4)
             return right - left + 1, bottom - top + 1
-        with suppress(Exception), open(path, "rb") as file, opened_picture(file, head) as image:  # noqa: PTH123
+        with suppress(Exception), open_regular(path, is_probed=True) as file, opened_picture(file, head) as image:
             return image.size
     return None
 
 
 def _closes(part: FrameParts, options: ReadOptions) -> bool:
-    """Whether depth and colours of twice the width go on from the last column to the first, and have poles."""
+    """Whether depth and colours go on from the last column to the first, and the depth has poles."""
     try:
-        seen = _whole(part, options, lambda _: None)
+        part, depth = _lengths(part, options, lambda _: None)
+        known = np.where(depth > 0, depth, np.nan)
+        if not _has_poles(known, part.color is None):
+            return False
+        if part.color is None:
+            return _meets(known, _MEETS / 2)
+        colors = read_colors_of(part, options.max_pixels)
     except (ValueError, OSError):
         return False  # reported when the frame is read
-    depth, color = seen.depth, seen.color
-    if depth.shape[1] != 2 * depth.shape[0]:
+    return _meets(known, _MEETS) and colors is not None and _meets(colors[..., :3].astype(float), _MEETS)
+
+
+def _has_poles(depth: NDArray[Any], is_needed: bool) -> bool:
+    """Whether the first and the last row have one value each, as the horizon has not; NaN is unknown.
+
+    is_needed  it must be known: photographs of the whole sphere often lack both
+    """
+    horizon, (top, bottom) = depth[len(depth) // 3 : -(len(depth) // 3)], (row[row > 0] for row in depth[[0, -1]])
+    if not np.isfinite(horizon).any() or (is_needed and not (top.size and bottom.size)):
         return False
-    known = np.where(depth > 0, depth, np.nan)
-    if not np.isfinite(known).any():
-        return False
-    middle, horizon = np.nanmedian(known), known[len(known) // 3 : -(len(known) // 3)]
-    poles = [row[np.isfinite(row)] for row in (known[0], known[-1])]
-    are_poles = all(not row.size or np.ptp(row) < _POLE * middle for row in poles)
-    varies = np.isfinite(horizon).any() and np.nanstd(horizon) > _VARIES * middle
-    return bool(are_poles and varies and _meets(known) and (color is None or _meets(color[..., :3].astype(float))))
+    middle = median(horizon[np.isfinite(horizon)])
+    is_one = all(not row.size or np.std(row) < _POLE * middle for row in (top, bottom))
+    return bool(is_one and np.nanstd(horizon) > _VARIES * middle)
 
 
 @np.errstate(all="ignore")
-def _meets(values: NDArray[Any]) -> bool:
+def _meets(values: NDArray[Any], times: float) -> bool:
     """Whether the last column is as near to the first as neighbouring columns are to each other."""
 
     def apart(step: int) -> NDArray[Any]:
-        away = abs(values - np.roll(values, step, axis=1))
-        return np.nanmean(away.reshape(len(values), values.shape[1], -1), axis=(0, 2))
+        away = abs(values - np.roll(values, step, axis=1)).reshape(len(values), values.shape[1], -1)
+        known = np.isfinite(away)
+        return np.where(known, away, 0).sum(axis=(0, 2)) / known.sum(axis=(0, 2))
 
     near, far = apart(1), apart(values.shape[1] // 2)
-    return bool(near[0] <= _MEETS * np.nanmedian(near[1:]) and near[0] <= _APART * np.nanmedian(far))
+    others, far = near[1:][np.isfinite(near[1:])], far[np.isfinite(far)]
+    if not (others.size and far.size):
+        return False
+    return bool(near[0] <= times * median(others) and near[0] <= _APART * median(far))
 
 
-class _Whole(NamedTuple):
-    """A panorama: (h, w) lengths of rays in metres, 0 where missing, and its colours."""
-
-    depth: NDArray[np.float32]
-    color: NDArray[Any] | None
-
-
-def _whole(part: FrameParts, options: ReadOptions, note: Note) -> _Whole:
-    held = None if part.contents is None else part.contents()
-    filed = part.filed
-    if held is not None:
+def _lengths(part: FrameParts, options: ReadOptions, note: Note) -> tuple[FrameParts, NDArray[np.float32]]:
+    """The parts of a panorama, unpacked, and (h, w) lengths of its rays in metres, 0 where missing."""
+    if part.contents is not None:
+        held = part.contents()
         part = part._replace(depth=held.depth, valid=held.valid, coded=(held.depth_kind, held.depth_scale))
         part = part if held.color is None else part._replace(color=held.color)
-    raw = read_raw_depth(part.depth, filed, note, options.max_pixels)
-    hints = hints_of(filed, part, options, raw)
+    raw = read_raw_depth(part.depth, part.filed, note, options.max_pixels)
+    hints = hints_of(part.filed, part, options, raw)
     if hints.any_kind is None and raw.dtype.itemsize > 1:  # planes are no planes in it, and tell nothing
         hints = replace(hints, filed_kind="ray")
-    values, coding = decode(raw, part.name or "depth", hints, note)
-    height, width = values.shape
-    kind = "inverse" if coding.kind == "inverse" else "z"  # as it stands: along the rays
+    name = part.name or "depth"
+    values, coding = decode(raw, name, hints, note)
     if coding.kind not in ("z", "ray", "inverse"):
-        raise ValueError(
-            f"{part.name or 'depth'} holds {coding.kind}, which a panorama cannot: expected ray or inverse"
-        )
-    camera = Camera(width, width, width / 2, height / 2, width, height)  # of no meaning to these kinds
+        raise ValueError(f"{name} holds depth of kind {coding.kind}, expected ray or inverse of a panorama")
+    kind = "inverse" if coding.kind == "inverse" else "z"  # as it stands: along the rays
+    height, width = values.shape
+    camera = Camera(width, width, width / 2, height / 2, width, height)  # which says nothing to these kinds
     metres = to_metres(values, camera, kind, coding.scale, None, note, np.float32)
     if part.valid is not None:
         drop_invalid(metres, part.valid, options.max_pixels, note)
-    return _Whole(metres, read_colors_of(part, options.max_pixels, note))
+    return part, metres
 
 
 class _Panoramas:
@@ -185,14 +215,15 @@ class _Panoramas:
 
     def __init__(self, options: ReadOptions, note: Note):
         self._options, self._note = options, note
-        self._kept: tuple[FrameParts, _Whole] | None = None
+        self._kept: tuple[FrameParts, NDArray[np.float32], NDArray[Any] | None] | None = None
 
     def face(self, part: FrameParts, k: int) -> Contents:
         """Return one of the six. Raises ValueError unless the panorama is twice as wide as high."""
         kept = self._kept
         if kept is None or kept[0] is not part:
-            kept = self._kept = part, _whole(part, self._options, self._note)
-        depth, color = kept[1]
+            found, depth = _lengths(part, self._options, self._note)
+            kept = self._kept = part, depth, read_colors_of(found, self._options.max_pixels, self._note)
+        _, depth, color = kept
         for picture, what in ((depth, "depth"), (color, "color")):
             if picture is not None and picture.shape[1] != 2 * picture.shape[0]:
                 size = f"{picture.shape[1]}x{picture.shape[0]}"

@@ -22,6 +22,7 @@ from ..access.folders import Folder, Listing
 from ..access.known_names import COLOR_SUFFIXES, DEPTH_SUFFIXES, VIDEO_SUFFIXES
 from ..cameras.camera_files import read_intrinsics
 from ..cameras.intrinsics import Intrinsics, Size, camera_from_exif, place_camera
+from ..cameras.lenses import PANORAMA
 from ..cameras.pose_files import FAILS, Reading, find_reading
 from ..containers.container_contents import Contents
 from ..depth.depth_kinds import Coding, Decoded
@@ -30,7 +31,7 @@ from ..finding.folder_cameras import Cameras, FoundPoses, find_poses, given_pose
 from ..finding.folder_frames import FrameFiles, check_folder, find_color, find_frames, find_photographs, is_container
 from .assembly import assemble, find_filed, read_colors_of
 from .frame_parts import Assembled, FrameParts, ReadOptions, check_registration, is_path, what_else
-from .panoramas import OF_PANORAMA, as_pinholes
+from .panoramas import OF_PANORAMA, as_pinholes, is_marked
 
 if TYPE_CHECKING:
     from ..networks.photo_depth import PhotoDepth
@@ -318,6 +319,11 @@ def open_photographs(place: Folder, source: Any, options: ReadOptions, note: Not
     assert network is not None
     note = once(note)
     found = _list(place, source, options, note)
+    first = found[0].color
+    if options.projection == PANORAMA or (options.projection is None and is_path(first) and is_marked(first)):
+        name = Path(first).name if is_path(first) else "the photograph"
+        fix = "make its depth with a program for panoramas, and pass both pictures"
+        raise ValueError(f"{name} is a panorama, and networks are made for pictures of a pinhole: {fix}")
     filed: Sequence[Intrinsics | None] = [None] * len(found)
     if is_path(source) and Path(source) == place.path:
         cameras = find_filed(place, [FrameFiles(Path(one.color)) for one in found], options, note)  # type: ignore[arg-type]

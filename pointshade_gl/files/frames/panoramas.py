@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ...notes.notes import Note
 from ...notes.words import option
 from ...scene.camera import Camera, check_pose
-from ...scene.values import median
+from ...scene.values import median, quantile
 from ..access.content import FilePath, open_regular, read_head
 from ..arrays.numpy_files import NUMPY, NpyArray
 from ..cameras.intrinsics import Intrinsics
@@ -37,7 +37,9 @@ _XMP_BYTES = 1 << 17
 _EXR_WINDOW = b"dataWindow\0box2i\0"
 _POLE = 0.02  # of the median: so little the depth of a pole's row varies
 _VARIES = 0.1  # of the median: the depth along the horizon does at least
-_MEETS = 3.0  # times as far as neighbouring columns are apart, the first and the last may be
+_MEETS = 2.0  # times as far as neighbouring columns are apart, the first and the last may be
+_SAME = 0.25  # of that, what mirror images differ by at most
+_BESIDE = 8  # columns on each side that show how far apart neighbours are there
 _APART = 0.5  # of how far apart columns are half a turn from each other
 # Camera-to-world rotations of the six: ahead, to the right, behind, to the left, up, down.
 FACES = np.array([
@@ -148,14 +150,14 @@ def _closes(part: FrameParts, options: ReadOptions) -> bool:
     try:
         part, depth = _lengths(part, options, lambda _: None)
         known = np.where(depth > 0, depth, np.nan)
-        if not _has_poles(known, part.color is None):
+        if not _has_poles(known, part.color is None) or (_is_mirrored(known) and not _goes_on(known)):
             return False
         if part.color is None:
-            return _meets(known, _MEETS / 2)
+            return _meets(known)
         colors = read_colors_of(part, options.max_pixels)
     except (ValueError, OSError):
         return False  # reported when the frame is read
-    return _meets(known, _MEETS) and colors is not None and _meets(colors[..., :3].astype(float), _MEETS)
+    return _meets(known) and colors is not None and _meets(colors[..., :3].astype(float))
 
 
 def _has_poles(depth: NDArray[Any], is_needed: bool) -> bool:
@@ -172,7 +174,7 @@ def _has_poles(depth: NDArray[Any], is_needed: bool) -> bool:
 
 
 @np.errstate(all="ignore")
-def _meets(values: NDArray[Any], times: float) -> bool:
+def _meets(values: NDArray[Any]) -> bool:
     """Whether the last column is as near to the first as neighbouring columns are to each other."""
 
     def apart(step: int) -> NDArray[Any]:
@@ -184,7 +186,24 @@ def _meets(values: NDArray[Any], times: float) -> bool:
     others, far = near[1:][np.isfinite(near[1:])], far[np.isfinite(far)]
     if not (others.size and far.size):
         return False
-    return bool(near[0] <= times * median(others) and near[0] <= _APART * median(far))
+    usual = max(median(others), *others[:_BESIDE], *others[-_BESIDE:])
+    return bool(near[0] <= _MEETS * usual and near[0] <= _APART * median(far))
+
+
+def _is_mirrored(depth: NDArray[Any]) -> bool:
+    """Whether the left half is the right one's mirror image: then both edges are alike in any picture."""
+    alike, apart = (abs(depth - other) for other in (depth[:, ::-1], np.roll(depth, depth.shape[1] // 2, axis=1)))
+    alike, apart = alike[np.isfinite(alike)], apart[np.isfinite(apart)]
+    return bool(alike.size and apart.size and alike.mean() < _SAME * apart.mean())
+
+
+@np.errstate(all="ignore")
+def _goes_on(depth: NDArray[Any]) -> bool:
+    """Whether surfaces are as straight across the edge as elsewhere: in a corridor both edges are alike, but turn."""
+    bends = abs(np.roll(depth, 1, axis=1) - 2 * depth + np.roll(depth, -1, axis=1))
+    found = [quantile(known, 0.75) for known in (one[np.isfinite(one)] for one in bends.T) if known.size]
+    edge = bends[:, 0][np.isfinite(bends[:, 0])]
+    return bool(edge.size) and quantile(edge, 0.75) <= 3 * median(found)
 
 
 def _lengths(part: FrameParts, options: ReadOptions, note: Note) -> tuple[FrameParts, NDArray[np.float32]]:

@@ -17,6 +17,7 @@ import typer
 
 from ..files.access.content import MAX_PIXELS, allow_overwriting
 from ..files.access.known_names import DEPTH_MAPS, FILMS, FOUND_POSES, FRAMES, IMAGES, NORMALS, POINTS, RENDERED
+from ..files.cameras.lenses import PROJECTIONS
 from ..files.clouds.cloud_columns import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
 from ..files.depth.scale_over_time import SCALES
@@ -128,6 +129,11 @@ class ReadingOptions:
     depth_kind: str | None = cli_option(
         f"What depth values are: {', '.join(KINDS)}. Those of a network are often inverse.",
         Cli(panels.CAMERA, "KIND", KINDS),
+    )
+    projection: str | None = cli_option(
+        "How the pictures show the world: pinhole (straight already), lens (as the camera's file says), fisheye, "
+        "equirectangular (a panorama).",
+        Cli(panels.CAMERA, known=PROJECTIONS),
     )
     baseline: float | None = cli_option("Metres between the two cameras, for disparity.", Cli(panels.CAMERA, "M"))
     near: float | None = cli_option(

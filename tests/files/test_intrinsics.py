@@ -72,13 +72,6 @@ def test_nerfstudio_json_counts_from_the_corner_and_scales_the_other_way(tmp_pat
     assert intrinsics.depth_scale == pytest.approx(5000)
 
 
-def test_an_ignored_lens_distortion_is_told(tmp_path):
-    notes = []
-    content = {"fl_x": 500, "cx": 321, "cy": 240.5, "k1": 0.01}
-    assert read_intrinsics(write(tmp_path / "a.json", content), notes.append).numbers == (500, 500, 320.5, 240)
-    assert len(notes) == 1 and "lens distortion is ignored" in notes[0]
-
-
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [

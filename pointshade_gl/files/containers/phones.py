@@ -31,7 +31,8 @@ from ..access.content import (
     read_head,
 )
 from ..arrays.compression import Archive, unpack_lzfse
-from ..cameras.intrinsics import EXIF, Intrinsics, camera_from_exif, camera_of_lens
+from ..cameras.camera_files import EXIF, camera_from_exif, camera_of_lens
+from ..cameras.intrinsics import Intrinsics
 from ..pictures.color_profiles import in_srgb
 from ..pictures.hdr_files import read_exr
 from ..pictures.picture_files import TURNED, decode_image

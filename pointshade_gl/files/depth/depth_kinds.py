@@ -80,6 +80,7 @@ class Coding:
     repairs: tuple[str, ...] = ()  # make plain numbers of the raw values, in this order (see `depth_files.repaired`)
     hints: DepthHints | None = None  # what was given before
     planes: NearFar | None = None  # of RANGED
+    is_straight: bool = False  # the lens of the camera's file is taken out already
     enlarged: int = 1  # how many pixels along a side are one of the depth as it was made, see `times_enlarged`
     as_stored: bool = False  # the colours lie on it as they are stored, not as EXIF turns them
 

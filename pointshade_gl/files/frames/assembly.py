@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...checks.arguments import as_given, check_choice, check_positive, depth_as_given
+from ...checks.arguments import ABOVE_0, as_given, check_choice, check_float, check_positive, depth_as_given
 from ...checks.foreign_arrays import way_to
 from ...notes.notes import Doubt, Note, taken
 from ...notes.words import option
@@ -23,13 +23,14 @@ from ..access.content import MAX_PIXELS, FilePath, read_head
 from ..access.folders import Folder, places_of
 from ..access.known_names import CODINGS, COLOR_SUFFIXES, COMMON_CAMERAS, INSIDE, RAW_SUFFIXES, VIDEO_SUFFIXES
 from ..arrays.numpy_files import is_colmap_depth, read_colmap_depth
-from ..cameras.camera_files import read_intrinsics
-from ..cameras.intrinsics import Intrinsics, Size, camera_from_exif, merged, place_camera, shows_the_same
+from ..cameras.camera_files import camera_from_exif, read_intrinsics
+from ..cameras.intrinsics import Intrinsics, Size, merged, place_lens, shows_the_same
+from ..cameras.lenses import Lens, fisheye, is_straight, straighten
 from ..cameras.pose_files import Reading, load_pose
 from ..containers.container_contents import SURE
 from ..depth.depth_coding import decode
 from ..depth.depth_files import one_channel, read_depth, read_raw
-from ..depth.depth_kinds import KINDS, Coding, Decoded, DepthHints, reduced, times_enlarged, to_metres
+from ..depth.depth_kinds import KINDS, METRIC, Coding, Decoded, DepthHints, reduced, times_enlarged, to_metres
 from ..depth.planes import is_ray_length
 from ..depth.scale_over_time import ScaledFrame
 from ..finding.folder_cameras import Cameras, find_cameras
@@ -91,6 +92,8 @@ def assumed_camera(size: Size, is_of_sensor: bool, missing: str, note: Note) -> 
     """
     width, height = size
     way_out = f"pass {option('intrinsics')} (fx,fy,cx,cy or a file) or {option('fov')} (vertical degrees)"
+    if width == 2 * height:
+        way_out += f", or {option('projection', 'equirectangular')} if it is a panorama"
     if is_of_sensor and size in COMMON_CAMERAS:
         title, text = COMMON_CAMERAS[size]
         note(f"no camera is known{missing}: that of {title} is assumed, usual for {width}x{height} ({text}); {way_out}")
@@ -102,18 +105,37 @@ def assumed_camera(size: Size, is_of_sensor: bool, missing: str, note: Note) -> 
     return Intrinsics(ASSUMED, (focal, focal, (width - 1) / 2, (height - 1) / 2), size)
 
 
-def make_camera(source: Intrinsics | None, fov: float | None, depth: Size, color: Size | None, note: Note) -> Camera:
-    """The camera, known but for a field of view, of depth under colours of these sizes. Raises ValueError for none."""
+def make_camera(
+    source: Intrinsics | None, options: ReadOptions, depth: Size, color: Size | None, note: Note
+) -> tuple[Camera, Lens | None]:
+    """The camera, known but for a field of view, of depth under colours of these sizes, and what bends its picture.
+
+    Raises ValueError for none, and for a lens that cannot be taken out.
+    """
     if color and not shows_the_same(color, depth):
         is_turned = shows_the_same((color[1], color[0]), depth)
         what = "turned by 90 degrees against each other" if is_turned else "of another aspect ratio"
         sizes = f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, {what}"
         way_out = f"pass the right colour as {option('color', 'FILE')}"
         note(Doubt(f"{sizes}: they do not look registered; {way_out}"))
-    if fov is not None:
-        return Camera.from_fov(fov, *depth)
+    if options.fov is not None and options.projection == "fisheye":
+        fov = check_float(options.fov, f"{option('fov')} of a fisheye must lie between 0 and 360 degrees", ABOVE_0, 360)
+        focal, (width, height) = depth[1] / math.radians(fov), depth
+        return Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height), fisheye(())
+    if options.fov is not None:
+        return Camera.from_fov(options.fov, *depth), None
     assert source is not None, "one is assumed where none is known"
-    return place_camera(source, depth, color, note)
+    camera, lens = place_lens(source, depth, color, note)
+    if options.projection == "fisheye":
+        if source.name == ASSUMED:
+            raise ValueError(
+                f"a fisheye needs its camera: pass {option('intrinsics', 'FILE')} or {option('fov', 'DEG')}"
+            )
+        return camera, fisheye(()) if lens is None else lens.as_fisheye()
+    if lens is None or options.projection == "pinhole":
+        return camera, None
+    lens.check_known(source.name)
+    return camera, lens
 
 
 def read_colors_of(
@@ -204,12 +226,12 @@ def assemble(
 ) -> Assembled:
     """Read the parts of a frame and put them together. Raises ValueError, TypeError or OSError, in one sentence."""
     is_found = like is None and parts.path is not None and (parts.color is None or is_path(parts.color))
-    reading, parts = reading or Reading(), _unpacked(_with_contents(parts, options, note), options.poses is None)
+    reading, beside = reading or Reading(), parts.color if parts.depth is None else None
+    parts = _unpacked(with_contents(parts, options, note), options.poses is None)
     if parts.contents is not None and parts.color is None and like is None:
         note(f"{parts.name} holds no colours, and none lie beside it: the surface is light grey")
     source = choose_camera(parts, options, note)
-    channel = options.channel if parts.contents is None else None  # that of a container is chosen
-    raw = _read_raw(parts, source, note, options.max_pixels, channel)
+    raw = read_raw_depth(parts, source, options, note)
     if raw.ndim == 3 and raw.dtype.kind == "f":
         from ..containers.array_frames import points_of  # only here
 
@@ -218,28 +240,35 @@ def assemble(
         source, raw = choose_camera(parts, options, lambda _: None), held.depth
     colors, as_stored = _read_colors(parts, (raw.shape[1], raw.shape[0]), options, note, like)
     color_size = None if colors is None else (colors.shape[1], colors.shape[0])
-    seen_by = partial(_camera_of, source, options.fov, raw.shape[1::-1], color_size, reading)
-    decoded = decode(raw, parts.name or "depth", _hints_of(source, parts, options, raw, seen_by), note, like)
+    seen_by = partial(_camera_of, source, options, raw.shape[1::-1], color_size, reading)
+    decoded = decode(raw, parts.name or "depth", hints_of(source, parts, options, raw, seen_by), note, like)
     stored, is_float = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}", raw.dtype.kind == "f"
     del raw
     size = decoded.values.shape[1], decoded.values.shape[0]
     if source is None and options.fov is None:
         has_unit = decoded.coding.scale is not None and not parts.maker
         source = assumed_camera(size, has_unit, parts.missing, note)
-    camera = reading.camera(make_camera(source, options.fov, size, color_size, note))
+    camera, lens = make_camera(source, options, size, color_size, note)
+    camera = reading.camera(camera)
     hints, is_kept = decoded.coding.hints, options.scale_frames == "keep"
     top = hints.levels - 1 if hints and hints.levels and is_kept else 0  # of all pictures of a film
     laid = ScaledFrame(0, top) if scale_of is None else scale_of(decoded, colors, camera)
-    metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, like is None, laid.ends)
+    seen = None if lens is None else _see(lens, decoded, colors, camera, source, options, note, parts, like, laid.ends)
+    if seen is None:
+        metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, like is None, laid.ends)
+        coding = coding if lens is None else replace(coding, is_straight=True)
+    else:
+        (metres, coding, colors, camera), parts = seen, parts._replace(valid=None)
     del decoded
     for factor in (laid.factor, reading.scale):
         if factor != 1:
             metres *= np.float32(factor)
     if parts.valid is not None:
-        _drop_invalid(metres, parts.valid, options.max_pixels, note)
+        drop_invalid(metres, parts.valid, options.max_pixels, note)
     is_compared = False
     if is_found and colors is not None:
-        colors, as_stored, is_compared = _compared(colors, as_stored, metres, parts, options.max_pixels, note)
+        of_files = parts if seen is None else parts._replace(color=None)  # those are not what the lens showed
+        colors, as_stored, is_compared = _compared(colors, as_stored, metres, of_files, options.max_pixels, note)
     coding = replace(coding, as_stored=as_stored) if as_stored else coding
     if like is None:
         is_made = coding.scale is None or bool(parts.maker) or (is_float and bool((metres > 0).all()))  # by a network
@@ -263,7 +292,8 @@ def assemble(
         name, away = parts.name or "the depth", frame.depth.max()
         way_out = f"Pass another as {option('channel', 'NAME')}"
         note(f"all of {name} is {away:.4g} m away: is it the right file and the right channel? {way_out}")
-    found = FoundFiles(parts.name or parts.maker or None, str(parts.color) if is_path(parts.color) else None)
+    color_from = next((str(one) for one in (parts.color, beside) if is_path(one)), None)
+    found = FoundFiles(parts.name or parts.maker or None, color_from)
     return Assembled(frame, found, source.name if source else option("fov"), coding, stored, is_compared)
 
 
@@ -276,7 +306,7 @@ def is_constant(depth: NDArray[np.float32]) -> bool:
     return known.size > 1 and not np.ptp(known)
 
 
-def _with_contents(parts: FrameParts, options: ReadOptions, note: Note) -> FrameParts:
+def with_contents(parts: FrameParts, options: ReadOptions, note: Note) -> FrameParts:
     """Return the parts, with what the depth picture says beyond its values, if it is of a kind that does."""
     if parts.contents is not None and options.channel is not None:
         raise ValueError(f"{parts.name} names its arrays: leave out {option('channel', options.channel)}")
@@ -309,11 +339,10 @@ def _is_film(path: object) -> bool:
     return is_path(path) and Path(path).suffix.lower() in VIDEO_SUFFIXES
 
 
-def _read_raw(
-    parts: FrameParts, source: Intrinsics | None, note: Note, max_pixels: float, channel: str | None
-) -> NDArray[Any]:
+def read_raw_depth(parts: FrameParts, source: Intrinsics | None, options: ReadOptions, note: Note) -> NDArray[Any]:
     """The depth as it is stored."""
     depth: Any = parts.depth
+    max_pixels, channel = options.max_pixels, options.channel if parts.contents is None else None  # there it is chosen
     if _is_film(depth):
         from ..depth.depth_film import read_film_depth  # only here
 
@@ -344,15 +373,16 @@ def _size_beside(path: Path) -> Size | None:
 
 
 def _camera_of(
-    source: Intrinsics | None, fov: float | None, depth: Size, color: Size | None, reading: Reading
+    source: Intrinsics | None, options: ReadOptions, depth: Size, color: Size | None, reading: Reading
 ) -> Camera | None:
-    """The camera of depth, before it is known what that means; None if none is known."""
-    if source is None and fov is None:
+    """The camera of depth, before it is known what that means; None if none is known, or it is no pinhole."""
+    if source is None and options.fov is None:
         return None
-    return reading.camera(make_camera(source, fov, depth, color, lambda _: None))
+    camera, lens = make_camera(source, options, depth, color, lambda _: None)
+    return reading.camera(camera) if lens is None else None
 
 
-def _hints_of(
+def hints_of(
     source: Intrinsics | None, parts: FrameParts, options: ReadOptions, raw: NDArray[Any],
     camera: Callable[[], Camera | None],
 ) -> DepthHints:  # fmt: skip
@@ -403,6 +433,33 @@ def _to_metres(
     return to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs), coding
 
 
+def _see(
+    lens: Lens, depth: Decoded, colors: NDArray[Any] | None, camera: Camera, source: Intrinsics | None,
+    options: ReadOptions, note: Note, parts: FrameParts, like: Coding | None, ends: tuple[float, float] | None,
+) -> tuple[NDArray[np.float32], Coding, NDArray[Any] | None, Camera] | None:  # fmt: skip
+    """Return metres along the axis, their coding, colours and camera without the lens; None if it is out already."""
+    (values, coding), baseline, doffs = depth, _baseline(source, options), (source and source.doffs) or 0.0
+    kind = "z" if coding.kind in METRIC else coding.kind  # along rays as well, as long as they are those of the lens
+    metres = to_metres(values, camera, kind, coding.scale, baseline, note, np.float32, doffs, ends, coding.planes)
+    name = option("fov") if source is None else source.name
+    is_given = options.depth_kind is not None or (source is not None and source.depth_kind is not None)
+    kinds = ("z", "ray") if coding.kind == "z" and not is_given else ("ray" if coding.kind == "ray" else "z",)
+    is_told = like is not None or options.projection is not None or coding.kind == "plane"
+    if not is_told and is_straight(metres, lens, camera, kinds):
+        what = f"{name} has a lens ({lens.title}), but planes in the depth are flat only without it"
+        note(f"{what}: it is taken as straight already; pass {option('projection', 'lens')} if it is not")
+        return None
+    if like is not None and like.is_straight:
+        return None
+    if parts.valid is not None:
+        drop_invalid(metres, parts.valid, options.max_pixels, note)
+    metres, colors, camera = straighten(lens, metres, colors, camera, name, note)
+    along = Decoded(metres, Coding(coding.kind if coding.kind in METRIC else "z", 1.0, ""))
+    is_open = like is None and coding.kind == "z"
+    metres, found = _to_metres(along, camera, source, options, note, parts.name, is_open, None)
+    return metres, replace(coding, kind=found.kind if coding.kind in METRIC else coding.kind), colors, camera
+
+
 def _as_made(metres: NDArray[np.float32], enlarged: int, note: Note, name: str) -> NDArray[np.float32]:
     """Return a network's depth, which was enlarged so many times, at the size at which it was made."""
     found = reduced(metres, enlarged)
@@ -412,7 +469,7 @@ def _as_made(metres: NDArray[np.float32], enlarged: int, note: Note, name: str) 
     return found
 
 
-def _drop_invalid(metres: NDArray[np.float32], valid: Any, max_pixels: float, note: Note) -> None:
+def drop_invalid(metres: NDArray[np.float32], valid: Any, max_pixels: float, note: Note) -> None:
     """Set depth to 0 where a mask or a level of confidence is 0, and where a network's confidence is far too low."""
     mask: NDArray[Any] = read_depth(valid, note, max_pixels) if is_path(valid) else np.asarray(valid)
     mask = np.asarray(mask.max(axis=2)) if mask.ndim == 3 else mask  # a mask in colour

@@ -17,13 +17,15 @@ from ...scene.frame import Frame
 from ..access.content import MAX_PIXELS, FilePath
 from ..access.folders import Folder
 from ..access.known_names import builtin_folder
+from ..cameras.lenses import Projection
 from ..depth.depth_files import one_channel
 from ..depth.depth_kinds import RANGED, DepthKind
 from ..depth.scale_over_time import ScaleName
 from ..finding.folder_frames import FrameFiles, check_folder, find_color
 from ..networks.model_options import Model, PixelsName, is_model
-from .assembly import assemble, find_filed
+from .assembly import find_filed
 from .frame_parts import Assembled, FrameParts, ReadOptions, is_path
+from .panoramas import OF_PANORAMA, as_pinholes
 from .sequences import FrameSequence, first_readable, open_folder, open_frames, open_given_film, open_photographs
 
 
@@ -49,6 +51,7 @@ def load_frame(
     model_pixels: PixelsName | None = None,
     cache: bool = False,
     scale_frames: ScaleName | None = None,
+    projection: Projection | None = None,
     notes: Note | None = None,
 ) -> Frame:
     """Read a frame from a folder, from a depth file, from single files and arrays, or from a photograph and a network.
@@ -111,6 +114,11 @@ def load_frame(
     scale_frames : {"auto", "keep"}
         Whether one scale is found for the frames of a film whose depth has none, or breathes, from what does not change
         between them (see files/depth/scale_over_time.py), which is the default, or each is kept by itself.
+    projection : {"pinhole", "lens", "fisheye", "equirectangular"}
+        How the pictures show the world. The default is what the camera's file says, unless planes are flat only
+        without its lens; and what a panorama itself shows. "pinhole" takes pictures as they are; "lens" as the file
+        says; "fisheye" takes the file's numbers as Kannala and Brandt's, or fov as the angle of an equidistant lens;
+        "equirectangular" is a panorama, twice as wide as high, with lengths of rays.
     notes : callable, optional
         Called with one sentence for every guess; the default prints it to stderr.
 
@@ -123,7 +131,7 @@ def load_frame(
         depth, depth_model = None, depth
     network = depth_model, model_size, model_pixels, cache
     known = intrinsics, fov, depth_scale, depth_kind, baseline, pose, max_pixels
-    options = ReadOptions(*known, *network, scale_frames, poses, near, far, channel)
+    options = ReadOptions(*known, *network, scale_frames, poses, near, far, channel, projection)
     return read_frame(folder, depth, color, options, allow_outside, notes or print_note).frame
 
 
@@ -140,18 +148,10 @@ def read_frame(
             raise ValueError(f"pass the photograph as {option('color')} or as the input, not both")
         beside = Folder(check_path(color).parent if is_path(color) else Path(), allow_outside)
         return open_photographs(beside, color, options, note).assembled(0)
-    if color is None or is_path(color):
-        film = open_given_film(depth, color, options, note)
-        if film is not None:
-            return _first_of(film, film.folder, note)
-    if source is None:
-        if depth is None:
-            raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
-        return assemble(_parts(depth, color), options, note)
+    if source is None or depth is not None or color is not None:
+        opened = open_given(source, depth, color, options, allow_outside, note)
+        return _first_of(opened, opened.folder, note) if opened.is_film else opened.assembled(0)
     path = source.path if isinstance(source, Folder) else builtin_folder(source)
-    if depth is not None or color is not None:
-        place = source if isinstance(source, Folder) else Folder(path, allow_outside)
-        return _from_parts(place, depth, color, options, note)
     opened = open_folder(source, options, note) if isinstance(source, Folder) else None
     sequence = opened or open_frames(path, allow_outside, options, note)
     return _first_of(sequence, path, note)
@@ -175,7 +175,27 @@ def _parts(depth: Any, color: Any) -> FrameParts:
     return FrameParts(depth, color, valid=valid, path=Path(depth) if is_path(depth) else None)
 
 
-def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, note: Note) -> Assembled:
+def open_given(
+    source: FilePath | Folder | None, depth: Any, color: Any, options: ReadOptions, allow_outside: bool, note: Note
+) -> FrameSequence:
+    """A frame whose depth or colour the caller gives, alone or of a folder; the frames of a film or of a panorama."""
+    if options.poses is not None:
+        raise ValueError(f"{option('poses')} is about the frames of a folder: pass a folder alone, or leave it out")
+    if (color is None or is_path(color)) and (film := open_given_film(depth, color, options, note)):
+        return film
+    if source is None and depth is None:
+        raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
+    if source is None:
+        place, parts = Folder(Path()), _parts(depth, color)
+    else:
+        path = source.path if isinstance(source, Folder) else builtin_folder(source)
+        place = source if isinstance(source, Folder) else Folder(path, allow_outside)
+        place, parts = _from_parts(place, depth, color, options, note)
+    frames, options = as_pinholes([parts], options, note)
+    return FrameSequence(place, frames, options, note, OF_PANORAMA if len(frames) > 1 else "")
+
+
+def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, note: Note) -> tuple[Folder, FrameParts]:
     """A frame of a folder, or of a depth file, with its depth, its colour or both given by the caller."""
     if place.path.is_file():
         if depth is not None:
@@ -191,8 +211,7 @@ def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, not
         if is_path(path):
             place.check(Path(path))
     cameras = find_filed(place, files, options, note)
-    parts = _parts(depth, color)._replace(filed=cameras.of(0), missing=cameras.missing)
-    return assemble(parts, options, note)
+    return place, _parts(depth, color)._replace(filed=cameras.of(0), missing=cameras.missing)
 
 
 class Examined(NamedTuple):

@@ -19,6 +19,7 @@ from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..access.content import MAX_PIXELS, FilePath
 from ..cameras.intrinsics import Intrinsics
+from ..cameras.lenses import PROJECTIONS, Projection
 from ..containers.container_contents import Contents
 from ..depth.depth_kinds import KINDS, Coding, DepthKind
 from ..depth.depth_range import check_range
@@ -46,6 +47,7 @@ class ReadOptions:
     near: float | None = None
     far: float | None = None
     channel: str | None = None
+    projection: Projection | None = None
 
     def __post_init__(self) -> None:
         check_positive(self.max_pixels, option("max_pixels", beside_file=True))
@@ -56,6 +58,8 @@ class ReadOptions:
         if self.depth_kind is not None:
             check_choice(option("depth_kind"), self.depth_kind, KINDS)
         check_range(self.near, self.far, self.depth_kind)
+        if self.projection is not None:
+            check_choice(option("projection"), self.projection, PROJECTIONS)
         if self.scale_frames is not None:
             check_choice(option("scale_frames"), self.scale_frames, SCALES)
         self.network  # noqa: B018 - raises
@@ -93,6 +97,7 @@ class LoadOptions(TypedDict, total=False):
     model_pixels: PixelsName | None
     cache: bool | None
     scale_frames: ScaleName | None
+    projection: Projection | None
     notes: Note | None
 
 

@@ -21,8 +21,9 @@ from ..access.content import FilePath, note_read
 from ..access.folders import LEVELS, Folder, Listing
 from ..access.known_names import COLOR_SUFFIXES, DEPTH_SUFFIXES, VIDEO_SUFFIXES
 from ..access.other_kinds import what_else
-from ..cameras.camera_files import read_intrinsics
-from ..cameras.intrinsics import Intrinsics, Size, camera_from_exif, place_camera
+from ..cameras.camera_files import camera_from_exif, read_intrinsics
+from ..cameras.intrinsics import Intrinsics, Size, place_camera
+from ..cameras.lenses import PANORAMA
 from ..cameras.pose_files import FAILS, Reading, find_reading
 from ..containers.container_contents import Contents
 from ..depth.depth_kinds import Coding, Decoded
@@ -39,6 +40,7 @@ from ..finding.folder_frames import (
 )
 from .assembly import assemble, find_filed, read_colors_of
 from .frame_parts import Assembled, FrameParts, ReadOptions, is_path
+from .panoramas import OF_PANORAMA, as_pinholes, is_marked
 
 if TYPE_CHECKING:
     from ..networks.photo_depth import PhotoDepth
@@ -307,7 +309,10 @@ def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions
     good = [one for one in parts if one.pose is None or np.isfinite(one.pose).all()] or parts
     if lost := len(parts) - len(good):
         note(f"{place.path}: {lost} of {len(parts)} frames have lost their pose (it is not finite): left out")
-    sequence = FrameSequence(place, good, options, note, poses.source)
+    unrolled, options = as_pinholes(good, options, note)
+    if len(unrolled) > len(good):
+        return FrameSequence(place, unrolled, options, note, poses.source or OF_PANORAMA)
+    sequence = FrameSequence(place, unrolled, options, note, poses.source)
     known = cameras.of(0)
     guessed = options.depth_scale is None and (known is None or known.depth_scale is None)
     sequence.settle(may_scale=guessed, metric_poses=poses.metric)
@@ -331,7 +336,10 @@ def _from_container(
     for k, pose in enumerate(poses.poses):
         known = cameras.of(k), pose, None, cameras.missing, k
         parts.append(FrameParts(None, None, *known, partial(held.__getitem__, k), path))
-    sequence = FrameSequence(place, parts, options, note, poses.source)
+    unrolled, options = as_pinholes(parts, options, note)
+    if len(unrolled) > len(parts):
+        return FrameSequence(place, unrolled, options, note, poses.source or OF_PANORAMA)
+    sequence = FrameSequence(place, unrolled, options, note, poses.source)
     sequence.settle(may_scale=False, metric_poses=poses.metric)
     return sequence
 
@@ -364,6 +372,11 @@ def open_photographs(place: Folder, source: Any, options: ReadOptions, note: Not
     assert network is not None
     note = once(note)
     found = _list(place, source, options, note)
+    first = found[0].color
+    if options.projection == PANORAMA or (options.projection is None and is_path(first) and is_marked(first)):
+        name = Path(first).name if is_path(first) else "the photograph"
+        fix = "make its depth with a program for panoramas, and pass both pictures"
+        raise ValueError(f"{name} is a panorama, and networks are made for pictures of a pinhole: {fix}")
     filed: Sequence[Intrinsics | None] = [None] * len(found)
     if is_path(source) and Path(source) == place.path:
         cameras = find_filed(place, [FrameFiles(Path(one.color)) for one in found], options, note)  # type: ignore[arg-type]

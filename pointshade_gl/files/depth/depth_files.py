@@ -64,7 +64,7 @@ def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS, chann
         raw = read_dpt(path, max_pixels)
     elif head[:2] in (b"P2", b"P5"):
         raw = _read_pgm(Path(path), max_pixels)
-    elif Path(path).suffix.lower() in TEXT_SUFFIXES:
+    elif Path(path).suffix.lower() in TEXT_SUFFIXES and is_table(path):
         raw = _read_text(path, max_pixels)
     else:
         try:

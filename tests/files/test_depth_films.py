@@ -97,6 +97,15 @@ def test_two_films_of_one_name(folder, typed):
     assert "the depth is clip_depth.mp4, the colours are clip.mp4" in notes and "has 8 bits" in notes
 
 
+@pytest.mark.parametrize("typed", ["", "rgb/clip.mp4", "depth/clip.mkv"])
+def test_two_films_in_folders_of_their_own(folder, typed):
+    for name in ("rgb", "depth"):
+        (folder / name).mkdir()
+    film(folder / "rgb/clip.mp4", COLORS)
+    film(folder / "depth/clip.mkv", millimetres(), *EXACT)
+    check(opened(folder / typed)[0], "metres")
+
+
 @pytest.mark.parametrize(
     ("pictures", "how", "kind", "says"),
     [

@@ -173,3 +173,12 @@ def test_a_container_without_colours_says_so(tmp_path, source):
     Image.fromarray(VIEWS[0][0]).save(tmp_path / "frame.png")
     frames, notes, _ = opened(tmp_path / source)
     assert np.array_equal(frames[0].color, VIEWS[0][0]) and not any("no colour" in one for one in notes)
+
+
+@pytest.mark.parametrize("suffix", [".jp2", ".tif", ".webp"])
+def test_colours_of_rarer_formats_are_not_missed(tmp_path, suffix):
+    color, depth = VIEWS[0]
+    picture(tmp_path / "depth.png", millimetres(depth))
+    Image.fromarray(color).save(tmp_path / f"photo{suffix}")
+    (tmp_path / "K.txt").write_text(K)
+    check(opened(tmp_path)[0], VIEWS[:1])

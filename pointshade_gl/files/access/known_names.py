@@ -15,7 +15,7 @@ from .content import FilePath
 
 # If a folder holds several, the earlier ones win: for depth those that keep the most, for colour the lossless ones.
 RAW_SUFFIXES = (".bin", ".raw")  # numbers without a header, or COLMAP's; only where there is nothing else
-COLOR_SUFFIXES = (".png", ".tif", ".tiff", ".bmp", ".ppm", ".webp", ".jpg", ".jpeg", ".heic", ".heif")
+COLOR_SUFFIXES = (".png", ".tif", ".tiff", ".bmp", ".ppm", ".webp", ".jpg", ".jpeg", ".heic", ".heif", ".avif", ".jp2")
 DEPTH_SUFFIXES = (
     ".exr", ".npy", ".npz", ".pfm", ".dpt", ".h5", ".hdf5", ".mat", ".tif", ".tiff", ".png", ".pgm", ".webp", ".bmp",
     ".jpg", ".jpeg", *RAW_SUFFIXES,

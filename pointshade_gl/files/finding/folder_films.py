@@ -24,10 +24,12 @@ def find_film(place: Folder, source: Path | None, note: Note, max_pixels: float 
     """
     films = place.listing.files(place.path, 0 if source else 1, known_names.VIDEO_SUFFIXES)
     named = [ListedFile(source, source.name.lower())] if source else films
+    if source and words_of(place.path.name) & (known_names.DEPTH | known_names.COLOR):  # depth/clip.mp4, rgb/clip.mp4
+        films = place.listing.files(place.path.parent, 1, known_names.VIDEO_SUFFIXES)
     depths = [one for one in named if _is_depth(one)]
     if source and not depths:
         depths = [one for one in films if _is_depth(one) and _stem(one) == _stem(named[0])]
-    if depths:
+    if depths and (_is_called_depth(depths[0]) or film_coding(depths[0].path, True, max_pixels)):
         if len(depths) > 1:
             note(f"{place.path}: {depths[0].path.name} is taken as the depth, not {depths[1].path.name}")
         depth, color = depths[0].path, named[0] if source and not _is_depth(named[0]) else _color_of(depths[0], films)
@@ -67,12 +69,18 @@ def film_pictures(
 
 
 def _is_depth(film: ListedFile) -> bool:
+    """Whether a film is called for depth, or lies in a folder that is."""
+    is_color = words_of(film.path.stem) & known_names.COLOR
+    return _is_called_depth(film) or bool(not is_color and words_of(film.path.parent.name) & known_names.DEPTH)
+
+
+def _is_called_depth(film: ListedFile) -> bool:
     return bool(words_of(film.path.stem) & (known_names.DEPTH | {"vis"}))
 
 
 def _color_of(depth: ListedFile, films: list[ListedFile]) -> ListedFile | None:
     """The film of the same name, without the words for what it is; else the only one of colours."""
-    others = [one for one in films if not _is_depth(one) and one.path.parent == depth.path.parent]
+    others = [one for one in films if not _is_depth(one)]
     same = [one for one in others if _stem(one) == _stem(depth)]
     return same[0] if same else others[0] if len(others) == 1 else None
 

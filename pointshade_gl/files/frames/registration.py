@@ -15,7 +15,7 @@ _REACH = 10  # pixels of those in each direction that are searched
 _STEP = 0.06  # change of log z that is a step
 _FEW = 150  # steps that are too few to decide
 _CLEAR = 3.3  # how far the best shift must stand out from all others, in their standard deviations
-_BETTER = 1.15  # how much better it must be than none
+_BETTER, _ALIKE = 1.15, 1.01  # how much better it must be than none, and than the farthest
 _NEAR = 2  # pixels: no shift
 
 Map = NDArray[np.float32]  # (height, _WIDTH)
@@ -84,7 +84,10 @@ def _find_shift(steps: Map, edges: Map) -> tuple[tuple[int, int], bool]:
     if max(abs(x), abs(y)) <= _NEAR:
         return (0, 0), False
     here = found[_REACH - _NEAR : _REACH + _NEAR + 1, _REACH - _NEAR : _REACH + _NEAR + 1].max()
-    is_clear = above > _CLEAR * spread and found.max() > _BETTER * here and max(abs(x), abs(y)) < _REACH
+    border = max(
+        found[0].max(), found[-1].max(), found[:, 0].max(), found[:, -1].max()
+    )  # as high along a straight edge
+    is_clear = above > _CLEAR * spread and found.max() > max(_BETTER * here, _ALIKE * border)
     return (x, y), bool(is_clear)
 
 

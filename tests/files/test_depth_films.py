@@ -254,3 +254,10 @@ def test_models_and_splats_are_never_called_no_picture(tmp_path, name, role):
             ps.load_frame(**{"depth": tmp_path / "depth.png", role: tmp_path / name}, fov=60)
     assert "not a picture" not in str(caught.value) and "HEIC" not in str(caught.value)
     assert name in str(caught.value)
+
+
+def test_a_film_as_the_input_with_a_film_of_colours_is_one_film(folder):
+    film(folder / "a.mkv", millimetres(), *EXACT)
+    film(folder / "b.mp4", COLORS)
+    frames, _ = opened(folder / "a.mkv", color=folder / "b.mp4", depth_kind="z")
+    check(frames, "metres")

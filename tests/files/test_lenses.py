@@ -504,3 +504,40 @@ def test_the_places_of_rays_are_right_to_a_hundredth_of_a_pixel():
     u, v = np.moveaxis(pixels(KB, rays, ROUND), -1, 0)
     known = np.isfinite(columns)
     assert abs(columns - u)[known].max() < 0.01 and abs(rows - v)[known].max() < 0.01
+
+
+BENT = Lens("Brown-Conrady", radial=(-0.1, 0.02, 0))
+BENT_FILE = {"fx": 262.5, "fy": 262.5, "cx": 159.5, "cy": 119.5, "width": 320, "height": 240, "k1": -0.1, "k2": 0.02}
+
+
+@pytest.fixture(scope="module")
+def bent():
+    """z and colours that the lens shows."""
+    z, _, color = bent_rooms.seen_by(BENT, ps.Camera(262.5, 262.5, 159.5, 119.5, 320, 240))
+    return z, color
+
+
+def test_a_depth_buffer_of_a_lens_is_read_before_the_lens_is_taken_out(tmp_path, bent):
+    z, color = bent
+    planes = {"near": 0.1, "far": 100.0}
+    folder = bent_rooms.put(tmp_path, 100 / 99.9 * (1 - 0.1 / z), color, camera_json=BENT_FILE | planes)
+    for options in ({}, {"depth_kind": "buffer"}):
+        bent_rooms.check_frame(ps.load_frame(folder, notes=lambda _: None, **options), 0.01)
+
+
+def test_mirrored_colours_are_seen_through_a_lens(tmp_path, bent):
+    """The edges are compared as the lens shows them: what is straightened need not fit."""
+    z, color = bent
+    notes = []
+    ps.load_frame(bent_rooms.put(tmp_path, z, color[:, ::-1], camera_json=BENT_FILE), notes=notes.append)
+    assert any("look mirrored left to right" in note for note in notes)
+
+
+def test_colours_that_exif_turns_are_taken_as_stored_through_a_lens(tmp_path, bent):
+    z, color = bent
+    folder, exif, notes = bent_rooms.put(tmp_path, z, camera_json=BENT_FILE), Image.Exif(), []
+    exif[0x112] = 3
+    Image.fromarray(color).save(folder / "color.jpg", quality=98, subsampling=0, exif=exif)
+    frame = ps.load_frame(folder, notes=notes.append)
+    bent_rooms.check_frame(frame, 0.01)
+    assert any("taken as they are stored" in note for note in notes)

@@ -254,3 +254,55 @@ def test_the_command_line_draws_all_six_as_one(typed, tmp_path, seen):
     assert code == 0, errors
     assert "--views all draws them as one, --projection pinhole takes it as it is" in errors
     assert np.asarray(Image.open("out.png"))[..., 3].min() == 255
+
+
+def write_exr_with_colors(folder, distance, color):
+    OpenEXR = pytest.importorskip("OpenEXR")
+    values = color / 255
+    linear = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    channels = {"Z": distance.astype(np.float32), **{name: linear[..., k].copy() for k, name in enumerate("RGB")}}
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, channels) as file:
+        file.write(str(folder / "depth.exr"))
+
+
+def test_colours_in_the_file_of_a_panoramas_depth_are_those_of_the_six(tmp_path, seen):
+    write_exr_with_colors(tmp_path, *seen)
+    frames, _ = opened(tmp_path)
+    check_six(frames)
+    assert all(frame.color is not None for frame in frames)
+
+
+def test_a_channel_that_is_said_is_that_of_the_panorama(tmp_path, seen):
+    distance, color = seen
+    np.savez(tmp_path / "depth.npz", other=distance + 1, far=distance)
+    Image.fromarray(color).save(tmp_path / "color.png")
+    frames, _ = opened(tmp_path, channel="far", projection="equirectangular")
+    check_six(frames)
+
+
+def test_mirrored_colours_of_a_panorama_raise_a_doubt(tmp_path, seen):
+    distance, color = seen
+    _, notes = opened(millimetres(tmp_path, distance, color[:, ::-1]))
+    assert any("look mirrored left to right" in note for note in notes)
+
+
+def test_a_film_of_panoramas_becomes_six_frames_for_each_picture(tmp_path, seen):
+    iio = pytest.importorskip("imageio_ffmpeg")
+    distance, _ = seen
+    how = {"fps": 10, "pix_fmt_in": "gray16le", "codec": "ffv1", "pix_fmt_out": "gray16le", "quality": None}
+    writer = iio.write_frames(str(tmp_path / "clip_depth.mkv"), distance.shape[::-1], macro_block_size=1, **how)
+    writer.send(None)
+    for k in range(2):
+        writer.send(np.rint((distance + k) * 1000).astype("<u2"))
+    writer.close()
+    frames, _ = opened(tmp_path, projection="equirectangular")
+    assert len(frames) == 12
+    middle = [float(frames[k].depth[81, 81]) for k in (0, 6)]
+    assert middle[1] - middle[0] == pytest.approx(1, abs=0.01)
+
+
+def test_points_are_no_panorama(tmp_path, seen):
+    np.save(tmp_path / "depth.npy", (seen[0][..., None] * (1, 0.9, 0.8)).astype(np.float32))
+    with pytest.raises(ValueError, match="holds points, expected the lengths of a panorama's rays"):
+        ps.load_frame(tmp_path, projection="equirectangular", notes=lambda _: None)

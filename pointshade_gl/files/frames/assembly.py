@@ -31,6 +31,7 @@ from ..containers.container_contents import SURE
 from ..depth.depth_coding import decode
 from ..depth.depth_files import one_channel, read_depth, read_raw
 from ..depth.depth_kinds import KINDS, METRIC, Coding, Decoded, DepthHints, reduced, times_enlarged, to_metres
+from ..depth.missing_depth import is_constant
 from ..depth.planes import is_ray_length
 from ..depth.scale_over_time import ScaledFrame
 from ..finding.folder_cameras import Cameras, find_cameras
@@ -253,12 +254,12 @@ def assemble(
     hints, is_kept = decoded.coding.hints, options.scale_frames == "keep"
     top = hints.levels - 1 if hints and hints.levels and is_kept else 0  # of all pictures of a film
     laid = ScaledFrame(0, top) if scale_of is None else scale_of(decoded, colors, camera)
-    seen = None if lens is None else _see(lens, decoded, colors, camera, source, options, note, parts, like, laid.ends)
-    if seen is None:
+    shown = None if lens is None else _as_shown(lens, decoded, camera, source, options, note, like, laid.ends)
+    if shown is None:
         metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, like is None, laid.ends)
         coding = coding if lens is None else replace(coding, is_straight=True)
     else:
-        (metres, coding, colors, camera), parts = seen, parts._replace(valid=None)
+        metres, coding = shown, decoded.coding
     del decoded
     for factor in (laid.factor, reading.scale):
         if factor != 1:
@@ -267,9 +268,11 @@ def assemble(
         drop_invalid(metres, parts.valid, options.max_pixels, note)
     is_compared = False
     if is_found and colors is not None:
-        of_files = parts if seen is None else parts._replace(color=None)  # those are not what the lens showed
-        colors, as_stored, is_compared = _compared(colors, as_stored, metres, of_files, options.max_pixels, note)
+        colors, as_stored, is_compared = _compared(colors, as_stored, metres, parts, options.max_pixels, note)
     coding = replace(coding, as_stored=as_stored) if as_stored else coding
+    if lens is not None and shown is not None:
+        metres, colors, camera = straighten(lens, metres, colors, camera, _title(source), note)
+        metres, coding = _along_axis(metres, coding, camera, source, options, note, parts.name, like is None)
     if like is None:
         is_made = coding.scale is None or bool(parts.maker) or (is_float and bool((metres > 0).all()))  # by a network
         enlarged = times_enlarged(metres) if is_made and colors is not None else 1
@@ -294,16 +297,7 @@ def assemble(
         note(f"all of {name} is {away:.4g} m away: is it the right file and the right channel? {way_out}")
     color_from = next((str(one) for one in (parts.color, beside) if is_path(one)), None)
     found = FoundFiles(parts.name or parts.maker or None, color_from)
-    return Assembled(frame, found, source.name if source else option("fov"), coding, stored, is_compared)
-
-
-def is_constant(depth: NDArray[np.float32]) -> bool:
-    """Whether all that is known of (h, w) depth is equally far away."""
-    some = depth[:: 1 + len(depth) // 16, :: 1 + depth.shape[1] // 16]
-    if np.ptp(some):  # next to nothing to pay for any other
-        return False
-    known = depth[depth > 0]
-    return known.size > 1 and not np.ptp(known)
+    return Assembled(frame, found, _title(source), coding, stored, is_compared)
 
 
 def with_contents(parts: FrameParts, options: ReadOptions, note: Note) -> FrameParts:
@@ -424,8 +418,7 @@ def _to_metres(
     (values, coding), baseline, doffs = depth, _baseline(source, options), (source and source.doffs) or 0.0
     more = doffs, ends, coding.planes
     metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, *more)
-    is_given = options.depth_kind is not None or (source is not None and source.depth_kind is not None)
-    if coding.kind != "z" or is_given or not first or not is_ray_length(metres, camera):
+    if coding.kind != "z" or _is_told(source, options) or not first or not is_ray_length(metres, camera):
         return metres, coding
     way_out = f"pass {option('depth_kind', 'z')} if it is not"
     note(f"{name or 'depth'} is taken as lengths of rays: planes in it are flat only so; {way_out}")
@@ -433,31 +426,45 @@ def _to_metres(
     return to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs), coding
 
 
-def _see(
-    lens: Lens, depth: Decoded, colors: NDArray[Any] | None, camera: Camera, source: Intrinsics | None,
-    options: ReadOptions, note: Note, parts: FrameParts, like: Coding | None, ends: tuple[float, float] | None,
-) -> tuple[NDArray[np.float32], Coding, NDArray[Any] | None, Camera] | None:  # fmt: skip
-    """Return metres along the axis, their coding, colours and camera without the lens; None if it is out already."""
+def _as_shown(
+    lens: Lens, depth: Decoded, camera: Camera, source: Intrinsics | None, options: ReadOptions, note: Note,
+    like: Coding | None, ends: tuple[float, float] | None,
+) -> NDArray[np.float32] | None:  # fmt: skip
+    """Return metres as a lens shows them, along its axis or its rays; None if the lens is out already."""
     (values, coding), baseline, doffs = depth, _baseline(source, options), (source and source.doffs) or 0.0
-    kind = "z" if coding.kind in METRIC else coding.kind  # along rays as well, as long as they are those of the lens
-    metres = to_metres(values, camera, kind, coding.scale, baseline, note, np.float32, doffs, ends, coding.planes)
-    name = option("fov") if source is None else source.name
-    is_given = options.depth_kind is not None or (source is not None and source.depth_kind is not None)
-    kinds = ("z", "ray") if coding.kind == "z" and not is_given else ("ray" if coding.kind == "ray" else "z",)
-    is_told = like is not None or options.projection is not None or coding.kind == "plane"
-    if not is_told and is_straight(metres, lens, camera, kinds):
-        what = f"{name} has a lens ({lens.title}), but planes in the depth are flat only without it"
-        note(f"{what}: it is taken as straight already; pass {option('projection', 'lens')} if it is not")
-        return None
     if like is not None and like.is_straight:
         return None
-    if parts.valid is not None:
-        drop_invalid(metres, parts.valid, options.max_pixels, note)
-    metres, colors, camera = straighten(lens, metres, colors, camera, name, note)
-    along = Decoded(metres, Coding(coding.kind if coding.kind in METRIC else "z", 1.0, ""))
-    is_open = like is None and coding.kind == "z"
-    metres, found = _to_metres(along, camera, source, options, note, parts.name, is_open, None)
-    return metres, replace(coding, kind=found.kind if coding.kind in METRIC else coding.kind), colors, camera
+    kind = "z" if coding.kind in METRIC else coding.kind  # along rays as well, as long as they are those of the lens
+    metres = to_metres(values, camera, kind, coding.scale, baseline, note, np.float32, doffs, ends, coding.planes)
+    kinds = ("ray",) if coding.kind == "ray" else ("z",)
+    kinds = ("z", "ray") if coding.kind == "z" and not _is_told(source, options) else kinds
+    is_told = like is not None or options.projection is not None or coding.kind == "plane"
+    if not is_told and is_straight(metres, lens, camera, kinds):
+        what = f"{_title(source)} has a lens ({lens.title}), but planes in the depth are flat only without it"
+        note(f"{what}: it is taken as straight already; pass {option('projection', 'lens')} if it is not")
+        return None
+    return metres
+
+
+def _along_axis(
+    metres: NDArray[np.float32], coding: Coding, camera: Camera, source: Intrinsics | None, options: ReadOptions,
+    note: Note, name: str, first: bool,
+) -> tuple[NDArray[np.float32], Coding]:  # fmt: skip
+    """Return depth along the axis, and its coding, of what was along the axis or the rays of a lens."""
+    if coding.kind not in METRIC:
+        return metres, coding
+    along, is_open = Decoded(metres, Coding(coding.kind, 1.0, "")), first and coding.kind == "z"
+    metres, found = _to_metres(along, camera, source, options, note, name, is_open, None)
+    return metres, replace(coding, kind=found.kind)
+
+
+def _is_told(source: Intrinsics | None, options: ReadOptions) -> bool:
+    """Whether the caller or the camera's file says what the depth is."""
+    return options.depth_kind is not None or (source is not None and source.depth_kind is not None)
+
+
+def _title(source: Intrinsics | None) -> str:
+    return option("fov") if source is None else source.name
 
 
 def _as_made(metres: NDArray[np.float32], enlarged: int, note: Note, name: str) -> NDArray[np.float32]:

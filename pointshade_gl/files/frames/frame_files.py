@@ -181,8 +181,10 @@ def open_given(
     """A frame whose depth or colour the caller gives, alone or of a folder; the frames of a film or of a panorama."""
     if options.poses is not None:
         raise ValueError(f"{option('poses')} is about the frames of a folder: pass a folder alone, or leave it out")
-    if (color is None or is_path(color)) and (film := open_given_film(depth, color, options, note)):
-        return film
+    if color is None or is_path(color):
+        film = open_given_film(source if depth is None else depth, color, options, note)
+        if film is not None:
+            return film
     if source is None and depth is None:
         raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
     if source is None:

@@ -207,3 +207,16 @@ class TestTheVerdictOfInfo:
         code, out, _ = typed(f"info --json {write(tmp_path / 'a', COLOR[::-1].copy(), DEPTH)}")
         fit = json.loads(out)["fit"]
         assert code == 0 and fit["compared"] and "mirrored top to bottom" in fit["doubts"][0]
+
+
+def test_a_set_that_is_called_for_depth_has_no_cameras_of_the_sets_beside_it(tmp_path):
+    """my_depth_set/depth/0.png is no tree of depth beside other_set/calib."""
+    for name, picture in (("rgb", COLOR), ("depth", millimetres(DEPTH))):
+        (tmp_path / "my_depth_set" / name).mkdir(parents=True)
+        Image.fromarray(picture).save(tmp_path / "my_depth_set" / name / "0.png")
+    (tmp_path / "camera_set/calib").mkdir(parents=True)
+    (tmp_path / "camera_set/calib/camera.json").write_text(json.dumps(OTHER))
+    for source in ("my_depth_set", "my_depth_set/depth", "my_depth_set/depth/0.png"):
+        frame, _ = load(tmp_path / source)
+        assert frame.camera.fx != pytest.approx(400) and np.array_equal(frame.color, COLOR)
+        assert np.median(frame.depth) == pytest.approx(np.median(DEPTH), rel=0.01)

@@ -150,8 +150,12 @@ class Listing:
             for k, tree in enumerate(islice(place.parents, _MOST_ABOVE), 1):
                 if not words_of(tree.name) & DEPTH:
                     continue
-                tops = [one for one in self.folders(tree.parent) if one != tree and (k > 1 or _is_role(one.name))]
-                found = [path for top in tops for path in self._on_the_way(top, place.parts[-k:])]
+                tops, rest = [one for one in self.folders(tree.parent) if one != tree], place.parts[-k:]
+                if any(words_of(part) & DEPTH for part in rest):  # vkitti_depth/x/depth; else a set that is called so
+                    name = key_of(tree.name.lower())
+                    tops = [one for one in tops if name and one.name.lower().startswith(name)]
+                tops = [one for one in tops if k > 1 or _is_role(one.name)]
+                found = [path for top in tops for path in self._on_the_way(top, rest)]
                 items = [ListedFile(path, path.relative_to(tree.parent).as_posix().lower()) for path in found]
                 if items := sorted((one for one in items if one.suffix in suffixes), key=_ORDER):
                     return items

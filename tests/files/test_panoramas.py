@@ -69,7 +69,7 @@ def test_the_first_frame_looks_ahead_and_the_note_says_how_to_see_the_rest(tmp_p
     notes = []
     frame = ps.load_frame(millimetres(tmp_path, *seen), notes=notes.append)
     assert np.array_equal(frame.pose, np.eye(4))
-    assert any("views='all' draws them as one" in note for note in notes)
+    assert any("render takes a list of them as one object" in note for note in notes)
     middle = frame.camera.unproject([1.0], pixels=[(frame.camera.cx, frame.camera.cy)])[0]
     np.testing.assert_allclose(middle, (0, 0, 1))
 

@@ -291,7 +291,10 @@ def straighten(
 
     camera  of the depth as the lens shows it
     """
-    pinhole = pinhole_of(lens, camera)
+    try:
+        pinhole = pinhole_of(lens, camera)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
     whole, held = field_of(lens, camera), field_of(Lens(""), pinhole)
     kept, whole = (" x ".join(f"{part:.0f}" for part in field) for field in (map(min, whole, held), whole))
     kept = f"all {whole} degrees" if kept == whole else f"{kept} of {whole} degrees"

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...notes.notes import Note
-from ...notes.words import option
+from ...notes.words import as_one, option
 from ...scene.camera import Camera, check_pose
 from ...scene.values import median, quantile
 from ..access.content import FilePath, open_regular, read_head
@@ -80,7 +80,7 @@ def as_pinholes(
         raise ValueError(f"the depth of a panorama is measured along its rays: {expected}, got {options.depth_kind}")
     name = Path(parts[0].name).name or "the picture"
     what = f"{name} is taken as a panorama (equirectangular, with lengths of rays), as {why}"
-    ways_out = f"{option('views', 'all')} draws them as one, {option('projection', 'pinhole')} takes it as it is"
+    ways_out = f"{as_one()}, {option('projection', 'pinhole')} takes it as it is"
     note(f"{what}: it becomes six frames of 90 degrees; {ways_out}")
     given: Any = load_pose(options.pose) if is_path(options.pose) else options.pose
     found = [one if given is None else one._replace(pose=check_pose(given)) for one in parts]

@@ -135,7 +135,9 @@ def _size_of(part: FrameParts) -> tuple[int, int] | None:
             continue
         head = read_head(path, 4096)
         if head.startswith(NUMPY):
-            sides = [side for side in NpyArray(path).shape if side != 1]
+            sides: list[int] = []
+            with suppress(ValueError):  # records, or broken: what reads it says so
+                sides = [side for side in NpyArray(path).shape if side != 1]
             return (sides[1], sides[0]) if len(sides) > 1 else None
         if (at := head.find(_EXR_WINDOW)) >= 0 and head.startswith(EXR):
             left, top, right, bottom = struct.unpack_from("<4i", head, at + len(_EXR_WINDOW) + 4)

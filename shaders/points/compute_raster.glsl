@@ -38,7 +38,18 @@ bool is_primary = false;
 void note_source(ivec2 pixel, float side) {
     trust = texel_at(trust_map, pixel).r;
     side_of = side;
-    is_primary = is_among(pixel, primary);
+    is_primary = is_among(pixel, primary_share(primary, trust));
+}
+
+// Are all pixels of a block trusted alike?
+bool trusts_alike(ivec2 block, int side) {
+    bool all_are = true, some_are = false;
+    for (int k = 0; k < side * side; ++k) {
+        bool is_trusted = texel_at(trust_map, block + ivec2(k % side, k / side)).r > 0.5;
+        all_are = all_are && is_trusted;
+        some_are = some_are || is_trusted;
+    }
+    return all_are == some_are;
 }
 
 void note_extent(vec2 extent) {
@@ -50,6 +61,10 @@ uint noted(float inverse_depth, bool hidden) {
 }
 #else
 void note_source(ivec2 pixel, float side) {}
+
+bool trusts_alike(ivec2 block, int side) {
+    return true;
+}
 
 void note_extent(vec2 extent) {}
 

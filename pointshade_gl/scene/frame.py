@@ -145,8 +145,9 @@ def is_sparse(depth: NDArray[np.float32]) -> bool:
 def is_cut_out(depth: NDArray[np.float32]) -> bool:
     """Return whether depth (h, w) shows an object that was cut out: there is nothing round it."""
     inset = min(depth.shape) // RING
-    ring = depth[inset : depth.shape[0] - inset, inset : depth.shape[1] - inset]
-    return float(np.mean(np.concatenate([ring[0], ring[-1], ring[:, 0], ring[:, -1]]) == 0)) > ROUND
+    inner = depth[inset : depth.shape[0] - inset, inset : depth.shape[1] - inset]
+    ring: NDArray[np.float32] = np.concatenate([inner[0], inner[-1], inner[:, 0], inner[:, -1]])
+    return bool(np.count_nonzero(ring) < (1 - ROUND) * ring.size)
 
 
 def _across_gaps(depth: NDArray[np.float32], step: int, focal: float) -> NDArray[np.float32]:
@@ -162,7 +163,7 @@ def _across_gaps(depth: NDArray[np.float32], step: int, focal: float) -> NDArray
     left, right = (np.take_along_axis(rows, side, 1) for side in (before, after))
     width = np.maximum(after - before, 1)
     share = (columns[::step] - before) / width
-    line = left * right / np.maximum(right + share * (left - right), np.finfo(np.float32).tiny)
+    line = left * right / np.maximum(right + share * (left - right), 1e-30)
     farther = np.maximum(left, right)
     is_step = farther > (LEVEL + STEEP * width / focal) * np.minimum(left, right)
     return np.where(is_step, farther, line).astype(np.float32)

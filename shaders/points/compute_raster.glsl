@@ -41,15 +41,16 @@ void note_source(ivec2 pixel, float side) {
     is_primary = is_among(pixel, primary_share(primary, trust));
 }
 
-// Are all pixels of a block trusted alike?
-bool trusts_alike(ivec2 block, int side) {
+// Are all pixels of a block trusted alike? It is not asked of those that are not whole.
+bool trusts_alike(ivec2 block, int side, bool whole) {
     bool all_are = true, some_are = false;
-    for (int k = 0; k < side * side; ++k) {
+    int count = whole ? side * side : 0;  // a loop that no block takes costs software drivers nothing
+    for (int k = 0; k < count; ++k) {
         bool is_trusted = texel_at(trust_map, block + ivec2(k % side, k / side)).r > 0.5;
         all_are = all_are && is_trusted;
         some_are = some_are || is_trusted;
     }
-    return all_are == some_are;
+    return whole && all_are == some_are;
 }
 
 void note_extent(vec2 extent) {
@@ -62,8 +63,8 @@ uint noted(float inverse_depth, bool hidden) {
 #else
 void note_source(ivec2 pixel, float side) {}
 
-bool trusts_alike(ivec2 block, int side) {
-    return true;
+bool trusts_alike(ivec2 block, int side, bool whole) {
+    return whole;
 }
 
 void note_extent(vec2 extent) {}

@@ -17,6 +17,7 @@ import typer
 
 from ..files.access.content import MAX_PIXELS, allow_overwriting
 from ..files.access.known_names import DEPTH_MAPS, FILMS, FOUND_POSES, FRAMES, IMAGES, NORMALS, POINTS, RENDERED
+from ..files.cameras.lenses import PROJECTIONS
 from ..files.clouds.cloud_columns import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
 from ..files.depth.scale_over_time import SCALES
@@ -129,7 +130,23 @@ class ReadingOptions:
         f"What depth values are: {', '.join(KINDS)}. Those of a network are often inverse.",
         Cli(panels.CAMERA, "KIND", KINDS),
     )
+    projection: str | None = cli_option(
+        "How the pictures show the world: pinhole (straight already), lens (as the camera's file says), fisheye, "
+        "equirectangular (a panorama).",
+        Cli(panels.CAMERA, known=PROJECTIONS),
+    )
     baseline: float | None = cli_option("Metres between the two cameras, for disparity.", Cli(panels.CAMERA, "M"))
+    near: float | None = cli_option(
+        "Metres of a depth buffer's near plane, where it is 0; of reversed depth, where it is 1.",
+        Cli(panels.CAMERA, "M"),
+    )
+    far: float | None = cli_option(
+        "Metres of the far plane, at the other end; may be inf. Of a buffer of reversed z the two are exchanged.",
+        Cli(panels.CAMERA, "M"),
+    )
+    channel: str | None = cli_option(
+        "Which channel of the depth's file is depth: its name, or its number from 0.", Cli(panels.CAMERA, "NAME")
+    )
     allow_outside: bool = cli_option("Let files name others outside their folder.", Cli(panels.READING), default=False)
     depth_model: str | None = cli_option(
         "INPUT is a photograph, a video or a folder of photographs: an .onnx network makes its depth (extra 'onnx').",

@@ -25,7 +25,7 @@ from ..scene.option_fields import takes
 from .access.content import FilePath
 from .access.known_names import builtin_folder
 from .clouds.load_cloud import AnyOptions, check_cloud_options, check_fitting, check_frame_options, load_cloud
-from .frames.frame_files import load_frame
+from .frames.frame_files import load_frame, open_given
 from .frames.frame_parts import LoadOptions, ReadOptions
 from .frames.sequences import FrameSequence, first_readable, open_frames
 from .gltf import load_scene
@@ -62,7 +62,7 @@ def open_source(path: FilePath | None, **load_options: Unpack[LoadOptions]) -> F
     -------
     Frame or FrameSequence
         A sequence reads each frame when it is asked for; its slices are sequences, too. With depth or color the result
-        is a single frame.
+        is a single frame, or the six of a panorama.
 
     Raises
     ------
@@ -78,11 +78,17 @@ def open_source(path: FilePath | None, **load_options: Unpack[LoadOptions]) -> F
     options: dict[str, Any] = {name: value for name, value in load_options.items() if value is not None}
     if is_model(options.get("depth")):
         options["depth_model"] = options.pop("depth")
-    if path is None or options.keys() & {"depth", "color"}:
-        return load_frame(path, **options)
+    depth, color = options.pop("depth", None), options.pop("color", None)
+    is_given = depth is not None or color is not None
+    if (path is None or is_given) and "depth_model" in options:
+        return load_frame(path, depth=depth, color=color, **options)
     note = once(options.pop("notes", print_note))
     outside = options.pop("allow_outside", False)
-    sequence = open_frames(builtin_folder(path), outside, ReadOptions(**options), note)
+    read = ReadOptions(**options)
+    if path is None or is_given:
+        sequence = open_given(path, depth, color, read, outside, note)
+    else:
+        sequence = open_frames(builtin_folder(path), outside, read, note)
     _, first = first_readable(sequence)
     return first.frame if len(sequence) == 1 else sequence
 

@@ -19,6 +19,14 @@ from .errors import check_function
 from .words import printable
 
 Note = Callable[[str], None]
+
+
+class Doubt(str):
+    """A note that things may not fit each other, which `pointshade info` repeats as its verdict."""
+
+    __slots__ = ()
+
+
 MOST = 5  # notes that a command prints
 
 LOGGER = logging.getLogger("pointshade_gl")

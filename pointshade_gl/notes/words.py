@@ -41,6 +41,11 @@ def all_of_them() -> str:
     return "; `pointshade render INPUT -o %04d.png` draws all" if _is_typed else "; open_source gives all"
 
 
+def as_one() -> str:
+    """Return how frames of one place are drawn together."""
+    return "--views all draws them as one" if _is_typed else "render takes a list of them as one object"
+
+
 def as_command_line() -> AbstractContextManager[None]:
     """Name options in messages as the command line has them, inside the context."""
     return _naming(True, typed=True)

@@ -7,7 +7,7 @@ from PIL import Image
 import pointshade_gl as ps
 from pointshade_gl.files.arrays.matlab import read_matrix_mat
 from pointshade_gl.files.arrays.numpy_files import is_colmap_depth, read_colmap_depth
-from pointshade_gl.files.cameras.intrinsics import camera_from_exif
+from pointshade_gl.files.cameras.camera_files import camera_from_exif
 from pointshade_gl.files.containers.opening import open_container
 
 from ..support.known_arrays import CAMERA, H, W, colors, matrix, pose, wavy

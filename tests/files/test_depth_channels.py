@@ -7,7 +7,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.files.depth.depth_files import count_codes, find_channels, is_half, join_channels
-from pointshade_gl.files.depth.depth_kinds import is_ray_length
+from pointshade_gl.files.depth.planes import is_ray_length
 
 CAMERA = ps.Camera(280, 290, 159.5, 119.5, 320, 240)
 X, Y = np.meshgrid((np.arange(320) - 159.5) / 280, (np.arange(240) - 119.5) / 290)

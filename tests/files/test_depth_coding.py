@@ -97,7 +97,7 @@ def test_a_unit_is_that_of_what_stands_before_a_far_plane(raw, far, scale, share
             1000,
             "depth_scale 1, which puts the middle at 3.45e+03 m: taken as 1000",
         ),
-        (np.float32(MM), DepthHints(filed_scale=1000.0), 1000, "divided by 1000, as the intrinsics file says"),
+        (np.float32(MM), DepthHints(filed_scale=1000.0), 1000, "divided by 1000, as its file or the camera's says"),
         (np.float32(room()), DepthHints(filed_scale=1000.0), 1, "at 0.00345 m: taken as 1 a metre"),
         (
             MM,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.files.depth.depth_kinds import KINDS, to_metres
+from pointshade_gl.files.depth.depth_kinds import KINDS, RANGED, to_metres
 
 CAMERA = ps.Camera(50, -60, 18.0, 11.5, 40, 30)
 Z = np.random.default_rng(4).uniform(1.5, 3, (30, 40))
@@ -48,7 +48,7 @@ def test_every_kind_gives_the_depth_it_was_made_from(kind, scale):
 def test_holes_stay_holes_in_every_kind(kind, hole):
     raw = 300 * Z
     raw[3, 4] = hole
-    metres = convert(raw, kind, 1.0, 0.1)
+    metres = convert(raw, kind, 1000.0 if kind in RANGED else 1.0, 0.1)
     assert metres[3, 4] == 0
     assert np.count_nonzero(metres) == Z.size - 1
 

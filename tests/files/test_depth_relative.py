@@ -9,8 +9,9 @@ from PIL import Image
 import pointshade_gl as ps
 from pointshade_gl.files.depth.depth_coding import decode
 from pointshade_gl.files.depth.depth_files import read_depth
-from pointshade_gl.files.depth.depth_kinds import DepthHints, measure_bending, to_metres
+from pointshade_gl.files.depth.depth_kinds import DepthHints, to_metres
 from pointshade_gl.files.depth.missing_depth import FAR
+from pointshade_gl.files.depth.planes import measure_bending
 
 from ..support.rooms import F, room, stretched
 

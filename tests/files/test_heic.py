@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.files.cameras.intrinsics import camera_from_exif
+from pointshade_gl.files.cameras.camera_files import camera_from_exif
 from pointshade_gl.files.containers.opening import open_container
 from pointshade_gl.files.frames.assembly import read_color
 

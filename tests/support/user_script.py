@@ -63,8 +63,9 @@ loaded = ps.load_frame("vase")
 loaded = ps.load_frame(folder, allow_outside=True, max_pixels=1e8, notes=print)
 loaded = ps.load_frame(color="color.png", depth=folder / "depth.png", intrinsics="500,500,320,240", depth_scale=1000)
 loaded = ps.load_frame(depth=np.ones((2, 2)), color=[[[0, 0, 0]]], intrinsics=(500, 500, 320, 240), pose=matrix)
-loaded = ps.load_frame(folder, poses="poses.json")
+loaded = ps.load_frame(folder, poses="poses.json", projection="equirectangular")
 loaded = ps.load_frame(depth="depth.npy", fov=60, depth_kind="disparity", baseline=0.1, pose="pose.txt")
+loaded = ps.load_frame(depth="depth.npy", fov=60, depth_kind="buffer", near=0.1, far=100, channel="0")
 
 tensors = ps.Frame(tensor, capsule, camera, pose=tensor), ps.Frame(image, memory, camera), frame.at(capsule)
 loaded = ps.load_frame(depth=capsule, color=image, intrinsics=tensor, pose=capsule)
@@ -373,6 +374,7 @@ ps.RendererPool(rasterizer="gpu")  # wrong
 scene.with_node((0,), visibel=False)  # wrong
 camera.unprojekt(frame.depth)  # wrong
 ps.load_frame("vase", depth_kind="zed")  # wrong
+ps.load_frame("vase", projection="sphere")  # wrong
 ps.load_frame("vase", depht_scale=5000)  # wrong
 ps.open_source("folder", depth_kind="zed")  # wrong
 ps.open_source("folder", depht_scale=5000)  # wrong

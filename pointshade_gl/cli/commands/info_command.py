@@ -138,7 +138,17 @@ def _sentences(found: dict[str, Any]) -> Facts:
         "noise": found_noise.split(", ") + ([f"like a {noise['sensor']}"] if noise.get("sensor") else []),
         "normals": [f"by {estimator}"],
         "notes": found["assumed"] or ["none"],
+        "verdict": [_verdict(found["fit"], bool(color["size"]))],
     }
+
+
+def _verdict(fit: dict[str, Any], has_color: bool) -> str:
+    """Whether colour, depth and camera fit, as far as can be seen."""
+    if fit["doubts"]:
+        return f"these do not fit as they are: {'; '.join(fit['doubts'])}"
+    if fit["compared"]:
+        return "these fit: the edges of colour and depth lie on each other, and the camera is of this size"
+    return f"these fit by their sizes; {'there are few edges to compare' if has_color else 'there is no colour'}"
 
 
 def _unit(kind: str, scale: float | None) -> str:

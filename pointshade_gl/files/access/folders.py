@@ -14,9 +14,10 @@ from typing import Any, NamedTuple
 
 from ...notes.words import option, shown
 from .content import FOLDER_FILES, followed
-from .known_names import ANY_PICTURE, COLOR, DEPTH, NEITHER, ONLY_DEPTH, REGISTERED, SHOWN_DEPTH
+from .known_names import ABOUT_FRAMES, ANY_PICTURE, COLOR, DEPTH, NEITHER, ONLY_DEPTH, REGISTERED, SHOWN_DEPTH
 
 LEVELS = 3  # folders in folders in folders
+_MOST_ABOVE = 7  # folders from a picture up to the top of its tree: set/depth/scene/clone/frames/depth/camera
 _ORDER = attrgetter("order")
 _DIGITS = re.compile(r"(\d+)")
 _remembered = lru_cache(4096)  # the folders of a batch have files of the same names
@@ -139,6 +140,38 @@ class Listing:
         """Return the folders in a folder, in natural order, without hidden ones."""
         return self._look(folder).folders
 
+    def twins(self, folder: Path, suffixes: Collection[str]) -> list[ListedFile]:
+        """Return files at the place of a folder in the trees beside its own: of set/depth/a/b those in set/rgb/a/b.
+
+        Those above on the way, and set/poses/a.txt, belong to it, too. Its own tree is called for depth; names are
+        relative to what holds the trees.
+        """
+        for place in places_of(folder):
+            for k, tree in enumerate(islice(place.parents, _MOST_ABOVE), 1):
+                if not words_of(tree.name) & DEPTH:
+                    continue
+                tops, rest = [one for one in self.folders(tree.parent) if one != tree], place.parts[-k:]
+                if any(words_of(part) & DEPTH for part in rest):  # vkitti_depth/x/depth; else a set that is called so
+                    name = key_of(tree.name.lower())
+                    tops = [one for one in tops if name and one.name.lower().startswith(name)]
+                tops = [one for one in tops if k > 1 or _is_role(one.name)]
+                found = [path for top in tops for path in self._on_the_way(top, rest)]
+                items = [ListedFile(path, path.relative_to(tree.parent).as_posix().lower()) for path in found]
+                if items := sorted((one for one in items if one.suffix in suffixes), key=_ORDER):
+                    return items
+        return []
+
+    def _on_the_way(self, top: Path, rest: Collection[str]) -> list[Path]:
+        """Files in the folders of a tree down a path, whose parts for depth are called otherwise there."""
+        found: list[Path] = []
+        here = [top]
+        for part in rest:
+            found += [path for one in here for path in self._look(one).files if path.stem == part]
+            inside = [path for one in here for path in self.folders(one)]
+            here = [path for path in inside if path.name == part or words_of(part) & DEPTH]
+            found += [path for one in here for path in self._look(one).files]
+        return found
+
     def not_whole(self, folder: Path) -> list[str]:
         """Return a sentence, with its path, for each folder looked at in this one of which something is left out."""
         missed = ((path, seen.missed) for path, seen in self._seen.items() if seen.missed)
@@ -158,6 +191,11 @@ class Listing:
         if folder not in self._seen:
             self._seen[folder] = _look_into(folder)
         return self._seen[folder]
+
+
+def _is_role(name: str) -> bool:
+    """Whether a folder is called for colours, or for what is known of frames."""
+    return bool(words_of(name) & COLOR or ABOUT_FRAMES.search(name.lower()))
 
 
 class _SeenFolder(NamedTuple):
@@ -216,6 +254,7 @@ class Folder:
     # its files must lie in here, also with links followed: the folder of a scene, which came as a whole. Without a root
     # any link is followed: it is the user's own, perhaps to a data set on another disk.
     root: Path | None = None
+    levels: int = 2  # how far below it the cameras and poses of its frames may lie; 0 beside a file that was named
     # what lies in it and around it, looked at once
     listing: Listing = field(default_factory=Listing, compare=False, repr=False)
 

@@ -15,7 +15,7 @@ from .content import FilePath
 
 # If a folder holds several, the earlier ones win: for depth those that keep the most, for colour the lossless ones.
 RAW_SUFFIXES = (".bin", ".raw")  # numbers without a header, or COLMAP's; only where there is nothing else
-COLOR_SUFFIXES = (".png", ".tif", ".tiff", ".bmp", ".ppm", ".webp", ".jpg", ".jpeg", ".heic", ".heif")
+COLOR_SUFFIXES = (".png", ".tif", ".tiff", ".bmp", ".ppm", ".webp", ".jpg", ".jpeg", ".heic", ".heif", ".avif", ".jp2")
 DEPTH_SUFFIXES = (
     ".exr", ".npy", ".npz", ".pfm", ".dpt", ".h5", ".hdf5", ".mat", ".tif", ".tiff", ".png", ".pgm", ".webp", ".bmp",
     ".jpg", ".jpeg", *RAW_SUFFIXES,
@@ -23,7 +23,8 @@ DEPTH_SUFFIXES = (
 PICTURE_SUFFIXES = (*COLOR_SUFFIXES, ".exr", ".pfm", ".pgm")
 # may hold colour and camera too
 CONTAINERS = (".r3d", ".heic", ".heif", ".npz", ".h5", ".hdf5", ".mat", ".zip", ".pcd")
-VIDEO_SUFFIXES = (".mp4", ".mov", ".mkv")
+INSIDE = (".exr", ".jpg", ".jpeg")  # of depth pictures that may hold their colours, camera or unit
+VIDEO_SUFFIXES = (".mp4", ".mov", ".mkv", ".avi", ".webm", ".m4v")
 # Never pictures for the eye.
 ONLY_DEPTH = (".exr", ".npy", ".npz", ".pfm", ".dpt", ".h5", ".hdf5", ".mat", *RAW_SUFFIXES)
 
@@ -50,7 +51,10 @@ SPARSE = _words("sparse")  # a few points of depth: only where there is no other
 RIGHT_VIEWS = {"im1": "im0", "disp1": "disp0", "view5": "view1", "disp5": "disp1", "im6": "im2", "disp6": "disp2"}
 REGISTERED = re.compile(r"aligned|registered|depth_?to_?(colou?r|rgb)")  # depth that was brought to the colour's camera
 RAY_NAMES = re.compile(r"euclidean|distance_to_camera|depth_?perspective|ray_?(depth|distance)")  # not along the axis
-NOT_PICTURES = re.compile(r"(.*/)?(cameras|images|points3d|rigs|frames|cameras_sphere)\.(bin|npz)")  # COLMAP's, NeuS'
+# COLMAP's and NeuS' files, and the labels of Cityscapes
+NOT_PICTURES = re.compile(
+    r"(.*/)?(cameras|images|points3d|rigs|frames|cameras_sphere)\.(bin|npz)|(.*[/_])?gt(fine|coarse)[/_].*"
+)
 CONFIDENCE = _words("conf confs confidence confidences")
 VALID = CONFIDENCE | _words("mask")
 
@@ -86,6 +90,11 @@ CAMERA_SUFFIXES = (
 NOT_A_CAMERA = re.compile(
     r"extrinsic|pose(?!.*(intrinsic|\.json))|traj(?!\w*\.json)|right|(?<!intrinsic_)imu|(?<!un)distort|accel|(^|/)ir[_.-]|infra"
 )
+# Folders of files about frames elsewhere.
+ABOUT_FRAMES = re.compile(
+    r"(?<![a-z])(cams?|camdata|camera\w*|calib\w*|intrinsics?|extrinsics?|poses?|param\w*|meta|metadata|info|sparse|traj\w*|"
+    r"scene|groundtruth|(key)?frames?)(?![a-z])"
+)
 FRAME_CAMERAS = _words("intrinsics intrinsic cameras camera cams cam calib meta pincam pose frame frames")
 FRAME_SUFFIXES = (".json", ".yaml", ".yml", ".cam")  # of a file called like its frame and nothing else
 
@@ -109,7 +118,9 @@ POSES = _patterns(
     r"(.*/)?[\w-]*camera_param\w*/[\w.-]+\.conf",
     r"(.*/)?[\w.-]*(trajectory|groundtruth|poses?|traj|odometry|extrinsics?|cam2world|c2w|w2c)[\w-]*(/[\w.-]+)?\.\w+",
     r"[\w.-]*\.(freiburg|traj|pose)",
+    r"metadata(\.json)?",
 )
+MAY_HOLD_POSES = re.compile(r"metadata(\.json)?")  # other programs write other things under these names
 NOT_A_POSE = re.compile(r"annotated|object|(^|[/_])ob(j|ject)?s?[_/]")  # of objects, not of the camera
 
 

@@ -6,13 +6,23 @@ Camera files of ROS, OpenCV, ORB-SLAM, KITTI, Middlebury, ScanNet and many other
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import islice
 from typing import Any
 
 from ..access.content import MAX_PIXELS, FilePath, parse_object, split_numbers
 
-Named = dict[str, list[float]]  # by path: "camera_matrix.data", "frames.0.fl_x"
+_MODEL = re.compile(r"(?i)(.*model|.*type|distort?s?ion|projection|(is_?)?(fisheye|latlong))")  # what a text may name
+
+
+class Named(dict[str, list[float]]):
+    """Numbers by path, such as "camera_matrix.data" or "frames.0.fl_x", and texts that may name a camera's model."""
+
+    def __init__(self, items: Iterable[tuple[str, list[float]]] = ()):
+        super().__init__(items)
+        self.texts: dict[str, str] = {}
+
+
 _MOST = 65_536  # names that are looked at: a file of a thousand frames has their cameras too
 
 _LONGEST, _DEEPEST = 500, 10  # characters and levels of a name that is looked at; levels of a list of numbers
@@ -37,10 +47,16 @@ def read_named(text: str, path: FilePath, max_pixels: float = MAX_PIXELS) -> Nam
 
 def named_of(data: Any) -> Named:
     """All numbers in nested dictionaries. The lists of a matrix become one list; lists of anything else are counted."""
-    return dict(islice(_walk(data, ""), _MOST))
+    found = Named()
+    for name, value in islice(_walk(data, ""), _MOST):
+        if isinstance(value, str):
+            found.texts[name] = value
+        else:
+            found[name] = value
+    return found
 
 
-def _walk(value: Any, name: str) -> Iterator[tuple[str, list[float]]]:
+def _walk(value: Any, name: str) -> Iterator[tuple[str, list[float] | str]]:
     if len(name) > _LONGEST or name.count(".") > _DEEPEST:
         return
     numbers = _flat(value)
@@ -48,6 +64,10 @@ def _walk(value: Any, name: str) -> Iterator[tuple[str, list[float]]]:
         yield name, numbers
     elif isinstance(value, dict | list):
         for key, part in value.items() if isinstance(value, dict) else enumerate(value):
+            if isinstance(part, str | bool):
+                if _MODEL.fullmatch(str(key)) and part:  # a switch that is on is named by its key
+                    yield f"{name}.{key}".lstrip("."), part if isinstance(part, str) else str(key)
+                continue
             yield from _walk(part, f"{name}.{key}".lstrip("."))
 
 
@@ -72,7 +92,7 @@ def _named_of_lines(text: str) -> Named:
     """Names are joined to those of the lines above that are indented less, as in YAML."""
     closed = text.rfind("]") + 1
     text = _BRACKETS.sub(lambda found: found[0].replace("\n", " "), text[:closed]) + text[closed:]
-    found: Named = {}
+    found = Named()
     above: list[tuple[int, str]] = []  # indents, and names with those that they are joined to
     heading = ""  # MVSNet: a word, and a matrix in the lines below
     for line in text.splitlines()[:_MOST]:
@@ -105,4 +125,6 @@ def _named_of_lines(text: str) -> Named:
             above.append((indent, name))
         elif numbers := split_numbers(value, _AROUND):
             found[name] = numbers
+        elif _MODEL.fullmatch(start[2].strip().rpartition(".")[2]) and value.lower() not in ("false", "no"):
+            found.texts[name] = name if value.lower() in ("true", "yes") else value.strip(_AROUND)
     return found

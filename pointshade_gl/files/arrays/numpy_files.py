@@ -16,7 +16,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from ...notes.notes import Note
-from ...notes.words import shown
+from ...notes.words import option, shown
 from ...scene.camera import from_matrices
 from ..access.content import (
     FILE_BYTES,
@@ -40,13 +40,15 @@ _HEADER = 10_000  # bytes of the longest header, as in NumPy
 BROKEN = "is a broken NumPy file, or one with Python objects"
 
 
-def read_npy(path: FilePath, max_pixels: float = MAX_PIXELS, share: float | None = None) -> NDArray[Any]:
+def read_npy(
+    path: FilePath, max_pixels: float = MAX_PIXELS, share: float | None = None, kinds: str = "biuf"
+) -> NDArray[Any]:
     """The array of an .npy file. Raises ValueError for a broken one, for Python objects and for too many values."""
     with open_regular(path) as file:
-        return _read(file, str(path), max_pixels, share)
+        return _read(file, str(path), max_pixels, share, kinds)
 
 
-def read_npz(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
+def read_npz(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS, wanted: str | None = None) -> NDArray[Any]:
     """The only array of an .npz file, or its depth; others stay packed. Raises ValueError for what `read_npy` does."""
     import zipfile  # only here
 
@@ -54,15 +56,17 @@ def read_npz(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> NDAr
     with open_regular(path) as file, naming(path, BROKEN), zipfile.ZipFile(file) as archive:
         members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
         listed = ", ".join([*members][:8]) + (" and more" if len(members) > 8 else "")
-        if len(members) != 1 and "depth" not in members:
-            raise ValueError(f"{path} must hold one array or one named depth, got {listed or 'none'}")
-        member = members["depth"] if len(members) > 1 else next(iter(members.values()))
+        wanted = wanted or "depth"
+        if wanted not in members and (len(members) != 1 or wanted != "depth"):
+            way_out = f": pass {option('channel', 'NAME')}" if len(members) > 1 else ""
+            raise ValueError(f"{path} must hold one array or one named {wanted}, got {listed or 'none'}{way_out}")
+        member = members[wanted] if wanted in members else next(iter(members.values()))
         if member.compress_type not in METHODS:
             raise ValueError(f"{path} {BROKEN}: it is packed in another way than NumPy does it")
         with archive.open(member) as stream:
             depth = _read(cast(BufferedIOBase, stream), str(path), max_pixels, None)
     if len(members) > 1:
-        note(f"{path} holds {listed}: depth is taken")
+        note(f"{path} holds {listed}: {wanted} is taken")
     return depth
 
 
@@ -91,9 +95,11 @@ def parse_numbers(text: str) -> NDArray[np.float64]:
     return np.array(found)
 
 
-def _read(stream: BufferedIOBase, name: str, max_pixels: float, share: float | None) -> NDArray[Any]:
+def _read(
+    stream: BufferedIOBase, name: str, max_pixels: float, share: float | None, kinds: str = "biuf"
+) -> NDArray[Any]:
     with naming(name, BROKEN):  # NumPy raises of everything, too
-        shape, is_fortran, dtype = read_header(stream)
+        shape, is_fortran, dtype = read_header(stream, kinds)
     pixels = math.prod(shape[:-1] if len(shape) > 2 and shape[-1] in (3, 4) else shape)
     check_limit(pixels, f"{name} has {shown(pixels)} values of shape {shown(shape)}", max_pixels, share)
     with naming(name, BROKEN, (ValueError,)):

@@ -1,9 +1,10 @@
-"""Reads camera intrinsics from whatever holds them: numbers, a matrix, text, JSON, COLMAP, nerfstudio."""
+"""Reads camera intrinsics from whatever holds them: numbers, a matrix, text, JSON, COLMAP, nerfstudio, EXIF."""
 
 from __future__ import annotations
 
+import math
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -16,14 +17,27 @@ from ...checks.arguments import as_array
 from ...notes.notes import Note
 from ...notes.words import cut, option, shown
 from ...scene.camera import OPENGL, Camera, Matrices, from_quaternions, inverted
-from ..access.content import MATLAB, MAX_PIXELS, parse_object, read_bytes, read_head, read_text, split_numbers
+from ..access.content import (
+    LONGEST_SIDE,
+    MATLAB,
+    MAX_PIXELS,
+    FilePath,
+    check_size,
+    open_regular,
+    parse_object,
+    read_bytes,
+    read_head,
+    read_text,
+    split_numbers,
+)
 from ..access.folders import natural
 from ..arrays.named_numbers import Named, named_of, read_named
 from ..arrays.numpy_files import NUMPY, SINTEL, read_cam, read_numbers
+from ..pictures.picture_files import TURNED, opened_picture
 from .intrinsics import (
-    DISTORTION,
     FX,
     Intrinsics,
+    colmap_camera,
     from_colmap,
     from_matrix,
     from_named,
@@ -32,25 +46,23 @@ from .intrinsics import (
     merged,
     word,
 )
-
-# Numbers of each camera model, by COLMAP's number of the model. Where they begin f, cx, cy there is one focal length.
-_SINGLE = {0: 3, 2: 4, 3: 5, 8: 4, 9: 5}
-_DOUBLE = {1: 4, 4: 8, 5: 8, 6: 12, 7: 5, 10: 12}
+from .lens_names import COLMAP
 
 
 def read_colmap_cameras(path: Path, max_pixels: float = MAX_PIXELS) -> list[Intrinsics]:
-    """The cameras in their order, lens distortion left out. Raises ValueError for any other content."""
+    """The cameras in their order. Raises ValueError for any other content."""
     data, found = read_bytes(path, max_pixels), []
     try:
         (count,), at = struct.unpack_from("<Q", data), 8
         for _ in range(count):
             _, model, width, height = struct.unpack_from("<iiQQ", data, at)
-            size = _SINGLE.get(model) or _DOUBLE[model]
-            numbers = struct.unpack_from(f"<{size}d", data, at + 24)
-            fx, fy, cx, cy = (numbers[0], *numbers[:3]) if model in _SINGLE else numbers[:4]
-            # COLMAP counts from the picture's corner
-            found.append(Intrinsics(str(path), (fx, fy, cx - 0.5, cy - 0.5), (width, height)))
-            at += 24 + 8 * size
+            title, order = COLMAP[model] if 0 <= model < len(COLMAP) else ("", [])
+            numbers = struct.unpack_from(f"<{len(order)}d", data, at + 24)
+            camera = colmap_camera(title, (width, height), numbers, str(path))
+            if camera is None:
+                raise KeyError
+            found.append(camera)
+            at += 24 + 8 * len(order)
     except (struct.error, KeyError):
         raise ValueError(f"{path} holds no cameras of COLMAP's") from None
     if not found:
@@ -103,7 +115,7 @@ def _read_file(path: Path, note: Note, max_pixels: float, of_color: bool) -> Int
     if head.startswith(MATLAB):
         from ..arrays.matlab import read_matrix_mat  # only here
 
-        return _from_names(read_matrix_mat(path, max_pixels), path, note, of_color)
+        return _from_names(read_matrix_mat(path, max_pixels), path, of_color)
     if head.startswith(SINTEL):
         return _from_numbers(read_cam(path, max_pixels)[0], str(path), note)
     if path.suffix.lower() == ".bin":
@@ -114,13 +126,15 @@ def _read_file(path: Path, note: Note, max_pixels: float, of_color: bool) -> Int
         return next(iter(cameras.values()))
     if realsense := from_realsense(text, str(path)):
         return realsense
-    named, is_json = _read_table(text) or read_named(text, path, max_pixels), text.lstrip().startswith("{")
+    is_json = text.lstrip().startswith("{")
+    data = parse_object(text, path, max_pixels) if is_json else {}
+    named = named_of(data) if is_json else _read_table(text) or read_named(text, path, max_pixels)
     if not named and not is_json:
         return _from_numbers(_first_matrix(read_numbers(path, max_pixels)), str(path), note)
-    found = _from_names(named, path, note, of_color)
+    found = _from_names(named, path, of_color)
     if not is_json:
         return found
-    kind = parse_object(text, path, max_pixels).get("depth_kind")
+    kind = data.get("depth_kind")
     if not isinstance(kind, str | None):
         raise ValueError(f"{path}: depth_kind must be a text, got {shown(kind)}")
     return replace(found, depth_kind=kind)
@@ -132,20 +146,18 @@ def _read_table(text: str) -> Named:
     head = head[0].split(",") if len(head) == 1 and rows else head
     values = split_numbers(" ".join(rows[0])) if rows else None
     if values is None or len(values) != len(head):
-        return {}
+        return Named()
     named = {_CELLS.get(word(name), name): [value] for name, value in zip(head, values, strict=True)}
-    return named if any(word(name) in FX for name in named) else {}
+    return Named(named.items() if any(word(name) in FX for name in named) else ())
 
 
-def _from_names(named: Named, path: Path, note: Note, of_color: bool) -> Intrinsics:
+def _from_names(named: Mapping[str, list[float]], path: Path, of_color: bool) -> Intrinsics:
     found = from_named(named, str(path), of_color)
     if not found:
         has = ", ".join([*named][:6]) or "no numbers"
         matrix = "a 3x3 matrix called K, intrinsic_matrix or camera_matrix"
         expected = f"expected fx, fy, cx, cy, or {matrix}, or fov_x and fov_y in degrees"
         raise ValueError(f"{path} holds no camera: {expected}; it has {cut(has)}")
-    if any(len(numbers) == 1 and numbers[0] for name, numbers in named.items() if word(name) in DISTORTION):
-        note(f"{path}: the lens distortion is ignored, pictures are taken as undistorted")
     return replace(found[0], alternatives=tuple(found[1:]))
 
 
@@ -190,14 +202,15 @@ def read_transforms(path: Path, max_pixels: float = MAX_PIXELS) -> list[CameraEn
         raise ValueError(f"{path}: frames must be a list, got {shown(frames)}")
     per_metre = scale if isinstance(scale, int | float) and scale > 0 else 1.0
     shared = from_named(named_of({key: value for key, value in data.items() if key != "frames"}), str(path))
-    entries = [_entry(frame, per_metre, path) for frame in frames]
+    common = {key: value for key, value in data.items() if isinstance(value, int | float | str)}
+    entries = [_entry(frame, common, per_metre, path) for frame in frames]
     if shared:  # it may state the unit of the depth for all
         entries = [one._replace(camera=merged(one.camera, shared[0])) if one.camera else one for one in entries]
     return sorted(entries, key=lambda one: natural(one.color or one.depth or ""))
 
 
 @np.errstate(invalid="ignore", over="ignore")  # poses are checked later
-def _entry(frame: Any, per_metre: float, path: Path) -> CameraEntry:
+def _entry(frame: Any, common: dict[str, Any], per_metre: float, path: Path) -> CameraEntry:
     try:
         pose = np.array(frame["transform_matrix"], np.float64).reshape(4, 4) @ OPENGL
         pose[:3, 3] /= per_metre
@@ -205,6 +218,52 @@ def _entry(frame: Any, per_metre: float, path: Path) -> CameraEntry:
         raise ValueError(f"{path}: every frame must have a transform_matrix of 4x4 numbers") from None
     names = frame.get("file_path"), frame.get("depth_file_path", frame.get("depth_path"))
     color, depth = (name if isinstance(name, str) else None for name in names)
-    own = {key: value for key, value in frame.items() if key != "transform_matrix"}
-    cameras = from_named(named_of(own), str(path)) if "fl_x" in own else []
+    own = common | {key: value for key, value in frame.items() if key != "transform_matrix"}
+    cameras = from_named(named_of(own), str(path)) if "fl_x" in frame else []
     return CameraEntry(color, depth, pose, cameras[0] if cameras else None)
+
+
+EXIF = 0x8769  # the tag under which the others lie
+_FOCAL_35, _WIDTH, _HEIGHT = 0xA405, 0xA002, 0xA003
+_DIAGONAL_35 = math.hypot(36, 24)  # mm; cameras compare diagonals (CIPA DCG-001): a phone's 4:3 has no width of 36 mm
+_SAME_SHAPE = 0.02
+
+
+def camera_from_exif(path: FilePath, max_pixels: float = MAX_PIXELS) -> Intrinsics | None:
+    """The camera of a picture with EXIF FocalLengthIn35mmFilm, upright; None if it has none, or was cropped.
+
+    Its principal point is the middle. Whole millimetres make it right to a few per cent.
+    """
+    head = read_head(path)
+    with open_regular(path) as file:
+        check_size(file, path, max_pixels)
+        try:
+            with opened_picture(file, head) as image:
+                return camera_of_lens(str(path), image.getexif(), image.size)
+        except Exception:  # broken bytes make Pillow raise of everything: then the picture has none
+            return None
+
+
+def camera_of_lens(name: str, exif: Any, size: tuple[int, int]) -> Intrinsics | None:
+    """The same from EXIF data (`PIL.Image.Exif`) of a picture of this width and height, not yet turned."""
+    tags = exif.get_ifd(EXIF)
+    focal, width, height = (_number(tags.get(key)) for key in (_FOCAL_35, _WIDTH, _HEIGHT))
+    if not 1 <= focal <= 10_000 or not all(1 <= side <= LONGEST_SIDE for side in size):
+        return None
+    if width > 0 and height > 0 and abs(_elongation(*size) / _elongation(width, height) - 1) > _SAME_SHAPE:
+        return None
+    if exif.get(TURNED, 1) in (5, 6, 7, 8):
+        size = size[1], size[0]
+    pixels = focal / _DIAGONAL_35 * math.hypot(*size)
+    return Intrinsics(name, (pixels, pixels, (size[0] - 1) / 2, (size[1] - 1) / 2), size)
+
+
+def _elongation(width: float, height: float) -> float:
+    return max(width, height) / min(width, height)
+
+
+def _number(value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError, ZeroDivisionError, OverflowError):
+        return 0.0

@@ -1,11 +1,11 @@
-"""Intrinsics as a file states them, by the names that programs give their numbers, or by a photograph's EXIF."""
+"""Intrinsics as a file states them, by the names that programs give their numbers."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections import ChainMap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,16 +13,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...notes.notes import Note
+from ...notes.notes import Doubt, Note
 from ...notes.words import option
 from ...scene.camera import Camera
-from ..access.content import LONGEST_SIDE, MAX_PIXELS, FilePath, check_size, open_regular, read_head
 from ..arrays.named_numbers import Named
-from ..pictures.picture_files import TURNED, opened_picture
+from .lens_names import COLMAP, KEPT, OWNED, find_lens, kalibr_words, names_a_model
+from .lenses import PANORAMA, UNKNOWN, Lens
 
 Size = tuple[int, int]  # width, height
 Numbers = tuple[float, float, float, float]  # fx, fy, cx, cy
 
+NOT_KNOWN: Numbers = (math.nan, math.nan, math.nan, math.nan)  # a panorama has none
 NORMALIZED = (1, 1)  # the size of a picture whose sides have length 1: MoGe's, or a file that gives angles of view
 _WIDEST = 150  # degrees from top to bottom: a wider pinhole camera is a mistake
 _SAME_VIEW = 0.02  # pictures whose aspect ratios differ by less may show the same, at different sizes
@@ -41,20 +42,28 @@ class Intrinsics:
     depth_kind: str | None = None  # one of depth_kinds.KINDS
     baseline: float | None = None  # metres between the cameras of a disparity
     doffs: float | None = None  # pixels to add to a disparity, where the two principal points differ (Middlebury)
+    near: float | None = None  # metres of the planes of a depth buffer
+    far: float | None = None
     alternatives: tuple[Intrinsics, ...] = ()  # other cameras of the same source, such as that of the colour picture
+    lens: Lens | None = None  # what bends the picture; None: it is a pinhole's
 
 
 def merged(given: Intrinsics, filed: Intrinsics | None) -> Intrinsics:
     """Return the given camera; what it does not state about the depth comes from the other."""
     if filed is None:
         return given
-    names = ("depth_scale", "depth_kind", "baseline", "doffs")
+    names = ("depth_scale", "depth_kind", "baseline", "doffs", "near", "far")
     missing: dict[str, Any] = {key: getattr(filed, key) for key in names if getattr(given, key) is None}
     return replace(given, **missing)
 
 
 def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: Note) -> Camera:
     """The camera of the depth picture; sizes are (width, height). Raises ValueError if it fits neither picture."""
+    return place_lens(intrinsics, depth, color, note)[0]
+
+
+def place_lens(intrinsics: Intrinsics, depth: Size, color: Size | None, note: Note) -> tuple[Camera, Lens | None]:
+    """The same, and the lens that bends the picture."""
     chosen = next((one for one in (intrinsics, *intrinsics.alternatives) if one.size == depth), intrinsics)
     size = chosen.size or _guess_size(chosen, depth, color, note)
     turned = size[1], size[0]
@@ -75,16 +84,19 @@ def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: 
         camera = Camera(fx, fy, cx, cy, *size)
     except ValueError as error:
         raise ValueError(f"{chosen.name}: {error}") from None
+    if size != NORMALIZED and max(abs((cx + 0.5) / size[0] - 0.5), abs((cy + 0.5) / size[1] - 0.5)) > _FAR_OFF:
+        what = f"the principal point ({cx:g}, {cy:g}) is far from the middle of {_text(size)} pixels"
+        note(Doubt(f"{chosen.name}: {what}: is it the camera of these pictures, at their size?"))
     angle = math.degrees(2 * math.atan(camera.height / 2 / abs(camera.fy)))
-    if angle > _WIDEST:
+    if angle > _WIDEST and chosen.lens is None:
         way_out = f"if that is wrong, pass {option('intrinsics', 'fx,fy,cx,cy')} or {option('fov', 'DEGREES')}"
         note(f"{chosen.name} has fy {camera.fy:g} px for {_text(size)}, which sees {angle:.0f} degrees: {way_out}")
     if size == depth:
-        return camera
-    if size != NORMALIZED:
+        return camera, chosen.lens
+    if chosen.size not in (None, NORMALIZED) or size == color:
         what = f"the color of {_text(size)}" if size == color else f"{_text(size)} pixels"
         note(f"{Path(chosen.name).name} is for {what}, scaled to the depth's {_text(depth)}")
-    return camera.resized(*depth)
+    return camera.resized(*depth), chosen.lens
 
 
 def _fits(size: Size, depth: Size, color: Size | None) -> bool:
@@ -98,7 +110,8 @@ def _turned(intrinsics: Intrinsics, size: Size, note: Note) -> Intrinsics:
     center = (height - 1 - cy, cx) if width > height else (cy, width - 1 - cx)
     way_out = f"pass {option('intrinsics', 'fx,fy,cx,cy')} if that is wrong"
     note(f"{intrinsics.name} is for {_text(size)} and the picture is turned: the camera is turned, too; {way_out}")
-    return replace(intrinsics, numbers=(fx if math.isnan(fy) else fy, fx, *center))
+    lens = intrinsics.lens and intrinsics.lens.turned(clockwise=width > height)
+    return replace(intrinsics, numbers=(fx if math.isnan(fy) else fy, fx, *center), lens=lens)
 
 
 def shows_the_same(size: Size, depth: Size) -> bool:
@@ -117,6 +130,11 @@ def _guess_size(intrinsics: Intrinsics, depth: Size, color: Size | None, note: N
         return max(abs(cx / size[0] - 0.5), abs(cy / size[1] - 0.5))
 
     size = min((depth, color or depth), key=distance)  # the depth when both are as near
+    if other := _size_by_center(cx, cy, size):
+        way_out = "pass a file with its width and height if that is wrong"
+        doubt = f"{intrinsics.name} is for {_text(other)} pixels by its principal point ({cx:g}, {cy:g})"
+        note(Doubt(f"{doubt}, not for {_text(size)}: it is scaled; {way_out}"))
+        return other
     if not distance(size) <= 0.5:
         expected = f"must lie in the depth picture of {_text(depth)}"
         raise ValueError(f"{intrinsics.name}: the principal point ({cx:g}, {cy:g}) {expected}")
@@ -126,54 +144,33 @@ def _guess_size(intrinsics: Intrinsics, depth: Size, color: Size | None, note: N
     return size
 
 
+_RATIOS = [1 / 8, 1 / 6, 1 / 5, 1 / 4, 1 / 3, 2 / 5, 1 / 2, 5 / 8, 2 / 3, 3 / 4, 4 / 5]  # usual, and their inverses
+_RATIOS += [1 / ratio for ratio in _RATIOS]
+_LEAST_RATIO = 1.2  # no lens is so far off its picture's middle in both directions
+_ALIKE = 0.15  # both directions show the same ratio: principal points lie some per cent off the middle
+_USUALLY = 0.06  # so near to a usual ratio it is that one
+_FAR_OFF = 0.3  # of the picture, from its middle: nothing but a part that was cut out has its principal point there
+
+
+def _size_by_center(cx: float, cy: float, size: Size) -> Size | None:
+    """Return the size whose middle the principal point is, if this one's it cannot be; None if no size fits."""
+    across, down = (2 * cx + 1) / size[0], (2 * cy + 1) / size[1]
+    if min(across, down) <= 0 or abs(across / down - 1) > _ALIKE:
+        return None
+    ratio = math.sqrt(across * down)
+    if max(ratio, 1 / ratio) < _LEAST_RATIO:
+        return None
+    for corner in (1, 0):  # the middle of 640 pixels is 319.5, or 320 where they are counted from the corner
+        whole = 2 * cx + corner, 2 * cy + corner
+        if whole[0] % 1 == whole[1] % 1 == 0 and whole[0] * size[1] == whole[1] * size[0]:
+            return int(whole[0]), int(whole[1])
+    usual = min(_RATIOS, key=lambda one: abs(math.log(one / ratio)))
+    ratio = usual if abs(usual / ratio - 1) < _USUALLY else ratio
+    return max(1, round(size[0] * ratio)), max(1, round(size[1] * ratio))
+
+
 def _text(size: Size) -> str:
     return f"{size[0]}x{size[1]}"
-
-
-EXIF = 0x8769  # the tag under which the others lie
-_FOCAL_35, _WIDTH, _HEIGHT = 0xA405, 0xA002, 0xA003
-_DIAGONAL_35 = math.hypot(36, 24)  # mm; cameras compare diagonals (CIPA DCG-001): a phone's 4:3 has no width of 36 mm
-_SAME_SHAPE = 0.02
-
-
-def camera_from_exif(path: FilePath, max_pixels: float = MAX_PIXELS) -> Intrinsics | None:
-    """The camera of a picture with EXIF FocalLengthIn35mmFilm, upright; None if it has none, or was cropped.
-
-    Its principal point is the middle. Whole millimetres make it right to a few per cent.
-    """
-    head = read_head(path)
-    with open_regular(path) as file:
-        check_size(file, path, max_pixels)
-        try:
-            with opened_picture(file, head) as image:
-                return camera_of_lens(str(path), image.getexif(), image.size)
-        except Exception:  # broken bytes make Pillow raise of everything: then the picture has none
-            return None
-
-
-def camera_of_lens(name: str, exif: Any, size: tuple[int, int]) -> Intrinsics | None:
-    """The same from EXIF data (`PIL.Image.Exif`) of a picture of this width and height, not yet turned."""
-    tags = exif.get_ifd(EXIF)
-    focal, width, height = (_number(tags.get(key)) for key in (_FOCAL_35, _WIDTH, _HEIGHT))
-    if not 1 <= focal <= 10_000 or not all(1 <= side <= LONGEST_SIDE for side in size):
-        return None
-    if width > 0 and height > 0 and abs(_elongation(*size) / _elongation(width, height) - 1) > _SAME_SHAPE:
-        return None
-    if exif.get(TURNED, 1) in (5, 6, 7, 8):
-        size = size[1], size[0]
-    pixels = focal / _DIAGONAL_35 * math.hypot(*size)
-    return Intrinsics(name, (pixels, pixels, (size[0] - 1) / 2, (size[1] - 1) / 2), size)
-
-
-def _elongation(width: float, height: float) -> float:
-    return max(width, height) / min(width, height)
-
-
-def _number(value: Any) -> float:
-    try:
-        return float(value)
-    except (TypeError, ValueError, ZeroDivisionError, OverflowError):
-        return 0.0
 
 
 _SQUARE = 0.05  # fx and fy of a lens differ by less
@@ -214,7 +211,8 @@ def from_numbers(values: NDArray[np.float64], name: str) -> Intrinsics | None:
     first = values[:6].tolist() if values.size in (6, 11) else []
     for width, height, fx, fy, cx, cy in (first, (*first[4:], *first[:4])) if first else ():
         if width % 1 == height % 1 == 0 and 0 < cx < width and 0 < cy < height and fx > 0 and fy > 0:
-            return Intrinsics(name, (fx, fy, cx, cy), (int(width), int(height)))
+            lens = find_lens({"d": values[6:].tolist()}, {})
+            return Intrinsics(name, (fx, fy, cx, cy), (int(width), int(height)), lens=lens)
     four = from_matrix(values)
     return Intrinsics(name, four) if four else None
 
@@ -223,8 +221,8 @@ Words = Mapping[str, list[float]]  # numbers of a group by their last word
 
 
 # What others call it, in lower case, without blanks, dashes and underscores. Of several in a file the earlier wins.
-FX = ("fx", "flx", "focalx", "focallengthx", "fxdepth", "depthfx", "fxd", "fxrgb", "fxcolor")
-FY = ("fy", "fly", "focaly", "focallengthy", "fydepth", "depthfy", "fyd", "fyrgb", "fycolor")
+FX = ("fx", "flx", "focalx", "focallengthx", "fxdepth", "depthfx", "fxd", "fxrgb", "fxcolor", "gamma1", "mu")
+FY = ("fy", "fly", "focaly", "focallengthy", "fydepth", "depthfy", "fyd", "fyrgb", "fycolor", "gamma2", "mv")
 CX = ("cx", "ppx", "px", "u0", "principalx", "principalpointx", "cxdepth", "mxdepth", "cxd", "cxrgb", "mxcolor")
 CY = ("cy", "ppy", "py", "v0", "principaly", "principalpointy", "cydepth", "mydepth", "cyd", "cyrgb", "mycolor")
 FOCAL = ("f", "fl", "focal", "focallength", "focallengthpx", "focalpx", "focallengthpixels")
@@ -234,8 +232,14 @@ MATRIX = (
     "prect02", "p2", "prect00", "p0", "intrinsicdepth", "kcolor", "krgb", "intrinsicscolor", "rgbintrinsics", "p",
     "intrinsicsmatrix", "camerakmatrix",
 )  # fmt: skip
-WIDTH = ("width", "w", "imagewidth", "imgwidth", "imw", "depthwidth", "dw", "resx", "camerawidth", "cols")
-HEIGHT = ("height", "h", "imageheight", "imgheight", "imh", "depthheight", "dh", "resy", "cameraheight", "rows")
+WIDTH = (
+    "width", "w", "imagewidth", "imgwidth", "imw", "depthwidth", "dw", "resx", "resolutionx", "camerawidth",
+    "cols",
+)  # fmt: skip
+HEIGHT = (
+    "height", "h", "imageheight", "imgheight", "imh", "depthheight", "dh", "resy", "resolutiony", "cameraheight",
+    "rows",
+)  # fmt: skip
 SIZE = (
     "dimension", "renderproductresolution", "resolution", "imagesize", "imgsize", "size", "imsize", "srect02",
     "srect00",
@@ -249,13 +253,19 @@ ASPECT = ("pixelaspectratio",)  # fy/fx
 APERTURE, LENS = ("cameraaperture",), ("camerafocallength",)  # Omniverse: both in the same unit
 SENSOR = ("sensorwidth", "sensorwidthmm")  # Blender, Kubric: beside a focal length in millimetres
 BASELINE, DOFFS = ("baseline",), ("doffs",)
-DISTORTION = ("k1", "k2", "k3", "k4", "p1", "p2")
+NEAR, FAR = (
+    (key, f"z{key}", f"{key}val", f"{key}plane", f"{key}clip", f"clip{key}", f"{key}clippingplane")
+    for key in ("near", "far")
+)
 
 _BOP = "camk"
 _SHORTEST = 0.15  # of the width: 147 degrees
 _CORNER = ("flx", "cameraanglex", "pixelaspectratio")  # nerfstudio, nerf and nerfies count from the picture's corner
-_REALSENSE = re.compile(r"(\d{2,5})x(\d{2,5})\s+p\[([\d.]+) ([\d.]+)\]\s+f\[([\d.]+) ([\d.]+)\]")  # in one line
-_OTHERS = re.compile(r"(?i)(right|infra|imu|distort|rectif|project|extrin|(?<![a-z])ir(?![a-z]))")  # not the depth's
+_REALSENSE = re.compile(  # in one line
+    r"(\d{2,5})x(\d{2,5})\s+p\[([\d.]+) ([\d.]+)\]\s+f\[([\d.]+) ([\d.]+)\](?:\s*([A-Za-z][\w ]*)\[([-+\d.e ]*)\])?"
+)
+# not the depth's
+_OTHERS = re.compile(r"(?i)(right|infra|imu|distort|rectif|project(?!ion_?param)|extrin|(?<![a-z])ir(?![a-z]))")
 _SENS = re.compile(r"m_(?:calibration)?(color|depth)(\w+)", re.IGNORECASE)  # ScanNet's and BundleFusion's info.txt
 _DEPTH, _COLOR = re.compile(r"(?i)depth|tof|left|cam0"), re.compile(r"(?i)colou?r|rgb|cam1|second")
 
@@ -265,11 +275,12 @@ def word(name: str) -> str:
     return re.sub(r"[^a-z0-9]", "", name.rsplit(".", 1)[-1].lower())
 
 
-def from_named(named: Named, name: str, of_color: bool = False) -> list[Intrinsics]:
+def from_named(named: Mapping[str, list[float]], name: str, of_color: bool = False) -> list[Intrinsics]:
     """The cameras that named numbers describe: the depth's own before others, colour cameras last.
 
     of_color  the colour camera first: the depth was brought to it
     """
+    bends = _Bends(named)
     named = {_SENS.sub(r"\1.\2", key): numbers for key, numbers in named.items()}
     grouped: dict[str, dict[str, list[float]]] = {}  # by what stands before their last word
     for key, numbers in named.items():
@@ -281,16 +292,53 @@ def from_named(named: Named, name: str, of_color: bool = False) -> list[Intrinsi
     own = [group for group in names if not _OTHERS.search(group)]
     first, last = (_COLOR, _DEPTH) if of_color else (_DEPTH, _COLOR)
     own.sort(key=lambda group: (bool(last.search(group)), not first.search(group), group.count(".")))
-    groups = [(grouped.get(group, {}), _with_above(grouped, group)) for group in own]
+    groups = [(bends.divided(group, grouped.get(group, {})), _with_above(grouped, group)) for group in own]
     outside = next((numbers[0] for key, numbers in named.items() if word(key) in BASELINE), None)
     found = [_from_group(*words, name) for words in groups]
     found = [camera and replace(camera, baseline=camera.baseline or outside) for camera in found]
     if not any(found):
         found = [_from_angles(words, name) for words, _ in groups]
-    return [camera for camera in found if camera]
+    lenses = [bends.lens(group) for group in own]
+    if not any(found) and (panorama := next((one for one in lenses if one and one.curve == PANORAMA), None)):
+        above = groups[0][1]
+        return [Intrinsics(name, NOT_KNOWN, _size_of(above, name), _scale_of(above), lens=panorama)]
+    pairs = zip(found, lenses, strict=True)
+    return [camera if lens is None else replace(camera, lens=lens) for camera, lens in pairs if camera]
 
 
-def _with_above(grouped: dict[str, dict[str, list[float]]], group: str) -> Words:
+class _Bends:
+    """What a file says of lenses: numbers and texts by the group of the camera that they belong to."""
+
+    def __init__(self, named: Mapping[str, list[float]]):
+        self._numbers = _by_owner((key, one) for key, one in named.items() if word(key.removesuffix(".data")) in KEPT)
+        texts = named.texts if isinstance(named, Named) else {}
+        self._texts = _by_owner((key, one) for key, one in texts.items() if names_a_model(word(key)))
+
+    def divided(self, group: str, words: Words) -> Words:
+        """The words of a group, without the numbers of a lens that stand before fx."""
+        return kalibr_words(words, self._texts.get(group, {})) if self._texts else words
+
+    def lens(self, group: str) -> Lens | None:
+        """The lens of a group's camera."""
+        if not (self._numbers or self._texts):
+            return None
+        # ORB-SLAM 3 has Camera.type beside Camera1.fx
+        texts = _with_above(self._texts, group) or self._texts.get(group.rstrip("0123456789"), {})
+        return find_lens(kalibr_words(_with_above(self._numbers, group), texts), texts)
+
+
+def _by_owner(items: Iterable[tuple[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Values by the group of their camera, and their last word: `left.distortion.k1` belongs to `left`."""
+    found: dict[str, dict[str, Any]] = {}
+    for key, value in items:
+        *groups, last = key.removesuffix(".data").split(".")
+        while groups and OWNED.search(groups[-1]):
+            groups.pop()
+        found.setdefault(".".join(groups), {}).setdefault(word(last), value)
+    return found
+
+
+def _with_above(grouped: Mapping[str, dict[str, Any]], group: str) -> Mapping[str, Any]:
     """The words of a group with what stands further up: sizes and units often do."""
     parts = group.split(".") if group else []
     return ChainMap(*(grouped.get(".".join(parts[:k]), {}) for k in range(len(parts), -1, -1)))
@@ -308,7 +356,7 @@ def _from_group(words: Words, with_above: Words, name: str) -> Intrinsics | None
         return None
     if any(key in words for key in _CORNER):
         numbers = (numbers[0], numbers[1], numbers[2] - 0.5, numbers[3] - 0.5)
-    scale, each = _first(with_above, PER_METRE), _first(with_above, METRES_EACH)
+    scale = _scale_of(with_above)
     baseline, doffs = _first(with_above, BASELINE), _first(with_above, DOFFS)
     if doffs is not None and baseline is not None:  # Middlebury, where the baseline is in millimetres
         baseline /= 1000
@@ -317,9 +365,18 @@ def _from_group(words: Words, with_above: Words, name: str) -> Intrinsics | None
             # between KITTI's two colour cameras: the fourth number of a projection is -fx times its place
             baseline = (words[left][3] - words[right][3]) / words[left][0]
             break
-    if scale and _BOP in words:
+    near, far = (
+        plane if plane and plane > 0 else None for plane in (_first(with_above, NEAR), _first(with_above, FAR))
+    )
+    if scale and _BOP in words and _first(with_above, METRES_EACH) is None:
         scale = 1000 / scale  # BOP's is millimetres for each unit
-    return Intrinsics(name, numbers, size, 1 / each if each else scale, None, baseline, doffs)
+    return Intrinsics(name, numbers, size, scale, None, baseline, doffs, near, far)
+
+
+def _scale_of(words: Words) -> float | None:
+    """Raw depth values per metre."""
+    each = _first(words, METRES_EACH)
+    return 1 / each if each else _first(words, PER_METRE)
 
 
 def _numbers_of(words: Words, size: Size | None) -> Numbers | None:
@@ -381,8 +438,9 @@ def from_realsense(text: str, name: str) -> Intrinsics | None:
     found = _REALSENSE.search(text)
     if found is None:
         return None
-    cx, cy, fx, fy = (float(number) for number in found.groups()[2:])
-    return Intrinsics(name, (fx, fy, cx, cy), (int(found[1]), int(found[2])))
+    cx, cy, fx, fy = (float(number) for number in found.groups()[2:6])
+    lens = find_lens({"coeffs": [float(one) for one in found[8].split()]}, {"model": found[7]}) if found[8] else None
+    return Intrinsics(name, (fx, fy, cx, cy), (int(found[1]), int(found[2])), lens=lens)
 
 
 def from_colmap(text: str, name: str) -> dict[str, Intrinsics]:
@@ -390,15 +448,29 @@ def from_colmap(text: str, name: str) -> dict[str, Intrinsics]:
     found: dict[str, Intrinsics] = {}
     for line in text.splitlines():
         words = line.partition("#")[0].split()
-        if len(words) < 7 or not re.fullmatch(r"[A-Z_]+", words[1]):
+        if len(words) < 6 or not re.fullmatch(r"[A-Z_]+", words[1]):
             continue
-        single = words[1].startswith(("SIMPLE", "RADIAL"))  # one focal length for both directions
         try:
             size = int(float(words[2])), int(float(words[3]))
-            rest = [float(part) for part in words[4:]]
-            fx, fy, cx, cy = (rest[0], *rest[:3]) if single else rest[:4]
+            camera = colmap_camera(words[1], size, [float(part) for part in words[4:]], name)
         except (ValueError, OverflowError):
             continue
-        # COLMAP counts from the picture's corner
-        found[words[0]] = Intrinsics(name, (fx, fy, cx - 0.5, cy - 0.5), size)
+        if camera:
+            found[words[0]] = camera
     return found
+
+
+def colmap_camera(model: str, size: Size, numbers: Sequence[float], name: str) -> Intrinsics | None:
+    """A camera of one of COLMAP's models; None unless it holds at least fx, fy, cx and cy, or f, cx and cy."""
+    order = next((order for title, order in COLMAP if title == model), None)
+    if order == ["w", "h"]:
+        return Intrinsics(name, NOT_KNOWN, size, lens=find_lens({}, {"cameramodel": model}))
+    values = dict(zip(order or ["fx", "fy", "cx", "cy"], numbers, strict=False))
+    if len(values) < (3 if "f" in values else 4):
+        return None
+    fx, fy = (values["f"],) * 2 if "f" in values else (values["fx"], values["fy"])
+    lens = Lens(model, UNKNOWN)  # of a later version
+    if order is not None:
+        lens = find_lens({key: [one] for key, one in values.items()}, {"cameramodel": model})
+    # COLMAP counts from the picture's corner
+    return Intrinsics(name, (fx, fy, values["cx"] - 0.5, values["cy"] - 0.5), size, lens=lens)

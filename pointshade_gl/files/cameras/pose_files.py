@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from pathlib import Path
@@ -16,7 +16,7 @@ from ...notes.words import shown
 from ...scene.camera import AXES, OPENGL, Camera, Matrices, check_pose, from_matrices, from_quaternions, inverted
 from ...scene.frame import Frame
 from ..access.content import MATLAB, MAX_PIXELS, FilePath, parse_json, read_head, read_text
-from ..arrays.named_numbers import Named, named_of, read_named
+from ..arrays.named_numbers import named_of, read_named
 from ..arrays.numpy_files import NUMPY, SINTEL, read_cam, read_npy, read_numbers
 from .camera_files import read_colmap_images, read_transforms
 from .intrinsics import word
@@ -45,7 +45,7 @@ def from_json(data: Any, path: Path, max_pixels: float) -> PoseList | None:
         entries = read_transforms(path, max_pixels)
         names = [entry.color or entry.depth or "" for entry in entries]
         return PoseList(np.array([entry.pose for entry in entries]).reshape(-1, 4, 4), names, metric=False)
-    for read in (_from_parameters, _from_cells, _from_bop, _from_named_matrices, _from_nerfies, _by_frame, from_words):
+    for read in _JSON:
         try:
             found = read(named_of(data) if read in (from_words, _from_bop) else data)
         except (KeyError, TypeError, ValueError, OverflowError):
@@ -68,6 +68,14 @@ def _from_parameters(data: Any) -> PoseList | None:
     return None
 
 
+def _from_record3d(data: Any) -> PoseList | None:
+    """Record3D's metadata: qx qy qz qw x y z of each frame, camera-to-world in ARKit's axes."""
+    if not isinstance(data, dict) or not {"poses", "w", "h"} <= data.keys():
+        return None
+    rows = np.array(data["poses"], np.float64).reshape(-1, 7)
+    return PoseList(from_quaternions(rows[:, 4:], rows[:, :4]) @ OPENGL)
+
+
 def _from_cells(data: Any) -> PoseList | None:
     """Polycam's camera of one frame: t_00 to t_23, camera-to-world in ARKit's axes."""
     if "t_00" not in data:
@@ -76,7 +84,7 @@ def _from_cells(data: Any) -> PoseList | None:
     return PoseList(from_matrices(np.array([cells], np.float64)) @ OPENGL)
 
 
-def _from_bop(named: Named) -> PoseList | None:
+def _from_bop(named: Mapping[str, list[float]]) -> PoseList | None:
     """BOP's scene_camera.json and T-LESS' info.yml: world-to-camera, millimetres, by number."""
     turned = [name.rpartition(".")[0] for name, part in named.items() if word(name) == "camrw2c" and len(part) == 9]
     pairs = {group: (named[f"{group}.cam_R_w2c"], named.get(f"{group}.cam_t_w2c", ())) for group in turned}
@@ -111,7 +119,7 @@ def _from_named_matrices(data: Any) -> PoseList | None:
     return PoseList(from_matrices(rows), names) if rows.shape[1] in (12, 16) else None
 
 
-def from_words(named: Named) -> PoseList | None:
+def from_words(named: Mapping[str, list[float]]) -> PoseList | None:
     """Read one matrix among other values of a frame, by a name that is known; the first of the table wins."""
     own = {name: numbers for name, numbers in named.items() if len(numbers) in (12, 16)}
     own = {name: numbers for name, numbers in own.items() if not _IN_LIST.search(name)} or own
@@ -126,6 +134,10 @@ def from_words(named: Named) -> PoseList | None:
     return PoseList(pose @ OPENGL if key in _OF_OPENGL else pose)
 
 
+_JSON = (
+    _from_parameters, _from_record3d, _from_cells, _from_bop, _from_named_matrices, _from_nerfies, _by_frame,
+    from_words,
+)  # fmt: skip
 WRITTEN = "# pointshade_gl: number"  # with this the files begin that this package writes, in TUM's form
 _COLUMNS = 64  # of a row, at most
 

@@ -221,8 +221,8 @@ def check_fitting(options: Iterable[str], fitting: tuple[str, ...], fact: str) -
 #
 # PLY, LAS, E57   always, as .xyz, .pts and the like
 # PCD             unless its points lie in a picture that a pinhole camera sees: that is a frame
-# NumPy           records with x, y and z, or an array (n, 3|4|6|7|9) of very many rows; (h, w) is depth, and so is what
-#                 holds an array called depth; (h, w, 3) is a frame's points
+# NumPy           records (n,) with x, y and z, or an array (n, 3|4|6|7|9) of very many rows; (h, w) is depth, and so is
+#                 what holds an array called depth; (h, w, 3) and records (h, w) are a frame's points
 # .bin            float32 of a lidar, some of it below 0, which depth never is
 # .txt, .csv      many lines of 3, 4, 6, 7 or 9 numbers, or columns called x, y and z
 _HEAD = 1 << 16  # bytes that are looked at
@@ -269,7 +269,7 @@ def _is_table(path: Path) -> bool:
     with path.open("rb") as file, naming(path, BROKEN):  # NumPy raises of everything for broken bytes
         shape, _, dtype = read_header(file, "biufV")
     if dtype.names:
-        return has_positions(dtype.names)
+        return has_positions(dtype.names) and len(shape) < 2
     return dtype.kind in "iuf" and _is_of_points(shape)
 
 

@@ -33,6 +33,7 @@ from .container_contents import NUMBERS, PLANES, SURE, ArrayItem, Contents, Fram
 _LOOKED_AT = 50_000  # points
 MOST_OFF = 0.02  # of the picture's width; networks' points are off by less, those in other axes by more
 _FEWEST = 16
+_OPENGL = np.array([1, -1, -1], np.float32)
 
 
 def fit_pinhole(points: NDArray[np.floating]) -> tuple[tuple[float, float, float, float], float]:
@@ -109,6 +110,11 @@ class Assembly:
             fitted_moved, off_moved = fit_pinhole(moved)
             if off_moved < off:
                 points, fitted, off = moved, fitted_moved, off_moved
+        if off >= MOST_OFF:
+            fitted_turned, off_turned = fit_pinhole(points * _OPENGL)
+            if off_turned < MOST_OFF:
+                self.note(f"{self.name}: its points are in OpenGL's axes (y up, z backwards), and turned")
+                points, fitted, off = points * _OPENGL, fitted_turned, off_turned
         if off >= MOST_OFF:
             axes = "x right, y down and z forward, in the camera's axes or with the camera's pose beside them"
             raise ValueError(
@@ -256,6 +262,33 @@ def _fits(role: str, item: ArrayItem, surface: ArrayItem) -> bool:
         return True
     is_same = role not in (*PLANES, "normals") or item.size == surface.size
     return item.lead is not None and item.count in (1, surface.count) and is_same
+
+
+_PACKED = 4  # channels of a position and a colour in the bytes of a float
+
+
+def points_of(array: NDArray[Any], name: str, note: Note, max_pixels: float = MAX_PIXELS) -> Contents:
+    """The frame of (h, w, 3) positions, or of 4, 6 or 7 channels with colours. Raises ValueError for no such points."""
+    arrays = {"points": HeldArray(np.ascontiguousarray(array[..., :3]))}
+    colors = _packed_colors(array[..., 3]) if array.shape[2] == _PACKED else array[..., 3:6]
+    if colors is not None and colors.size:
+        arrays["color"] = HeldArray(np.where(np.isfinite(colors), colors, 0))
+        note(f"{name} holds points (x, y, z) and their colours")
+    else:
+        note(f"{name} holds points (x, y, z): their z is taken as the depth, and the camera that sees them so")
+    return open_arrays(name, dict(arrays), note, max_pixels)[0]
+
+
+def _packed_colors(packed: NDArray[Any]) -> NDArray[np.uint8] | None:
+    """(h, w, 3) red, green and blue in the bytes of floats: of ZED with alpha 255, of PCL blue first with 0."""
+    if packed.dtype != np.float32:
+        return None
+    parts = np.ascontiguousarray(packed).view(np.uint8).reshape(*packed.shape, 4)
+    used = parts[np.isfinite(packed) | (parts[..., 3] == 255)]
+    alpha = np.bincount(used[:, 3], minlength=256)
+    if alpha[0] + alpha[255] < 0.99 * max(1, len(used)):
+        return None  # numbers
+    return parts[..., 2::-1] if alpha[0] > alpha[255] else parts[..., :3]
 
 
 _HYPERSIM = "depth_meters"  # in the file's name; its only array is called dataset

@@ -10,19 +10,23 @@ import tempfile
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...notes.notes import Note
-from ...notes.words import shown
+from ...notes.words import option, shown
+from ...scene.values import median
 from ..access.content import FILE_BYTES, MAX_PIXELS, FilePath, check_limit, open_regular, read_head
 from ..arrays.compression import ZIP, Archive
 from ..arrays.matlab import HDF5, MATLAB_5, MATLAB_73, matlab_5_arrays
 from ..arrays.numpy_files import MAYBE_INVERSE, NUMPY, NpyArray, find_roles, is_named, npz_arrays
 from ..arrays.ply_and_pcd import is_pcd
+from ..pictures.hdr_files import EXR, exr_facts, read_rgbd_exr
 from .array_frames import open_arrays, open_hdf5, open_pcd
 from .container_contents import Contents
-from .phones import Unpacked, is_heic, open_heic, open_record3d
+from .phones import Unpacked, has_gdepth, is_heic, open_heic, open_record3d, read_gdepth
 
 _Reader = Callable[[FilePath, Note, float], "Sequence[Contents] | None"]
 
@@ -70,6 +74,48 @@ def _open_zip(path: FilePath, note: Note, max_pixels: float) -> Sequence[Content
     return open_arrays(str(path), arrays, note, max_pixels)
 
 
+def open_inside(
+    path: Path, note: Note, max_pixels: float = MAX_PIXELS, channel: str | None = None, has_color: bool = False
+) -> Contents | None:
+    """What a depth picture says beyond its values: EXR with colours or of Unreal, JPEG with depth; None for others.
+
+    has_color  a colour picture lies beside it: that is taken
+    """
+    suffix = path.suffix.lower()
+    if suffix in _JPEG:
+        return read_gdepth(path, note, max_pixels) if channel is None else None
+    if suffix != ".exr" or not read_head(path).startswith(EXR):
+        return None
+    facts = exr_facts(path)
+    if not (facts.is_unreal or facts.has_alpha or (facts.has_colors and not has_color)):
+        return None
+    depth, color = read_rgbd_exr(path, max_pixels, channel)
+    scale = _CENTIMETRES if facts.is_unreal or (facts.has_alpha and _is_in_centimetres(depth)) else None
+    if scale is not None:
+        way_out = f"pass {option('depth_scale', 1)} if it is in metres, {option('depth_scale', 1000)} in millimetres"
+        note(f"{path} is taken as centimetres, as Unreal Engine writes them; {way_out}")
+    return Contents(depth, None if has_color else color, depth_scale=scale)
+
+
+def _is_in_centimetres(depth: NDArray[Any]) -> bool:
+    """Whether a program that draws, and so knows no sensor's whole millimetres, wrote more than metres can be."""
+    known = depth[np.isfinite(depth) & (depth > 0) & (depth < _SKY)]
+    if not known.size or not _MOST_METRES < median(known) < _CENTIMETRES * _MOST_METRES:
+        return False
+    return bool((known != np.rint(known)).any())
+
+
+def holds_color(path: Path) -> bool:
+    """Whether a depth file has colours in it."""
+    suffix = path.suffix.lower()
+    if suffix == ".npy":
+        array = NpyArray(path, "biufV")
+        return array.shape[2:] in ((4,), (6,), (7,)) or {"r", "g", "b"} <= {*(array.dtype.names or ())}
+    return (suffix in _JPEG and has_gdepth(path)) or (suffix == ".exr" and exr_facts(path).has_colors)
+
+
+_JPEG, _CENTIMETRES = (".jpg", ".jpeg"), 100.0
+_MOST_METRES, _SKY = 200.0, 65500.0  # of the middle of a picture; from here on 16-bit floats mean "nothing"
 _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (
     (lambda head: head.startswith(NUMPY), _open_npy),
     (lambda head: head.startswith(ZIP), _open_zip),

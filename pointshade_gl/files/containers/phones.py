@@ -1,7 +1,8 @@
-"""Reads what phones write: HEIC photographs with depth, and recordings of the app Record3D."""
+"""Reads what phones write: HEIC and JPEG photographs with depth, and recordings of the app Record3D."""
 
 from __future__ import annotations
 
+import binascii
 import re
 import tempfile
 from contextlib import suppress
@@ -27,9 +28,11 @@ from ..access.content import (
     naming,
     parse_object,
     read_bytes,
+    read_head,
 )
 from ..arrays.compression import Archive, unpack_lzfse
-from ..cameras.intrinsics import EXIF, Intrinsics, camera_of_lens
+from ..cameras.camera_files import EXIF, camera_from_exif, camera_of_lens
+from ..cameras.intrinsics import Intrinsics
 from ..pictures.color_profiles import in_srgb
 from ..pictures.hdr_files import read_exr
 from ..pictures.picture_files import TURNED, decode_image
@@ -142,6 +145,61 @@ def _open(pillow_heif: Any, data: bytes, path: FilePath) -> Any:
     with naming(path, _BROKEN, (ValueError, RuntimeError, EOFError, SyntaxError, IndexError)):
         file = pillow_heif.open_heif(data)
         return file[file.primary_index]
+
+
+_SEGMENT, _START, _SCAN = b"\xff\xe1", b"\xff\xd8", 0xDA
+_XMP, _MORE_XMP = b"http://ns.adobe.com/xap/1.0/\0", b"http://ns.adobe.com/xmp/extension/\0"
+_MORE_HEAD = 32 + 4 + 4  # of each part that follows: whose it is, the length of all, where it begins
+
+
+def read_gdepth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> Contents | None:
+    """The frame of a JPEG with Google's GDepth in its XMP; None for any other. Raises ValueError for a broken one."""
+    if not read_head(path).startswith(_START):
+        return None
+    data = read_bytes(path, max_pixels)
+    packet = _xmp_of(data)
+    if b"GDepth:" not in packet:
+        return None
+    near, far = (_number(packet, b"GDepth:" + name) for name in (b"Near", b"Far"))
+    picture = re.search(rb"GDepth:Data(?:>|=\")([A-Za-z0-9+/=\s]+)", packet)
+    with naming(path, "is a JPEG with a broken GDepth", (ValueError,)):
+        if picture is None or not near or not far:
+            raise ValueError("its XMP has no Data, Near or Far")
+        raw = decode_image(BytesIO(binascii.a2b_base64(picture[1])), f"{path}'s depth", max_pixels)
+        raw = raw[..., 0] if raw.ndim == 3 else raw
+        share = raw / np.float32(np.iinfo(raw.dtype).max)  # raises for floats
+    is_linear = re.search(rb"GDepth:Format(?:>|=\")RangeLinear", packet)
+    depth = near + share * (far - near) if is_linear else 1 / ((1 - share) / near + share / far)
+    if not re.search(rb"GDepth:Units(?:>|=\")m", packet):
+        note(f"{path} does not say the unit of its depth: metres are taken")
+    kind = "ray" if re.search(rb"GDepth:MeasureType(?:>|=\")OpticRay", packet) else "z"
+    camera = camera_from_exif(path, max_pixels)
+    if camera is not None:
+        note(f"{path}: the camera is taken from the lens in EXIF, fx {camera.numbers[0]:.0f}")
+    with BytesIO(data) as file:
+        color = as_color(decode_image(file, str(path), max_pixels, note))
+    return Contents(depth.astype(np.float32), color, camera, depth_kind=kind, depth_scale=1.0)
+
+
+def has_gdepth(path: FilePath) -> bool:
+    """Whether it is a JPEG with Google's GDepth."""
+    head = read_head(path, 2**16)
+    return head.startswith(_START) and b"GDepth:" in head
+
+
+def _xmp_of(data: bytes) -> bytes:
+    """The XMP of a JPEG, and what follows it in further segments."""
+    first, more, at = b"", {}, 2
+    while data[at : at + 1] == b"\xff" and at + 4 <= len(data) and data[at + 1] != _SCAN:
+        size = int.from_bytes(data[at + 2 : at + 4], "big")
+        body = data[at + 4 : at + 2 + size]
+        if data[at : at + 2] == _SEGMENT and body.startswith(_XMP):
+            first += body[len(_XMP) :]
+        elif data[at : at + 2] == _SEGMENT and body.startswith(_MORE_XMP):
+            part = body[len(_MORE_XMP) :]
+            more[int.from_bytes(part[36:40], "big")] = part[_MORE_HEAD:]
+        at += 2 + max(size, 2)
+    return first + b"".join(more[key] for key in sorted(more))
 
 
 _METADATA = re.compile(r"(?P<root>(?:.*/)?)metadata(?:\.json)?")

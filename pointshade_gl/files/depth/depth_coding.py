@@ -16,7 +16,9 @@ from ...notes.notes import Note
 from ...notes.words import option
 from ..networks.model_options import how_to_make_depth
 from . import depth_files, missing_depth
-from .depth_kinds import METRIC, Coding, Decoded, DepthHints, measure_bending
+from .depth_kinds import METRIC, RANGED, Coding, Decoded, DepthHints
+from .depth_range import find_range, read_range, read_reversed
+from .planes import direction_of, measure_bending
 
 _WIDTH = 640  # a wider picture is thinned first: a large photograph is smooth from pixel to pixel
 _ROUGH = 0.22  # of the pixels bend by 3 levels or more: photographs 0.27 to 0.74, depth up to 0.19 even as JPEG
@@ -62,8 +64,9 @@ _DEPTH_NAME = re.compile(r"depth|disp")
 _MIDDLE = 2.0  # metres: where the middle of a depth without a scale is put
 _KITTI = 256.0  # raw values a pixel of disparity
 _GAP = 0.1  # of the range of all other values: between them and a 0 that means missing
-_END = 1966  # codes, 3 % of 16 bits
-_FLAT, _BENT, _ROUND = 0.8, 0.5, 0.5  # bending: of inverse depth at most, of depth at least; across to along on planes
+_END, _CLOSE = 1966, 656  # codes, 3 % and 1 % of 16 bits
+_FEW_AT_END, _MANY_AT_END = 0.002, 0.01  # of the pixels: more are a marker, not the end of a range
+_FLAT = 0.8  # bending of inverse depth, at most
 
 
 def read_colors(image: NDArray[np.uint8], name: str, hints: DepthHints, note: Note) -> Decoded:
@@ -81,7 +84,7 @@ def read_colors(image: NDArray[np.uint8], name: str, hints: DepthHints, note: No
     if not hints.is_silent:
         note(f"{read}, {end} is the highest")
         return _read_levels(values, hints, (depth_files.LEVELS,))
-    direction = _direction(values, np.isfinite(values))
+    direction = direction_of(values, np.isfinite(values))
     if not direction:
         note(f"{read} as inverse depth: {end} is taken as near; pass {option('depth_kind', 'z')} if it is far")
         return Decoded(values, Coding("inverse", None, why, (depth_files.LEVELS,)))
@@ -94,24 +97,34 @@ def read_colors(image: NDArray[np.uint8], name: str, hints: DepthHints, note: No
 
 
 def read_8_bits(raw: NDArray[Any], name: str, hints: DepthHints, note: Note) -> Decoded:
-    """Read a grey picture (h, w) of 256 levels. Raises ValueError for a photograph, a mask and a map of labels."""
-    filed = hints.filed_scale
-    if hints.scale is None and hints.any_kind in (None, *METRIC) and filed and filed < 256:  # else all is within 1 m
-        _refuse_what_is_none(raw, name)
+    """Read a picture (h, w) of 256 levels, or a film's. Raises ValueError for a photograph, a mask, a map of labels."""
+    filed, levels = hints.filed_scale, hints.levels or 256
+    if hints.scale is None and hints.any_kind in (None, *METRIC) and filed and filed < levels:  # else all is within 1 m
+        if not hints.levels:
+            _refuse_what_is_none(raw, name)
         return Decoded(raw, Coding(hints.any_kind or "z", filed, "the camera's file"))
     if hints.any_kind == "disparity" and hints.scale is None:
         return Decoded(raw, Coding("disparity", disparity_scale(raw, hints, note), "as said"))
+    if hints.any_kind in RANGED:
+        return read_range(raw, name, hints, note)
     if not hints.is_silent:
         return _read_levels(raw, hints)
     if _DISPARITY.search(Path(name).stem.lower()):
         return _read_disparity(raw, name, hints, note)
-    _refuse_what_is_none(raw, name)
-    if _direction(raw, raw > 0) > 0:
+    count = (levels - 1).bit_length()
+    _refuse_what_is_none(raw if count == 8 else (raw >> (count - 8)).astype(np.uint8), name)
+    if buffer := find_range(raw, None, name, hints, note):
+        return buffer
+    bits = f"{name} has {count} bits"
+    direction = direction_of(raw, raw > 0)
+    if direction < 0:
+        return read_reversed(raw, name, "8 bits, by its planes", hints, note)
+    if direction:
         way_out = f"pass {option('depth_kind', 'inverse')} if bright is near"
-        note(f"{name} has 8 bits: taken as depth without a scale, bright is far, as the planes in it show; {way_out}")
+        note(f"{bits}: taken as depth without a scale, bright is far, as the planes in it show; {way_out}")
         return _without_scale(raw, "8 bits, by its planes")
     way_out = f"pass {option('depth_kind', 'z')} if bright is far"
-    note(f"{name} has 8 bits: taken as a network's inverse depth, bright is near; {way_out}")
+    note(f"{bits}: taken as a network's inverse depth, bright is near; {way_out}")
     return Decoded(raw, Coding("inverse", None, "8 bits"))
 
 
@@ -129,20 +142,27 @@ def read_relative(
     if _DISPARITY.search(Path(name).stem.lower()):
         return _read_disparity(raw, name, hints, note)
     is_filled = _is_filled(raw, counts)
+    if hints.filed_scale is None and (buffer := find_range(raw, counts, name, hints, note)):
+        return buffer
     if hints.filed_scale is not None or not (raw.dtype.kind == "f" or is_filled):
         return None
     if _is_inverse(raw):
         if hints.has_baseline:
             return _read_disparity(raw, name, hints, note)
         way_out = f"pass {option('depth_kind', 'z')} if it is distances"
+        if raw.dtype.kind == "f" and raw.max(where=np.isfinite(raw), initial=0) <= 1:
+            way_out += f", {option('depth_kind', 'buffer')} if it is a depth buffer"
         note(f"{name} is taken as a network's inverse depth, as the planes in it show; {way_out}")
         return Decoded(raw, Coding("inverse", None, "planes bend as in inverse depth"))
     if not is_filled:
         return None
     filled = f"{name} fills its whole range, as networks write depth without a scale"
-    if _direction(raw, np.isfinite(raw)) > 0:
+    direction = direction_of(raw, np.isfinite(raw))
+    if direction > 0:
         note(f"{filled}: taken as such; pass {option('depth_scale')} if it has one")
         return _without_scale(raw, "a filled range, by its planes")
+    if direction < 0:
+        return read_reversed(raw, name, "a filled range, by its planes", hints, note)
     note(f"{filled}: pass {option('depth_kind', 'inverse')} if large values are near")
     return None
 
@@ -192,16 +212,6 @@ def _without_scale(values: NDArray[Any], why: str, repairs: tuple[str, ...] = ()
     return Decoded(values, Coding("z", missing_depth.middle(values) / _MIDDLE if has_zero else None, why, repairs))
 
 
-def _direction(values: NDArray[Any], known: NDArray[np.bool_]) -> int:
-    """Return 1 if planes bend as in depth with any offset, -1 if as in its reverse; 0 for inverse or unknown depth."""
-    bending = measure_bending(values, known, None)
-    if bending is None:
-        return 0
-    is_plane = abs(bending.across) < _ROUND * abs(bending.along)  # objects are not just round
-    is_bent = is_plane and abs(bending.along) - 2 * bending.error > _BENT
-    return int(np.sign(bending.along)) if is_bent else 0
-
-
 def _is_inverse(raw: NDArray[Any]) -> bool:
     """Return whether planes are so flat in the values that these cannot be depth, even with an unknown offset."""
     known = np.isfinite(raw)
@@ -217,13 +227,17 @@ def _is_filled(raw: NDArray[Any], counts: depth_files.Counts | None) -> bool:
     """Return whether values were stretched to 0..65535 or to 0..1. A marker would stand alone at the end."""
     if counts is not None:
         next_to_end = np.count_nonzero(counts[-_END:-1])
-        return bool(next_to_end >= 3 and 0 < counts[-1] < 0.002 * counts.sum() and counts[:_END].any())
+        most = _MANY_AT_END if counts[-_CLOSE:-1].any() else _FEW_AT_END
+        return bool(next_to_end >= 3 and 0 < counts[-1] < most * counts.sum() and counts[:_END].any())
     values = missing_depth.some_values(raw)
     return raw.dtype.kind == "f" and bool(values.size and 0 <= values.min() < 0.02 and 0.98 < values.max() <= 1)
 
 
 _FEWEST_STORED = 30  # different values of an 8-bit picture that was stored in 16 bits
 _WORTH_A_HINT = 8.0  # metres: farther middles of millimetres are often another unit
+
+
+_NEGATIVE = 0.98  # of all values but 0
 
 
 def decode(raw: NDArray[Any], name: str, hints: DepthHints, note: Note, like: Coding | None = None) -> Decoded:
@@ -240,6 +254,8 @@ def decode(raw: NDArray[Any], name: str, hints: DepthHints, note: Note, like: Co
     if raw.ndim == 3:
         channels = depth_files.find_channels(raw)
         read = partial(_read_channels, channels=channels) if channels else read_colors
+    elif 0 < hints.levels < 2**16:
+        read = read_8_bits
     elif depth_files.as_codes(raw) is not None:
         raw, read = raw.astype(np.uint16, copy=False), _read_codes
     else:
@@ -277,7 +293,7 @@ def _read_codes(codes: depth_files.Codes, name: str, hints: DepthHints, note: No
         note(f"{name}: 16-bit values in the wrong byte order, read byte-swapped")
         repairs, codes = [depth_files.SWAPPED], codes.byteswap()
     counts = depth_files.count_codes(codes)
-    if hints.scale is None and depth_files.is_half(codes, counts):
+    if hints.scale is None and hints.any_kind not in RANGED and depth_files.is_half(codes, counts):
         way_out = f"pass {option('depth_scale')} if not"
         note(f"{name} is taken as 16-bit floats: planes in it bend as depth only so; {way_out}")
         halves = depth_files.repaired(codes, [depth_files.HALF])
@@ -326,6 +342,11 @@ def _read_values(
     raw: NDArray[Any], name: str, hints: DepthHints, note: Note, counts: depth_files.Counts | None = None
 ) -> Decoded:
     """Read plain numbers of more than 8 bits, of 16 bits with the counts of their codes."""
+    if hints.any_kind in RANGED:
+        return read_range(raw, name, hints, note)
+    if hints.any_kind in (None, "z", "ray") and _is_negative(raw):
+        note(f"{name} is negative, as z in OpenGL's axes is: its sign is turned")
+        return _after(_read_values(-raw, name, hints, note, counts), depth_files.NEGATED)
     if hints.is_silent and (relative := read_relative(raw, counts, name, hints, note)):
         return relative
     kind = hints.any_kind or "z"
@@ -352,6 +373,17 @@ def _read_values(
         note(f"{name} looks like a map of labels (few values, in flat areas), not like depth: pass another file")
     scale, why = _scale_of_floats(raw, note) if raw.dtype.kind == "f" else _scale_of_integers(raw, counts, note)
     return Decoded(raw, Coding(kind, scale, why))
+
+
+def _is_negative(raw: NDArray[Any]) -> bool:
+    """Return whether nearly all that is known lies behind the viewer, and is no inverse depth of any offset."""
+    if raw.dtype.kind == "u":
+        return False
+    some = missing_depth.some_values(raw)
+    if not np.count_nonzero(some < 0) > _NEGATIVE * np.count_nonzero(some) > 0:
+        return False
+    bending = measure_bending(-raw, np.isfinite(raw) & (raw < 0), 0.0)
+    return bending is None or not bending.is_surely(-_FLAT, _FLAT)
 
 
 def _check_passed(raw: NDArray[Any], name: str, kind: str, scale: float, note: Note) -> None:
@@ -381,7 +413,7 @@ def _check_filed(raw: NDArray[Any], filed: float, note: Note) -> float:
         note(f"{impossible}: pass {option('depth_scale')} (raw values per metre) if that is wrong")
     elif is_float and filed != 1:
         way_out = f"pass {option('depth_scale', 1)} if it is in metres"
-        note(f"floating point depth is divided by {filed:g}, as the intrinsics file says; {way_out}")
+        note(f"floating point depth is divided by {filed:g}, as its file or the camera's says; {way_out}")
     return filed
 
 
@@ -389,7 +421,8 @@ def _scale_of_floats(raw: NDArray[Any], note: Note) -> tuple[float, str]:
     median = missing_depth.middle(raw)
     network = f"{option('depth_kind', 'inverse')} for a network's output"
     if median > missing_depth.FARTHEST or (median > 1000 * missing_depth.NEAREST and missing_depth.is_whole(raw)):
-        way_out = f"pass {option('depth_scale', 1)} if it is in metres, {network}"
+        centimetres = f"{option('depth_scale', 100)} in centimetres"
+        way_out = f"pass {option('depth_scale', 1)} if it is in metres, {centimetres}, {network}"
         note(f"floating point depth has its middle at {median:.4g}: taken as millimetres; {way_out}")
         return 1000.0, "millimetres, by their size"
     if median < missing_depth.NEAREST:
@@ -407,10 +440,12 @@ def _scale_of_integers(raw: NDArray[Any], counts: depth_files.Counts | None, not
     median = missing_depth.middle(raw)
     text = f"depth is of integers, without {option('depth_scale')}: taken as millimetres (1000 per metre)"
     if not missing_depth.is_plausible(median / 1000) or median / 1000 > _WORTH_A_HINT:
+        buffer = option("depth_kind", "buffer")
+        kinds = f"{option('depth_kind', 'inverse')} for a network's output, or {buffer} for OpenGL's"
         text += (
             f", its middle is at {median / 1000:.3g} m; if that is wrong, pass {option('depth_scale')} (TUM has 5000), "
-            f"or {option('depth_kind', 'inverse')} for a network's output"
         )
+        text += kinds
     note(text)
     return 1000.0, "integer millimetres"
 

@@ -26,46 +26,91 @@ from ..access.content import (
 )
 from ..access.known_names import asset
 from ..arrays.numpy_files import NUMPY, parse_numbers, read_dpt, read_npy, read_npz
+from ..pictures.float_tiff import read_float_tiff
 from ..pictures.hdr_files import EXR, read_exr
-from ..pictures.picture_files import NotAPictureError, read_image
-from .depth_kinds import measure_bending
+from ..pictures.picture_files import NotAPictureError, read_deep_colors, read_image
 from .missing_depth import FAR, blocks
+from .planes import measure_bending
 
 _GAP = rb"(?:\s|#[^\n]*\n)+"
 _NUMBER = _GAP + rb"(\d{1,9})"
 _PGM = re.compile(rb"P([25])" + 3 * _NUMBER + rb"\s")
 _HEADER = 4096  # bytes of the longest PGM header
 _ZIP, _PNG = b"PK", b"\x89PNG"
+TEXT_SUFFIXES = (".csv", ".txt")
+_SEPARATORS = str.maketrans(",;\t", "   ")
+_SMALLEST_TABLE = 8  # rows and columns
+_POINTS = (3, 4, 6, 7)  # channels of points: x, y, z, perhaps with a colour in one, three or four more
+_COLORS = {"red": ("red", "r"), "green": ("green", "g"), "blue": ("blue", "b"), "alpha": ("alpha", "a")}
 _RAW = {1: "u1", 2: "<u2", 4: "<f4", 8: "<f8"}  # of headerless files, by the bytes of a value
 _LEAST, _MOST = 1e-6, 1e6  # between which sizes of floats lie: integers read as floats lie elsewhere
 
 
-def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
+def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS, channel: str | None = None) -> NDArray[Any]:
     """(h, w) values of a depth picture as they are stored, (h, w, 3|4) uint8 of a colour-mapped one, by its content.
+
+    Of points (h, w, 3 to 7) floats. channel is the name or the number of the one to take.
 
     Raises OSError if the path is not a file, ValueError for another or too large a picture, and without EXR's extra.
     """
     head, name = read_head(path), str(path)
     if head.startswith(NUMPY):
-        raw = read_npy(path, max_pixels)
+        raw = _columns(read_npy(path, max_pixels, kinds="biufV"), name)
     elif head.startswith(_ZIP):
-        raw = read_npz(path, note, max_pixels)
+        raw, channel = read_npz(path, note, max_pixels, channel), None
     elif head.startswith(EXR):
-        raw = read_exr(path, max_pixels)
+        return read_exr(path, max_pixels, channel)
     elif Path(path).suffix.lower() == ".dpt":
         raw = read_dpt(path, max_pixels)
     elif head[:2] in (b"P2", b"P5"):
         raw = _read_pgm(Path(path), max_pixels)
+    elif Path(path).suffix.lower() in TEXT_SUFFIXES and is_table(path):
+        raw = _read_text(path, max_pixels)
     else:
-        if head.startswith(_PNG) and head[24:25] == b"\x10" and head[25:26] != b"\0":
-            expected = "expected depth of one channel: pass another file"
-            raise ValueError(f"{name} has several channels of 16 bits, {expected}")
         try:
-            raw = read_image(path, max_pixels)
+            is_deep = head.startswith(_PNG) and head[24:25] == b"\x10" and head[25:26] != b"\0"
+            raw = read_deep_colors(path, max_pixels) if is_deep else read_image(path, max_pixels)
         except NotAPictureError as error:
+            found = read_float_tiff(path, max_pixels) if head[:2] in (b"II", b"MM") else None
+            if found is not None:
+                return one_channel(found, name, channel)
             way = f"pass depth in one of them as {option('depth', 'FILE')}, or the folder that holds it"
             raise ValueError(f"{error}, NumPy (.npy, .npz) and EXR: {way}") from None
-    return one_channel(raw, name)
+    return one_channel(raw, name, channel)
+
+
+def _columns(array: NDArray[Any], name: str) -> NDArray[Any]:
+    """(h, w, 3|6) x, y, z and colours of an array of records; any other as it is."""
+    names = array.dtype.names or ()
+    if not names:
+        return array
+    taken = [key for key in "xyz" if key in names] or [key for key in ("depth", "z") if key in names][:1]
+    colors = [key for key in "rgb" if key in names] if len(taken) == 3 else []
+    if not taken:
+        raise ValueError(f"{name} holds records of {', '.join(names)}, expected x, y and z, or depth")
+    columns = [array[key].astype(np.float32) for key in (*taken, *(colors if len(colors) == 3 else ()))]
+    return np.stack(columns, -1) if len(columns) > 1 else columns[0]
+
+
+def is_table(path: FilePath) -> bool:
+    """Whether a text begins with as many numbers in a line as a row of a picture has."""
+    lines = read_head(path, 2**16).decode("utf-8", "replace").translate(_SEPARATORS).splitlines()
+    return any(parse_numbers(line).size >= _SMALLEST_TABLE for line in lines[:2])
+
+
+def _read_text(path: FilePath, max_pixels: float) -> NDArray[np.float64]:
+    """(h, w) numbers of a text, a line for each row."""
+    data = read_bytes(path, max_pixels, PICTURE_TEXT).decode("utf-8-sig", "replace")
+    rows = [line for line in data.translate(_SEPARATORS).splitlines() if line.strip() and not line.startswith("#")]
+    if rows and not parse_numbers(rows[0]).size:
+        rows = rows[1:]  # a head
+    widths = {len(row.split()) for row in rows}
+    values = parse_numbers("\n".join(rows))
+    if len(widths) != 1 or len(rows) * max(widths) != values.size or min(len(rows), *widths) < _SMALLEST_TABLE:
+        expected = "expected a table of numbers, a line for each row of the picture"
+        raise ValueError(f"{path} is no depth as text: {expected}")
+    check_pixels(max(widths), len(rows), str(path), max_pixels)
+    return values.reshape(len(rows), -1)
 
 
 def read_raw(path: FilePath, width: int, height: int, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
@@ -88,23 +133,43 @@ def read_raw(path: FilePath, width: int, height: int, max_pixels: float = MAX_PI
     return values.astype(values.dtype.newbyteorder("="), copy=False).reshape(height, width)
 
 
-def one_channel(array: NDArray[Any], name: str) -> NDArray[Any]:
-    """(h, w) of an array (h, w), (h, w, 1), (1, h, w) or equal channels; differing (h, w, 3|4) uint8 stay."""
+def one_channel(array: NDArray[Any], name: str, channel: str | None = None) -> NDArray[Any]:
+    """(h, w) of an array (h, w), (h, w, 1), (1, h, w) or equal channels; differing (h, w, 3|4) uint8 and points stay.
+
+    channel  the one to take: red, green, blue or alpha, or its number from 0
+    """
     if array.dtype.kind not in "iuf":
         raise ValueError(f"{name} must hold integer or floating point depth, got {array.dtype}")
     shape = array.shape
     if array.ndim > 2:
         array = array.reshape([n for n in shape if n != 1] if shape.count(1) == len(shape) - 2 else shape)
-    if array.ndim == 3 and array.shape[2] in (3, 4):
-        color = array[..., :3]
-        if np.array_equal(color, np.broadcast_to(color[..., :1], color.shape), equal_nan=color.dtype.kind == "f"):
+    if channel is not None:
+        return _chosen(array, name, channel)
+    if array.ndim == 3 and array.shape[2] in _POINTS:
+        colors = array[..., :3]
+        if np.array_equal(colors, np.broadcast_to(colors[..., :1], colors.shape), equal_nan=colors.dtype.kind == "f"):
             return array[..., 0]
-        if array.dtype == np.uint8:
+        if array.dtype.kind == "f" or (array.dtype == np.uint8 and array.shape[2] < 5):
             return array
-        raise ValueError(f"{name} has {array.shape[2]} channels that differ, expected depth in one channel")
+        varied = [k for k in range(3) if np.ptp(array[..., k])]
+        if len(varied) == 1:
+            return array[..., varied[0]]
+        way_out = f"pass {option('channel', 'NAME')}"
+        raise ValueError(f"{name} has {array.shape[2]} channels that differ, expected depth in one channel: {way_out}")
     if array.ndim != 2 or 0 in array.shape:
         raise ValueError(f"{name} must have shape (h, w), got {shape}")
     return array
+
+
+def _chosen(array: NDArray[Any], name: str, channel: str) -> NDArray[Any]:
+    """The channel of this name or number."""
+    count = array.shape[2] if array.ndim == 3 else 1
+    number = next((k for k, names in enumerate(_COLORS.values()) if channel.lower() in names), None)
+    number = int(channel) if channel.isdecimal() else number
+    if number is None or number >= count:
+        known = ", ".join(_COLORS) if count == 4 else ", ".join(map(str, range(count)))
+        raise ValueError(f"{name} has no {option('channel', channel)}, only {known}")
+    return array[..., number] if array.ndim == 3 else array
 
 
 def _read_pgm(path: Path, max_pixels: float) -> NDArray[Any]:
@@ -371,7 +436,7 @@ def _tables() -> NDArray[np.float32]:
 
 
 SWAPPED, CONFIDENCE, ROTATED, HIGH_BYTE = "bytes swapped", "confidence dropped", "bits rotated back", "high byte taken"
-HALF = "16-bit floats"
+HALF, NEGATED = "16-bit floats", "sign turned"
 _OF_CODES: dict[str, Callable[[Codes], NDArray[Any]]] = {
     SWAPPED: lambda codes: codes.byteswap(),
     HALF: lambda codes: codes.view(np.float16).astype(np.float32),
@@ -395,6 +460,8 @@ def repaired(raw: NDArray[Any], repairs: Sequence[str]) -> NDArray[Any]:
 def _repaired(raw: NDArray[Any], name: str) -> NDArray[Any]:
     if name == REVERSED:
         return 255 - raw
+    if name == NEGATED:
+        return -raw
     if name.startswith(CHANNELS):
         channels = tuple(int(digit) for digit in name.removeprefix(CHANNELS))
         if raw.ndim != 3 or max(channels) >= raw.shape[2]:

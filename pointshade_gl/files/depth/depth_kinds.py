@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -14,9 +15,9 @@ from ...notes.words import option
 from ...scene.camera import Camera
 from .missing_depth import blocks, known_values
 
-DepthKind = Literal["z", "ray", "plane", "inverse", "disparity", "kinect"]
+DepthKind = Literal["z", "ray", "plane", "inverse", "disparity", "kinect", "buffer", "reversed"]
 KINDS: tuple[DepthKind, ...] = get_args(DepthKind)
-METRIC = KINDS[:3]
+METRIC, RANGED = KINDS[:3], KINDS[-2:]
 NEAREST, FARTHEST = 1.0, 10.0  # metres between which depth without a scale is laid
 _BEYOND = 8  # times these are the ends of all pictures of a film
 
@@ -35,6 +36,16 @@ class DepthHints:
     filed_kind: str | None = None
     filed_scale: float | None = None
     has_baseline: bool = False
+    levels: int = 0  # of a film's picture; 0 is no film
+    near: float | None = None  # by either
+    far: float | None = None
+    # gives the camera of the picture, None if it is not known; it is costly, and mostly not needed
+    camera: Callable[[], Camera | None] | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def known_camera(self) -> Camera | None:
+        """Return the camera of the picture, None if it is not known."""
+        return self.camera() if self.camera else None
 
     @property
     def any_kind(self) -> str | None:
@@ -44,6 +55,19 @@ class DepthHints:
     def is_silent(self) -> bool:
         """Return whether the depth kind is not given and must be found from the values."""
         return self.any_kind is None and self.scale is None
+
+    @property
+    def has_range(self) -> bool:
+        """Return whether both planes are given."""
+        return self.near is not None and self.far is not None
+
+
+class NearFar(NamedTuple):
+    """Metres at the two ends of the values of a buffer, or of reversed depth, where far is 0."""
+
+    near: float
+    far: float
+    lowest: float  # the value of the near plane: 0, or -1 in clip coordinates
 
 
 @dataclass(frozen=True)
@@ -55,7 +79,10 @@ class Coding:
     why: str  # how kind and scale were found, in a few words
     repairs: tuple[str, ...] = ()  # make plain numbers of the raw values, in this order (see `depth_files.repaired`)
     hints: DepthHints | None = None  # what was given before
+    planes: NearFar | None = None  # of RANGED
+    is_straight: bool = False  # the lens of the camera's file is taken out already
     enlarged: int = 1  # how many pixels along a side are one of the depth as it was made, see `times_enlarged`
+    as_stored: bool = False  # the colours lie on it as they are stored, not as EXIF turns them
 
 
 class Decoded(NamedTuple):
@@ -69,6 +96,7 @@ class Decoded(NamedTuple):
 def to_metres(
     raw: NDArray[Any], camera: Camera, kind: str, scale: float | None, baseline: float | None, note: Note,
     dtype: type[np.floating] = np.float64, doffs: float = 0.0, ends: tuple[float, float] | None = None,
+    planes: NearFar | None = None,
 ) -> NDArray[Any]:  # fmt: skip
     """(h, w) z in metres of the type, 0 where missing, from raw values of one of KINDS.
 
@@ -79,13 +107,18 @@ def to_metres(
     disparity  z = fx * baseline / (raw / scale + doffs), baseline in metres; doffs, in pixels, is how far apart the two
                cameras' principal points are (Middlebury's): what is negative before may be a distance
     kinect     raw is the disparity of a first Kinect, 11 bits
+    buffer     1/z goes evenly from the near plane's, where raw / scale is 0, to the far plane's, where it is 1
+    reversed   z goes evenly from the far plane, where raw / scale is 0, to the near plane, where it is 1
 
+    planes  near and far of the last two
     ends  raw values that are put at the two ends of depth without a scale; the default is the smallest and the largest
 
     Raises ValueError if a disparity has no baseline, or if depth without a scale does not vary.
     """
     if kind in ("z", "inverse") and scale is None:
         return _spread(raw, kind, note, dtype, ends)
+    if kind in RANGED:
+        return _between(raw, kind, scale or 1.0, planes or NearFar(NEAREST, FARTHEST, 0.0), note, dtype)
     if kind == "disparity":
         if baseline is None:
             raise ValueError(f"disparity needs the distance of the two cameras: pass {option('baseline')} in metres")
@@ -118,6 +151,39 @@ def _convert(
     else:
         metres = camera.fx * baseline / (values / scale + doffs)
     return np.where(values > 0, metres, 0)
+
+
+def _between(
+    raw: NDArray[Any], kind: str, scale: float, planes: NearFar, note: Note, dtype: type[np.floating]
+) -> NDArray[Any]:
+    """Metres between two planes. A buffer's 1 is background, 0 that of one of reversed z."""
+    near, far, lowest = planes
+    result, lost = np.zeros(raw.shape, dtype), 0
+    has_zero = kind == "reversed" and not _stands_out(raw, scale)
+    for rows in blocks(raw):
+        values = raw[rows] / scale
+        known = np.isfinite(values) & (values >= lowest)
+        if kind == "reversed":
+            known &= (values > 0) | has_zero
+            metres = far - values * (far - near)
+        else:
+            lost += np.count_nonzero(values == 1) if near < far else 0
+            known &= (values < 1) | (near > far)
+            known &= (values != 0) | (lowest < 0)
+            metres = (1 - lowest) / ((1 - values) / near + (values - lowest) / far)
+        result[rows] = np.where(known, metres, 0)
+    if lost:
+        note(f"{lost / raw.size:.1%} of the depth buffer is 1, where nothing was drawn: missing")
+    return result
+
+
+_GAP = 0.1  # of the range of all other values: between them and a 0 that means missing
+
+
+def _stands_out(raw: NDArray[Any], scale: float) -> bool:
+    """Return whether 0 is far from all other values."""
+    known = raw[np.isfinite(raw) & (raw > 0)]
+    return bool(known.size) and float(known.min()) > _GAP * float(np.ptp(known))
 
 
 def _ray_lengths(camera: Camera, rows: slice) -> NDArray[np.float64]:
@@ -154,131 +220,6 @@ def _spread(
         laid = np.maximum(laid, smallest)  # what comes into a film may lie beyond the ends of its first picture
         result[rows] = np.where(known, 1 / laid if is_inverse else laid, 0)
     return result
-
-
-_LARGEST = 1024  # pixels a side that are looked at
-_GRIDS = (96, 48)  # blocks along the picture's shorter side, the finer and the coarser look
-_SIDE = 8  # blocks of a window
-_TILTED = 0.02  # of the range of all values: a window must span that much
-_SMOOTH = 0.05  # of a window's span: so far its blocks may lie off a quadratic surface
-_FEWEST_WINDOWS = 12  # windows
-_FLAT_DRAWING = 0.03  # of the range: a picture that is one single plane all over was drawn, not seen
-
-_Y, _X = np.mgrid[:_SIDE, :_SIDE].reshape(2, -1) - (_SIDE - 1) / 2
-_TERMS = np.stack([np.ones_like(_X), _X, _Y, _X * _X / 2, _X * _Y, _Y * _Y / 2], axis=1)
-_SOLVE = np.linalg.pinv(_TERMS).T
-
-
-class Bending(NamedTuple):
-    """v'' v / v'^2 along the slope, a median over windows: 2 for z, 0 for inverse depth, negative for c - z."""
-
-    along: float
-    error: float  # the median's standard error
-    across: float  # v'' v / v'^2 across the slope: 0 on planes, not on round objects
-
-    def is_surely(self, low: float, high: float) -> bool:
-        """Return whether it lies between the two by more than twice its error."""
-        return low < self.along - 2 * self.error and self.along + 2 * self.error < high
-
-
-@np.errstate(all="ignore")  # what overflows is not finite, and no window
-def measure_bending(values: NDArray[Any], known: NDArray[np.bool_], zero: float | None = 0.0) -> Bending | None:
-    """Measure how (h, w) values bend across planes, where they are known; None where there are too few planes.
-
-    zero  the value of no depth; if it is unknown, v is the range of all values: z with any offset is positive then
-    """
-    step = max(1, min(values.shape) // _LARGEST)
-    values, known = values[::step, ::step], known[::step, ::step]
-    found = []
-    for grid in _GRIDS:
-        bending = _bending(_block_means(values, known, max(1, round(min(values.shape) / grid))), zero)
-        found += [bending] if bending else []
-    return min(found, key=lambda one: one.error, default=None)
-
-
-def _bending(means: NDArray[np.float64], zero: float | None) -> Bending | None:
-    y, x = np.nonzero(np.isfinite(means))
-    seen = means[y, x]
-    if min(means.shape) < _SIDE or not seen.size:
-        return None
-    span = float(np.ptp(np.quantile(seen, (0.01, 0.99))))
-    terms = np.stack([np.ones(x.size), x, y], axis=1)
-    off_plane = seen - terms @ np.linalg.lstsq(terms, seen, rcond=None)[0]
-    if float(np.sqrt(np.square(off_plane).mean())) <= _FLAT_DRAWING * span:
-        return None  # one linear ramp is the whole picture
-    step = _SIDE // 2
-    windows = np.lib.stride_tricks.sliding_window_view(means, (_SIDE, _SIDE))[::step, ::step].reshape(-1, _SIDE**2)
-    windows = windows[np.isfinite(windows).all(axis=1)]
-    _, x, y, xx, xy, yy = terms = (windows @ _SOLVE).T
-    slope = np.hypot(x, y)
-    off = np.sqrt(np.square(windows - terms.T @ _TERMS.T).mean(axis=1))
-    good = (off < _SMOOTH * slope * _SIDE) & (slope * _SIDE > _TILTED * span)
-    if np.count_nonzero(good) < _FEWEST_WINDOWS:
-        return None
-    x, y, xx, xy, yy, slope = (term[good] for term in (x, y, xx, xy, yy, slope))
-    scale = (span if zero is None else windows[good].mean(axis=1) - zero) / slope**4
-    along = (xx * x * x + 2 * xy * x * y + yy * y * y) * scale
-    across = (xx * y * y - 2 * xy * x * y + yy * x * x) * scale
-    weight = slope**2
-    weight = np.minimum(weight, np.quantile(weight, 0.8))  # no window may decide alone
-    low, middle, high = _quantiles(along, weight, (0.25, 0.5, 0.75))
-    # windows overlap by half, so a quarter of them are independent; 0.93 IQR / sqrt(n) is a median's standard error
-    error = 0.93 * (high - low) / (along.size / 4) ** 0.5
-    return Bending(middle, error, _quantiles(across, weight, (0.5,))[0])
-
-
-def _block_means(values: NDArray[Any], known: NDArray[np.bool_], side: int) -> NDArray[np.float64]:
-    """(h // side, w // side) mean of each block, NaN unless all of it is known."""
-    h, w = (n // side for n in values.shape)
-    shape = (h, side, w, side)
-    cut = np.s_[: h * side, : w * side]
-    means = values[cut].reshape(shape).mean(axis=(1, 3), dtype=np.float64)
-    return np.where(known[cut].reshape(shape).all(axis=(1, 3)), means, np.nan)
-
-
-def _quantiles(values: NDArray[np.float64], weight: NDArray[np.float64], shares: tuple[float, ...]) -> list[float]:
-    order = np.argsort(values)
-    sums = np.cumsum(weight[order])
-    places = np.searchsorted(sums, np.multiply(shares, sums[-1])).clip(max=values.size - 1)
-    return values[order][places].tolist()
-
-
-_ACROSS = 5  # windows along the picture's shorter side; those a quarter of one apart are looked at
-_POINTS = 12  # of a window along a side
-_FLAT_PLANE = 0.25  # of what the other reading would bend: so flat a plane is
-_BENT = (0.6, 1.6)
-_LEAST = 2e-4  # of the depth: a bend that can be seen
-_FEWEST_PLANES, _SHARE = 12, 0.8  # windows that show a plane, and how many of them must agree
-
-
-@np.errstate(all="ignore")
-def is_ray_length(depth: NDArray[np.floating], camera: Camera) -> bool:
-    """Return whether (h, w) depth, 0 where unknown, is the length of rays: only as such are its planes flat."""
-    side = min(depth.shape) // _ACROSS
-    step = max(1, side // _POINTS)
-    if side < _POINTS // 2:
-        return False
-    v, u = np.mgrid[0 : depth.shape[0] : step, 0 : depth.shape[1] : step]
-    x, y = camera.ray_at(u, v)
-    longer = np.sqrt(1 + x**2 + y**2)
-    values = depth[::step, ::step].astype(np.float64)
-    inverse = np.where(values > 0, 1 / values, np.nan)
-    as_z, as_ray, bend = (_bends(one) for one in (inverse, longer * inverse, longer))
-    seen = np.isfinite(as_z) & (bend > _LEAST)
-    rays = seen & (as_ray < _FLAT_PLANE * bend) & (as_z > _BENT[0] * bend) & (as_z < _BENT[1] * bend)
-    axes = seen & (as_z < _FLAT_PLANE * bend) & (as_ray > _BENT[0] * bend) & (as_ray < _BENT[1] * bend)
-    shown = int(np.count_nonzero(rays) + np.count_nonzero(axes))
-    return shown >= _FEWEST_PLANES and int(np.count_nonzero(rays)) > _SHARE * shown
-
-
-def _bends(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (n,) how far the values of each window lie off a plane, over their mean; NaN where some are unknown."""
-    windows = np.lib.stride_tricks.sliding_window_view(values, (_POINTS, _POINTS))
-    windows = windows[:: _POINTS // 4, :: _POINTS // 4].reshape(-1, _POINTS**2)
-    y, x = np.mgrid[:_POINTS, :_POINTS].reshape(2, -1) - (_POINTS - 1) / 2
-    terms = np.stack([np.ones_like(x), x, y], axis=1)
-    off = windows - windows @ np.linalg.pinv(terms).T @ terms.T
-    return np.sqrt(np.square(off).mean(axis=1)) / np.abs(windows.mean(axis=1))
 
 
 _LINES = 256  # rows, and columns, that are looked at

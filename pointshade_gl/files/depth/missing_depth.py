@@ -185,3 +185,12 @@ def _lattice(inverse: NDArray[np.float64], weight: NDArray[np.float64], spacing:
     levels = float(np.ptp(inverse)) / spacing
     turns = np.linspace(1 - _SPREAD, 1 + _SPREAD, int(8 * _SPREAD * levels) + 8) / spacing
     return float(np.abs(np.exp(2j * np.pi * np.outer(turns, inverse)) @ weight).max())
+
+
+def is_constant(depth: NDArray[np.float32]) -> bool:
+    """Whether all that is known of (h, w) depth is equally far away."""
+    some = depth[:: 1 + len(depth) // 16, :: 1 + depth.shape[1] // 16]
+    if np.ptp(some):  # next to nothing to pay for any other
+        return False
+    known = depth[depth > 0]
+    return known.size > 1 and not np.ptp(known)

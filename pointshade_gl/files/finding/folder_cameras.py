@@ -45,8 +45,9 @@ class Cameras(NamedTuple):
 
 def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> Cameras:
     """Find the cameras of a folder's frames; a note names the file. Raises ValueError for a bad intrinsics.json."""
-    items = _not_of_others(place.listing.files(place.path, 2, known_names.CAMERA_SUFFIXES), frames, place)
-    own = _one_each(items, frames, note, max_pixels)
+    items = _belonging(place, known_names.CAMERA_SUFFIXES, frames)
+    beside = _twins(place, known_names.CAMERA_SUFFIXES, frames)
+    own = _one_each(items, frames, note, max_pixels) or _one_each(beside, frames, note, max_pixels)
     if own:
         return Cameras(None, own)
     failed: list[str] = []
@@ -55,7 +56,8 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
         depth = frames[0].depth
         name = depth.relative_to(place.path) if depth.is_relative_to(place.path) else depth.name
         of_color = known_names.REGISTERED.search(str(name).lower()) is not None
-    for item in [*_nearest(_by_rank(items, of_color), frames), *_in_parents(place, frames)]:
+    ranked = [*_nearest(_by_rank(items, of_color), frames), *_nearest(_by_rank(beside, of_color), frames)]
+    for item in [*ranked, *_in_parents(place, frames)]:
         try:
             found = read_intrinsics(place.check(item.path), note, max_pixels, of_color)
         except (ValueError, OSError) as error:
@@ -72,22 +74,46 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
 
 
 def _nearest(items: Sequence[ListedFile], frames: Sequence[FrameFiles]) -> list[ListedFile]:
-    """Sort by the number of folders shared with the first frame, most first: a folder may hold several data sets."""
+    """Sort by the number of folders shared with the first frame, most first: a folder may hold several data sets.
+
+    Then come those called like one of its folders: poses/kitchen.txt for depth/kitchen/0001.png.
+    """
     if not frames:
         return list(items)
     here = {*from_root(frames[0].depth).parents}
+    names = {one.name.lower() for one in here}
     shared = cache(lambda folder: len(here & {folder, *folder.parents}))
-    return sorted(items, key=lambda item: -shared(from_root(item.path.parent)))
+    numbers = numbers_in(frames[0].key)
+    near = lambda item: (-shared(from_root(item.path.parent)), item.stem not in names, item.numbers != numbers)  # noqa: E731
+    return sorted(items, key=near)
 
 
-def _not_of_others(items: Sequence[ListedFile], frames: Sequence[FrameFiles], place: Folder) -> list[ListedFile]:
-    """Without the files of folders with pictures of their own, where frames lie beside those: another frame's."""
-    if not frames or frames[0].depth.parent != place.path:
-        return list(items)
-    others = {
-        item.path.parent for item in place.listing.files(place.path, 2, known_names.PICTURE_SUFFIXES) if item.level
-    }
-    return [item for item in items if item.path.parent not in others]
+def _twins(place: Folder, suffixes: Sequence[str], frames: Sequence[FrameFiles]) -> list[ListedFile]:
+    """The files about frames in the trees beside that of their depth, see `Listing.twins`."""
+    return place.listing.twins(frames[0].depth.parent, suffixes) if frames and place.root is None else []
+
+
+def _belonging(place: Folder, suffixes: Sequence[str], frames: Sequence[FrameFiles]) -> list[ListedFile]:
+    """The files of a folder that may be about its frames: another recording may lie beside or below them.
+
+    They lie where one of the frames does, above, or in folders that are called for what they hold; not among pictures
+    of others.
+    """
+    items = place.listing.files(place.path, place.levels, suffixes)
+    if not frames or not any(item.level for item in items):
+        return items
+    own = {folder for path in (frames[0].depth, frames[0].color) if path for folder in path.parents}
+    if frames[0].depth.parent == place.path:
+        pictures = place.listing.files(place.path, place.levels, known_names.PICTURE_SUFFIXES)
+        others = {item.path.parent for item in pictures if item.level} - own
+        items = [item for item in items if item.path.parent not in others]
+
+    def belongs(item: ListedFile) -> bool:
+        folders = item.name.rpartition("/")[0]
+        of_pictures = item.folder_words & (known_names.DEPTH | known_names.COLOR)
+        return item.path.parent in own or bool(of_pictures or known_names.ABOUT_FRAMES.search(folders))
+
+    return [item for item in items if not item.level or belongs(item)]
 
 
 def _by_rank(items: Sequence[ListedFile], of_color: bool = False) -> list[ListedFile]:
@@ -185,12 +211,9 @@ class FoundPoses(NamedTuple):
 
 def find_poses(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> FoundPoses:
     """The poses of a folder's frames. Raises ValueError for a file that is called like one of poses and holds none."""
-    folder = place.path
-    items = [
-        item
-        for item in place.listing.files(folder, 2, known_names.POSE_SUFFIXES)
-        if not known_names.NOT_A_POSE.search(item.name)
-    ]
+    folder, suffixes = place.path, known_names.POSE_SUFFIXES
+    items = [*_nearest(_belonging(place, suffixes, frames), frames), *_nearest(_twins(place, suffixes, frames), frames)]
+    items = [item for item in items if not known_names.NOT_A_POSE.search(item.name)]
     taken = cache(lambda: {path for one in frames for path in (one.depth, one.color, one.valid)})
     single = own_files(
         items, frames, known_names.FRAME_POSES, lambda item: item.suffix == ".log" or item.path in taken()
@@ -206,7 +229,12 @@ def find_poses(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixe
     ranked = dict.fromkeys(item for name in known_names.POSES for item in items if name.fullmatch(item.name))
     found = [item for item in ranked if item.path not in taken()]
     for item in found:
-        listed = read_poses(item.path, max_pixels)
+        try:
+            listed = read_poses(item.path, max_pixels)
+        except ValueError:
+            if known_names.MAY_HOLD_POSES.fullmatch(item.name):
+                continue
+            raise
         poses = match_poses(item.path, listed, frames, note)
         if poses is None:
             note(f"{item.path} has {len(listed.poses)} poses for {len(frames)} frames: it is not used")
@@ -218,7 +246,7 @@ def find_poses(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixe
 
 
 def _named(folder: Path, path: Path) -> str:
-    return path.relative_to(folder).as_posix()
+    return path.relative_to(folder).as_posix() if path.is_relative_to(folder) else str(path)
 
 
 def _holds_a_pose(path: Path, max_pixels: float) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from functools import cache
 from operator import attrgetter
 from pathlib import Path
@@ -17,7 +18,7 @@ from ..access import known_names
 from ..access.content import MAX_PIXELS, PARTS, FilePath, check_limit, followed, read_text
 from ..access.folders import LEVELS, Folder, ListedFile, key_of, numbers_in, places_of, words_of
 from ..cameras.camera_files import read_transforms
-from ..depth.depth_files import read_levels
+from ..depth.depth_files import TEXT_SUFFIXES, is_table, read_levels
 from ..pictures.picture_files import is_deep_grey, is_ours, read_image, shallowness
 
 _DIGITS = re.compile(r"[0-9]+")
@@ -286,7 +287,7 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
         if place.root is not None:
             pictures = [item for item in pictures if place.check(item.path)]
         listed_colors, listed_depths = listed_pictures(place, items, max_pixels)
-        depths = listed_depths or _depths_of(folder, pictures, note)
+        depths = listed_depths or _depths_of(folder, pictures, note) or _tables_of(items)
         if depths:
             break
     else:
@@ -295,7 +296,9 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     colors = colors or _colors_beside(place, folder, depths, note)
     masks = [item for item in pictures if _is_mask_of(item, depths[0])]
     valid = (matches([item.key for item in depths], masks) if masks else []) or [None] * len(depths)
-    if not colors:
+    if (
+        not colors and not is_container(depths[0].path) and not _holds_color(depths[0].path)
+    ):  # it may hold its colours itself
         note(f"{folder} has no colour picture (color.*, rgb.*, image.*): the surface is light grey")
     partners = find_partners(folder, depths, colors, note) if colors else [None] * len(depths)
     alone = partners.count(None) if colors else 0
@@ -312,13 +315,24 @@ def find_color(place: Folder, depth: Path, note: Note) -> Path | None:
     for folder, file in looks:
         named = ListedFile(file, file.name.lower())
         colors = _colors_in(place, folder, named) or _colors_beside(place, folder, [named], lambda _: None)
-        same = next((item.path for item in colors if item.key == named.key), None)
+        same = next(iter(matches([named.key], colors)), None)
         if len(colors) > 1 and not same:
             note(f"{folder} has {len(colors)} colour pictures: {colors[0].path.name} is taken")
         if colors:
             return same or colors[0].path
-    note(f"no colour picture lies beside {depth.name} (color.*, rgb.*, image.*): the surface is light grey")
+    if not _holds_color(depth):
+        note(f"no colour picture lies beside {depth.name} (color.*, rgb.*, image.*): the surface is light grey")
     return None
+
+
+def _holds_color(depth: Path) -> bool:
+    if depth.suffix.lower() not in (".npy", *known_names.INSIDE):
+        return False
+    from ..containers.opening import holds_color  # only here
+
+    with suppress(OSError, ValueError):  # reported when it is read
+        return holds_color(depth)
+    return False
 
 
 def find_photographs(place: Folder, note: Note) -> list[Path]:
@@ -363,7 +377,9 @@ def _colors_beside(place: Folder, folder: Path, depths: list[ListedFile], note: 
         items = [item for item in items if item.suffix in known_names.COLOR_SUFFIXES and item.path.parent not in others]
         if colors := _colors_of(above, items, depths, note):
             return colors
-    return []
+    twins = place.listing.twins(depths[0].path.parent, known_names.COLOR_SUFFIXES) if place.root is None else []
+    twins = [item for item in twins if not known_names.NOT_PICTURES.fullmatch(item.name)]
+    return _colors_of(twins[0].path.parents[twins[0].level], twins, depths, note) if twins else []
 
 
 def _folders_above(folder: Path) -> list[tuple[Path, str]]:
@@ -379,9 +395,35 @@ def _depths_of(folder: Path, pictures: list[ListedFile], note: Note) -> list[Lis
         if wanted == "":
             found = [item for item in found if item.suffix in known_names.ONLY_DEPTH] or _deep_grey(found)
         if found:
-            found = [item for item in found if item.suffix not in known_names.RAW_SUFFIXES] or found
+            found = _without_shown(found)
             return best_group(folder, found, "depth", note)
     return []
+
+
+def _tables_of(items: list[ListedFile]) -> list[ListedFile]:
+    """Return depth as text, of names that are alike, where there is no other."""
+    tables = [item for item in items if item.suffix in TEXT_SUFFIXES and item.role == "depth" and is_table(item.path)]
+    return [item for item in tables if template(item) == template(tables[0])]
+
+
+def _without_shown(items: list[ListedFile]) -> list[ListedFile]:
+    """Without bare numbers where there is a picture of depth; but instead of a picture for the eye of the same name."""
+    bare = {(item.path.parent, item.stem): item for item in items if item.suffix in known_names.RAW_SUFFIXES}
+    pictures = [item for item in items if item.suffix not in known_names.RAW_SUFFIXES]
+    if not bare or not pictures:
+        return items
+    twins = [bare.get((one.path.parent, one.stem)) for one in pictures]
+    return [twin if twin and shallowness(one.path) else one for one, twin in zip(pictures, twins, strict=True)]
+
+
+def numbers_of(path: Path, note: Note) -> Path:
+    """A file of depth; for a viewer's picture for the eye the bare numbers beside it, with a note."""
+    bare = (path.with_suffix(suffix) for suffix in known_names.RAW_SUFFIXES)
+    found = next((one for one in bare if one.is_file() and one != path), None)
+    if found is None or path.suffix.lower() not in known_names.COLOR_SUFFIXES or not shallowness(path):
+        return path
+    note(f"{path.name} is a picture for the eye: the numbers are read from {found.name}")
+    return found
 
 
 def _depth_role(item: ListedFile) -> str:
@@ -393,6 +435,7 @@ def _colors_of(folder: Path, pictures: list[ListedFile], depths: list[ListedFile
     """Return the colour pictures: those named so, else the pictures that are left over."""
     taken = {item.path for item in depths}
     allowed = [item for item in pictures if item.path not in taken and not _is_right(item, pictures)]
+    allowed = _not_of_others(allowed, depths)
     for wanted in ("color", ""):
         found = [item for item in allowed if item.role == wanted and item.suffix in known_names.COLOR_SUFFIXES]
         depth_too = {item.path for item in _deep_grey(found)}
@@ -401,6 +444,20 @@ def _colors_of(folder: Path, pictures: list[ListedFile], depths: list[ListedFile
             return best_group(folder, found, "colour", note, depths)
     videos = [item for item in allowed if item.suffix in known_names.VIDEO_SUFFIXES and item.role in ("color", "")]
     return videos[:1]
+
+
+def _not_of_others(pictures: list[ListedFile], depths: list[ListedFile]) -> list[ListedFile]:
+    """Without pictures in folders that have depth of their own, and below the depth but in folders for colours."""
+    of_depth = {item.path.parent for item in pictures if item.level and item.role == "depth"}
+    others = of_depth and of_depth - {item.path.parent for item in depths}
+    if others:
+        pictures = [item for item in pictures if item.path.parent not in others]
+    first, level = depths[0].path.parent, depths[0].level
+
+    def is_below(item: ListedFile) -> bool:
+        return item.level > level and first in item.path.parents[1:] and not item.folder_words & known_names.COLOR
+
+    return [item for item in pictures if not is_below(item)]
 
 
 def _is_right(item: ListedFile, pictures: list[ListedFile]) -> bool:

@@ -10,21 +10,23 @@ import numpy as np
 
 from ...checks.arguments import check_path, is_masked
 from ...checks.foreign_arrays import AnyArray
-from ...notes.notes import Note, print_note
+from ...notes.notes import Doubt, Note, print_note
 from ...notes.words import all_of_them, option
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..access.content import MAX_PIXELS, FilePath
 from ..access.folders import Folder
 from ..access.known_names import builtin_folder
+from ..cameras.lenses import Projection
 from ..depth.depth_files import one_channel
-from ..depth.depth_kinds import DepthKind
+from ..depth.depth_kinds import RANGED, DepthKind
 from ..depth.scale_over_time import ScaleName
 from ..finding.folder_frames import FrameFiles, check_folder, find_color
 from ..networks.model_options import Model, PixelsName, is_model
-from .assembly import assemble, find_filed
-from .frame_parts import Assembled, FrameParts, ReadOptions, check_registration, is_path
-from .sequences import first_readable, open_folder, open_frames, open_photographs
+from .assembly import find_filed
+from .frame_parts import Assembled, FrameParts, ReadOptions, is_path
+from .panoramas import OF_PANORAMA, as_pinholes
+from .sequences import FrameSequence, first_readable, open_folder, open_frames, open_given_film, open_photographs
 
 
 def load_frame(
@@ -37,6 +39,9 @@ def load_frame(
     depth_scale: float | None = None,
     depth_kind: DepthKind | None = None,
     baseline: float | None = None,
+    near: float | None = None,
+    far: float | None = None,
+    channel: str | None = None,
     pose: FilePath | AnyArray | None = None,
     poses: FilePath | None = None,
     allow_outside: bool = False,
@@ -46,6 +51,7 @@ def load_frame(
     model_pixels: PixelsName | None = None,
     cache: bool = False,
     scale_frames: ScaleName | None = None,
+    projection: Projection | None = None,
     notes: Note | None = None,
 ) -> Frame:
     """Read a frame from a folder, from a depth file, from single files and arrays, or from a photograph and a network.
@@ -71,10 +77,18 @@ def load_frame(
     depth_scale : float, optional
         Raw values per metre (1000: millimetres, TUM: 5000). The default is that of the camera's file, else what the
         values show, else 1000 for integers and 1 for floating point.
-    depth_kind : {"z", "ray", "plane", "inverse", "disparity", "kinect"}, optional
+    depth_kind : {"z", "ray", "plane", "inverse", "disparity", "kinect", "buffer", "reversed"}, optional
         What the values mean. The default is that of the camera's file, else what the values show, else "z".
     baseline : float, optional
         Metres between the two cameras of a disparity.
+    near : float, optional
+        Metres of a depth buffer's near plane, where it is 0, or of reversed depth where it is 1. The default is that of
+        the camera's file, else a guess by planes and corners.
+    far : float, optional
+        Likewise of the other end; it may be infinite. A buffer of reversed z has near and far exchanged.
+    channel : str, optional
+        Which channel of the depth's file is depth: of an EXR picture its name or that of its layer, of other pictures
+        "red", "green", "blue" or "alpha", of an array (h, w, n) its number from 0, of an .npz the name of the array.
     pose : path or (4, 4) float, optional
         Camera-to-world matrix, or its file (see files/cameras/pose_files.py).
     poses : path, optional
@@ -100,6 +114,11 @@ def load_frame(
     scale_frames : {"auto", "keep"}
         Whether one scale is found for the frames of a film whose depth has none, or breathes, from what does not change
         between them (see files/depth/scale_over_time.py), which is the default, or each is kept by itself.
+    projection : {"pinhole", "lens", "fisheye", "equirectangular"}
+        How the pictures show the world. The default is what the camera's file says, unless planes are flat only
+        without its lens; and what a panorama itself shows. "pinhole" takes pictures as they are; "lens" as the file
+        says; "fisheye" takes the file's numbers as Kannala and Brandt's, or fov as the angle of an equidistant lens;
+        "equirectangular" is a panorama, twice as wide as high, with lengths of rays.
     notes : callable, optional
         Called with one sentence for every guess; the default prints it to stderr.
 
@@ -112,7 +131,7 @@ def load_frame(
         depth, depth_model = None, depth
     network = depth_model, model_size, model_pixels, cache
     known = intrinsics, fov, depth_scale, depth_kind, baseline, pose, max_pixels
-    options = ReadOptions(*known, *network, scale_frames, poses)
+    options = ReadOptions(*known, *network, scale_frames, poses, near, far, channel, projection)
     return read_frame(folder, depth, color, options, allow_outside, notes or print_note).frame
 
 
@@ -129,22 +148,21 @@ def read_frame(
             raise ValueError(f"pass the photograph as {option('color')} or as the input, not both")
         beside = Folder(check_path(color).parent if is_path(color) else Path(), allow_outside)
         return open_photographs(beside, color, options, note).assembled(0)
-    if source is None:
-        if depth is None:
-            raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
-        read = assemble(_parts(depth, color), options, note)
-        if is_path(depth) and is_path(color):  # what the caller holds in arrays is known to be right
-            check_registration(read.frame, note)
-        return read
+    if source is None or depth is not None or color is not None:
+        opened = open_given(source, depth, color, options, allow_outside, note)
+        return _first_of(opened, opened.folder, note) if opened.is_film else opened.assembled(0)
     path = source.path if isinstance(source, Folder) else builtin_folder(source)
-    if depth is not None or color is not None:
-        place = source if isinstance(source, Folder) else Folder(path, allow_outside)
-        return _from_parts(place, depth, color, options, note)
     opened = open_folder(source, options, note) if isinstance(source, Folder) else None
     sequence = opened or open_frames(path, allow_outside, options, note)
+    return _first_of(sequence, path, note)
+
+
+def _first_of(sequence: FrameSequence, path: FilePath, note: Note) -> Assembled:
+    """The first frame that can be read; a note tells of the others."""
     index, read = first_readable(sequence)
     if len(sequence) > 1:
-        taken = Path(sequence.parts[index].name).name
+        one = sequence.parts[index]
+        taken = f"picture {one.number}" if sequence.is_film else Path(one.name).name
         note(f"{path} is a sequence of {len(sequence)} frames: {taken} is taken{all_of_them()}")
     return read
 
@@ -157,12 +175,34 @@ def _parts(depth: Any, color: Any) -> FrameParts:
     return FrameParts(depth, color, valid=valid, path=Path(depth) if is_path(depth) else None)
 
 
-def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, note: Note) -> Assembled:
+def open_given(
+    source: FilePath | Folder | None, depth: Any, color: Any, options: ReadOptions, allow_outside: bool, note: Note
+) -> FrameSequence:
+    """A frame whose depth or colour the caller gives, alone or of a folder; the frames of a film or of a panorama."""
+    if options.poses is not None:
+        raise ValueError(f"{option('poses')} is about the frames of a folder: pass a folder alone, or leave it out")
+    if color is None or is_path(color):
+        film = open_given_film(source if depth is None else depth, color, options, note)
+        if film is not None:
+            return film
+    if source is None and depth is None:
+        raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
+    if source is None:
+        place, parts = Folder(Path()), _parts(depth, color)
+    else:
+        path = source.path if isinstance(source, Folder) else builtin_folder(source)
+        place = source if isinstance(source, Folder) else Folder(path, allow_outside)
+        place, parts = _from_parts(place, depth, color, options, note)
+    frames, options = as_pinholes([parts], options, note)
+    return FrameSequence(place, frames, options, note, OF_PANORAMA if len(frames) > 1 else "")
+
+
+def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, note: Note) -> tuple[Folder, FrameParts]:
     """A frame of a folder, or of a depth file, with its depth, its colour or both given by the caller."""
     if place.path.is_file():
         if depth is not None:
             raise ValueError(f"{place.path} is a file and would be the depth: leave out {option('depth')}, or the file")
-        depth, place = place.path, Folder(place.path.parent, place.allow_outside)
+        depth, place = place.path, Folder(place.path.parent, place.allow_outside, levels=0)
     check_folder(place.path)
     if depth is None:
         depth = open_folder(place, options, note).parts[0].path
@@ -173,10 +213,7 @@ def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, not
         if is_path(path):
             place.check(Path(path))
     cameras = find_filed(place, files, options, note)
-    parts = _parts(depth, color)._replace(filed=cameras.of(0), missing=cameras.missing)
-    read = assemble(parts, options, note)
-    check_registration(read.frame, note)
-    return read
+    return place, _parts(depth, color)._replace(filed=cameras.of(0), missing=cameras.missing)
 
 
 class Examined(NamedTuple):
@@ -213,7 +250,7 @@ def facts(examined: Examined) -> dict[str, dict[str, Any]]:
             "size": [camera.width, camera.height],
             "stored": read.stored,
             "kind": read.coding.kind,
-            "units_per_metre": read.coding.scale,
+            "units_per_metre": None if read.coding.kind in RANGED else read.coding.scale,
             "why": read.coding.why,
             "range": [low, high],
             "median": middle,
@@ -226,4 +263,5 @@ def facts(examined: Examined) -> dict[str, dict[str, Any]]:
             "from": read.camera_from,
         },
         "poses": {"count": found.poses, "from": found.poses_from or None},
+        "fit": {"compared": read.is_compared, "doubts": [one for one in examined.notes if isinstance(one, Doubt)]},
     }

@@ -18,18 +18,29 @@ from ...notes.words import counted, option
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..access.content import FilePath, note_read
-from ..access.folders import Folder, Listing
+from ..access.folders import LEVELS, Folder, Listing
 from ..access.known_names import COLOR_SUFFIXES, DEPTH_SUFFIXES, VIDEO_SUFFIXES
-from ..cameras.camera_files import read_intrinsics
-from ..cameras.intrinsics import Intrinsics, Size, camera_from_exif, place_camera
+from ..access.other_kinds import what_else
+from ..cameras.camera_files import camera_from_exif, read_intrinsics
+from ..cameras.intrinsics import Intrinsics, Size, place_camera
+from ..cameras.lenses import PANORAMA
 from ..cameras.pose_files import FAILS, Reading, find_reading
 from ..containers.container_contents import Contents
 from ..depth.depth_kinds import Coding, Decoded
 from ..depth.scale_over_time import FilmScale, ScaledFrame
 from ..finding.folder_cameras import Cameras, FoundPoses, find_poses, given_poses
-from ..finding.folder_frames import FrameFiles, check_folder, find_color, find_frames, find_photographs, is_container
+from ..finding.folder_frames import (
+    FrameFiles,
+    check_folder,
+    find_color,
+    find_frames,
+    find_photographs,
+    is_container,
+    numbers_of,
+)
 from .assembly import assemble, find_filed, read_colors_of
-from .frame_parts import Assembled, FrameParts, ReadOptions, check_registration, is_path, what_else
+from .frame_parts import Assembled, FrameParts, ReadOptions, is_path
+from .panoramas import OF_PANORAMA, as_pinholes, is_marked
 
 if TYPE_CHECKING:
     from ..networks.photo_depth import PhotoDepth
@@ -71,6 +82,11 @@ class FrameSequence(Sequence[Frame]):
     def is_placed(self) -> bool:
         """It is known where frames are: by poses of their own, or by one that was given for all."""
         return self.posed > 0 or self._options.pose is not None
+
+    @property
+    def is_film(self) -> bool:
+        """Its depth is that of a film."""
+        return bool(self.parts) and self.parts[0].path is not None and _is_video(self.parts[0].path)
 
     def __len__(self) -> int:
         return len(self.parts)
@@ -178,25 +194,47 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
         return open_photographs(Folder(folder, allow_outside), source, options, note)
     if not source.is_file():
         return open_folder(Folder(check_folder(source), allow_outside), options, note)
+    if _is_video(source):
+        from ..finding.folder_films import find_film  # only here
+
+        beside = Folder(source.parent, allow_outside, levels=0)
+        if film := find_film(beside, source, note, options.max_pixels):
+            return _from_files(beside, film, options, note)
     if unread := what_else(source):
         raise ValueError(f"{source} is {unread}")
     from ..containers.opening import is_zip_folder, unpack_folder  # only here
 
     if is_zip_folder(source, options.max_pixels):
         return open_folder(Folder(unpack_folder(source, options.max_pixels)), options, note)
-    place = Folder(source.parent, allow_outside)
+    place, source = Folder(source.parent, allow_outside, levels=0), numbers_of(source, note)
     # a container may hold the colours itself, so it need not have any beside it
     color = find_color(place, source, (lambda _: None) if is_container(source) else note)
     return _from_files(place, [FrameFiles(source, color)], options, note)
+
+
+def open_given_film(depth: Any, color: Any, options: ReadOptions, note: Note) -> FrameSequence | None:
+    """The frames of a film of depth that the caller names, perhaps with one of colours; None for anything else."""
+    if not is_path(depth) or not _is_video(depth) or not Path(depth).is_file():
+        return None
+    from ..finding.folder_films import film_pictures, find_film  # only here
+
+    place, film = Folder(Path(depth).parent, levels=0), Path(depth)
+    if is_path(color):
+        files = film_pictures(film, Path(color), True, note, options.max_pixels)
+    else:
+        files = find_film(place, film, note, options.max_pixels) or film_pictures(film, None, True, note)
+    return _from_files(place, files, options, note)
 
 
 def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequence:
     """Open the frames of a folder, likewise."""
     if options.depth_model is not None:
         return open_frames(place.path, place.allow_outside, options, note)
-    files = find_frames(place, note, options.max_pixels)
-    if not files and (held := _open_container(place.path, note, options.max_pixels)):
+    held = _open_container(place.path, note, options.max_pixels)  # of Record3D: its metadata know more than its files
+    if held:
         return _from_container(place, place.path, held, options, note)
+    files = find_frames(place, note, options.max_pixels) or _photographs_with_depth(place)
+    files = files or _film_in(place, note, options.max_pixels)
     missed = place.listing.not_whole(place.path)
     if not files and missed:
         raise OSError(f"{place.path} has no depth picture, but {missed[0]}")
@@ -210,6 +248,23 @@ def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequenc
     return _from_files(place, files, options, note)
 
 
+def _photographs_with_depth(place: Folder) -> list[FrameFiles]:
+    """The JPEGs of a folder, if the first of them has depth in it."""
+    from ..containers.phones import has_gdepth  # only here
+
+    photos = [item.path for item in place.listing.files(place.path, 1, (".jpg", ".jpeg")) if not item.level]
+    return [FrameFiles(path, number=k) for k, path in enumerate(photos)] if photos and has_gdepth(photos[0]) else []
+
+
+def _film_in(place: Folder, note: Note, max_pixels: float) -> list[FrameFiles]:
+    """The pictures of a folder's film of depth, where it has one."""
+    if not place.listing.files(place.path, 1, VIDEO_SUFFIXES):
+        return []
+    from ..finding.folder_films import find_film  # only here
+
+    return find_film(place, None, note, max_pixels)
+
+
 def _instead(place: Folder) -> str:
     """What a folder holds instead of depth, and what to do with it, to end a sentence; "" if nothing is known."""
     folder, files = place.path, [item.path for item in place.listing.files(place.path, 1)]
@@ -218,7 +273,8 @@ def _instead(place: Folder) -> str:
             return f"; {path.relative_to(folder)} is {found}"
     photo = next((path for path in files if path.suffix.lower() in COLOR_SUFFIXES), None)
     if photo is None:
-        return "; it is empty" if not files else ""
+        is_deep = not files and bool(place.listing.folders(folder))
+        return f"; look into its folders, more than {LEVELS} deep" if is_deep else "" if files else "; it is empty"
     from ..networks.model_options import how_to_make_depth  # only here
 
     return f"; {photo.relative_to(folder)} is a photograph: {how_to_make_depth()}"
@@ -232,7 +288,8 @@ def _open_container(path: Path, note: Note, max_pixels: float) -> Sequence[Conte
 
 def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions, note: Note) -> FrameSequence:
     limit, first = options.max_pixels, files[0].depth
-    held = _open_container(first, note, limit) if is_container(first) else None
+    is_chosen = options.channel is not None and first.suffix.lower() == ".npz"  # one array alone
+    held = _open_container(first, note, limit) if is_container(first) and not is_chosen else None
     if held is not None and len(files) == 1 < len(held):
         return _from_container(place, first, held, options, note)
     cameras = find_filed(place, files, options, note)
@@ -252,7 +309,10 @@ def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions
     good = [one for one in parts if one.pose is None or np.isfinite(one.pose).all()] or parts
     if lost := len(parts) - len(good):
         note(f"{place.path}: {lost} of {len(parts)} frames have lost their pose (it is not finite): left out")
-    sequence = FrameSequence(place, good, options, note, poses.source)
+    unrolled, options = as_pinholes(good, options, note)
+    if len(unrolled) > len(good):
+        return FrameSequence(place, unrolled, options, note, poses.source or OF_PANORAMA)
+    sequence = FrameSequence(place, unrolled, options, note, poses.source)
     known = cameras.of(0)
     guessed = options.depth_scale is None and (known is None or known.depth_scale is None)
     sequence.settle(may_scale=guessed, metric_poses=poses.metric)
@@ -276,7 +336,10 @@ def _from_container(
     for k, pose in enumerate(poses.poses):
         known = cameras.of(k), pose, None, cameras.missing, k
         parts.append(FrameParts(None, None, *known, partial(held.__getitem__, k), path))
-    sequence = FrameSequence(place, parts, options, note, poses.source)
+    unrolled, options = as_pinholes(parts, options, note)
+    if len(unrolled) > len(parts):
+        return FrameSequence(place, unrolled, options, note, poses.source or OF_PANORAMA)
+    sequence = FrameSequence(place, unrolled, options, note, poses.source)
     sequence.settle(may_scale=False, metric_poses=poses.metric)
     return sequence
 
@@ -293,11 +356,9 @@ def first_readable(sequence: FrameSequence) -> tuple[int, Assembled]:
     """Return the first readable frame, and its index; else raises the first frame's error."""
     for index in dict.fromkeys((0, len(sequence) // 2, len(sequence) - 1)):
         try:
-            read = sequence.assembled(index)
+            return index, sequence.assembled(index)
         except (ValueError, OSError):
             continue
-        check_registration(read.frame, sequence.note)
-        return index, read
     return 0, sequence.assembled(0)
 
 
@@ -311,6 +372,11 @@ def open_photographs(place: Folder, source: Any, options: ReadOptions, note: Not
     assert network is not None
     note = once(note)
     found = _list(place, source, options, note)
+    first = found[0].color
+    if options.projection == PANORAMA or (options.projection is None and is_path(first) and is_marked(first)):
+        name = Path(first).name if is_path(first) else "the photograph"
+        fix = "make its depth with a program for panoramas, and pass both pictures"
+        raise ValueError(f"{name} is a panorama, and networks are made for pictures of a pinhole: {fix}")
     filed: Sequence[Intrinsics | None] = [None] * len(found)
     if is_path(source) and Path(source) == place.path:
         cameras = find_filed(place, [FrameFiles(Path(one.color)) for one in found], options, note)  # type: ignore[arg-type]

@@ -2,8 +2,8 @@
 
 node    "pointshade": "vase", or {"frame": "vase", ...}, makes it a point object: a built-in frame, a folder, or a depth
         picture, relative to the glTF file. Further keys: color, depth, intrinsics, fov, depth_scale, depth_kind,
-        baseline and pose of `load_frame`; the options of `Appearance` (the size of points is size; arrays as .npy
-        files), and material, an object with values of `Material`.
+        baseline, near, far, channel and pose of `load_frame`; the options of `Appearance` (the size of points is size;
+        arrays as .npy files), and material, an object with values of `Material`.
         "frames": [...] makes it an object of several frames: each a text or an object like the above, up to pose.
         The node stands where the camera stood that took the frame, and looks as glTF cameras do, along -z with y up;
         pose, 4x4 from the frame's camera (OpenCV axes) to the node, changes that.

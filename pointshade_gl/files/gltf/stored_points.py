@@ -43,9 +43,9 @@ from .buffers import (
 )
 from .cameras_and_lights import FLIP
 
-_NUMBERS = ("fov", "depth_scale", "baseline")
+_NUMBERS = ("fov", "depth_scale", "baseline", "near", "far")
 _FILES = ("depth", "color", "intrinsics", "pose")  # options of load_frame that may name a file
-FRAME_KEYS = ("frame", *_FILES, *_NUMBERS, "depth_kind")
+FRAME_KEYS = ("frame", *_FILES, *_NUMBERS, "depth_kind", "channel")
 
 # Where the frames of read scenes came from, with absolute paths: saving names these files instead of writing them anew.
 _sources: WeakKeyDictionary[Frame, dict[str, Any]] = WeakKeyDictionary()

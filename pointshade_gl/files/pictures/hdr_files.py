@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 import struct
+from collections.abc import Iterable
 from functools import lru_cache
 from importlib.util import find_spec
 from io import BufferedReader
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from ...checks.arguments import LARGEST, check_path, is_a
 from ...notes.notes import print_note
 from ...notes.words import cut, did_you_mean, near_path, option, shown
 from ...scene.environment import NAMES, Environment, check_environment
-from ...scene.values import srgb_to_linear
+from ...scene.values import linear_to_bytes, srgb_to_linear
 from ..access.atomic_write import error_of
 from ..access.content import (
     FILE_BYTES,
@@ -125,21 +126,75 @@ def _repeats(data: bytes, at: int, length: int) -> tuple[bytes | bytearray, int]
 EXR = b"\x76\x2f\x31\x01"
 _DEEP, _PARTS = 0x800, 0x1000  # flags in the version
 _LONGEST = 2**20  # bytes of the list of channels
+_ATTRIBUTE = re.compile(rb"([^\0]{1,255})\0[^\0]{1,255}\0(.{4})", re.DOTALL)  # its name, its kind, its size
+_CHANNEL = re.compile(rb"([^\0]{1,255})\0[\0-\2]\0{3}[\0\1]\0{3}.{8}", re.DOTALL)  # of that list: name, type, sampling
 
 
-def read_exr(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
+def read_exr(path: FilePath, max_pixels: float = MAX_PIXELS, channel: str | None = None) -> NDArray[Any]:
     """(h, w) depth from an EXR picture. Raises ValueError for a broken or too large one, and without the extra."""
     channels = _read_channels(path, max_pixels)
-    return channels[_pick_channel(channels, str(path))]
+    return channels[_pick_channel(channels, str(path), channel)]
+
+
+def read_rgbd_exr(
+    path: FilePath, max_pixels: float = MAX_PIXELS, channel: str | None = None
+) -> tuple[NDArray[Any], NDArray[np.uint8] | None]:
+    """(h, w) depth, and the colours in the same file, sRGB from 0 to 1; None for these if it has none."""
+    channels = _read_channels(path, max_pixels)
+    depth = _pick_channel(channels, str(path), channel)
+    others = {key: values for key, values in channels.items() if key != depth}
+    layer = _color_layer(others)
+    # grey, or of depth's own layer: no colours
+    if layer is None or depth in (f"{layer}{one}" for one in "RGBYV") or _depth_layer(layer):
+        return channels[depth], None
+    linear = np.stack([channels[f"{layer}{one}"] for one in "RGB"], -1).astype(np.float32)
+    return channels[depth], linear_to_bytes(np.nan_to_num(linear, posinf=1).clip(0, 1))
+
+
+class ExrFacts(NamedTuple):
+    """What the head of an EXR picture tells."""
+
+    has_colors: bool  # beside a depth
+    has_alpha: bool
+    is_unreal: bool  # Unreal Engine wrote it
+
+
+def exr_facts(path: FilePath) -> ExrFacts:
+    """What the head of a picture tells, without the extra that reads it."""
+    found = _attributes(read_head(path, _HEADER))
+    listing = found.get(b"channels", b"")
+    named = {match[1].decode("latin-1") for match in _CHANNEL.finditer(listing)}
+    has_alpha = any(one.rpartition(".")[2] == "A" for one in named)
+    has_colors = len(named) > 3 + has_alpha and _color_layer(named) is not None
+    return ExrFacts(has_colors, has_alpha, any(map(_UNREAL.search, (*found, listing))))
+
+
+def _attributes(head: bytes) -> dict[bytes, bytes]:
+    """The attributes of the first part, as far as these bytes go."""
+    found, at = {}, 8
+    while match := _ATTRIBUTE.match(head, at):
+        at = match.end() + int.from_bytes(match[2], "little")
+        found[match[1]] = head[match.end() : at]
+    return found
+
+
+def _color_layer(channels: Iterable[str]) -> str | None:
+    """What stands before R, G and B of the colours: "", or such as "ViewLayer.Combined."; None without any."""
+    layers = sorted((key[:-1] for key in channels if key.endswith("R")), key=len)
+    whole = (one for one in layers if one[-1:] in ("", ".") and {f"{one}G", f"{one}B"} <= set(channels))
+    return next((one for one in whole if not _depth_layer(one)), None)
+
+
+def _depth_layer(layer: str) -> bool:
+    return "depth" in layer.lower()
 
 
 def read_exr_colors(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.float32]:
     """(h, w, 3) linear RGB from an EXR picture; grey is repeated. Raises ValueError as `read_exr`, and without both."""
     channels = _read_channels(path, max_pixels)
-    layers = [key[:-1] for key in channels if key.endswith("R")]
-    for layer in sorted(layers, key=len):  # "", then such as "ViewLayer.Combined."
-        if layer[-1:] in ("", ".") and all(f"{layer}{one}" in channels for one in "GB"):
-            return np.stack([channels[f"{layer}{one}"] for one in "RGB"], -1).astype(np.float32)
+    layer = _color_layer(channels)
+    if layer is not None:
+        return np.stack([channels[f"{layer}{one}"] for one in "RGB"], -1).astype(np.float32)
     if len(channels) != 1:
         raise ValueError(f"{path} has the channels {', '.join(channels)}: expected R, G and B")
     return np.repeat(next(iter(channels.values()))[..., None], 3, -1).astype(np.float32)
@@ -229,21 +284,54 @@ def _size_of(part: dict[bytes, bytes]) -> tuple[int, int, int]:
     return right - left + 1, bottom - top + 1, depth
 
 
-def _pick_channel(channels: dict[str, NDArray[Any]], name: str) -> str:
-    """Depth among EXR channels: the only one, one called depth or Z (not beside X: those are normals), Y or V, grey."""
-    if len(channels) == 1:
-        return next(iter(channels))
-    # Y comes after all others: it is luminance in a picture with Z, or the same as Z in ours
-    for key in sorted(channels, key=lambda name: name.endswith("Y")):
-        layer, _, last = key.rpartition(".")
-        beside = f"{layer}.X" if layer else "X"
-        if "depth" in key.lower() or (last in ("Z", "Y") and beside not in channels) or key == "V":
-            return key
-    keys = [key for key in ("R", "G", "B") if key in channels]
-    if keys and all(np.array_equal(channels[keys[0]], channels[key], equal_nan=True) for key in keys):
+_ALPHA = ("a", "alpha")
+_UNREAL = re.compile(rb"(?i)unreal|worlddepth|scenedepth|moviepipeline|movierenderqueue")  # in its attributes or layers
+
+
+def _pick_channel(channels: dict[str, NDArray[Any]], name: str, wanted: str | None = None) -> str:
+    """Depth among EXR channels: the only one, one called depth or Z (not beside X: those are normals), Y or V, grey.
+
+    Alpha is none, nor is what has one value everywhere beside another that varies. wanted: a channel, or its layer
+    """
+    if wanted is not None:
+        return _wanted_channel(channels, wanted, name)
+    keys = [key for key in channels if key.rpartition(".")[2].lower() not in _ALPHA] or list(channels)
+    if len(keys) == 1:
         return keys[0]
-    expected = "expected one, or one called Z or depth"
+    varied = [key for key in keys if _varies(channels[key])] or keys
+    named = [key for key in varied if _is_called_depth(key, channels)]
+    colors = [key for key in varied if key.rpartition(".")[2] in ("R", "G", "B")]
+    # Y comes after all others: it is luminance in a picture with Z, or the same as Z in ours
+    named.sort(key=lambda key: key.endswith("Y"))
+    layer = [key for key in named if key.rpartition(".")[::2][0] == named[0].rpartition(".")[0]] if named else []
+    same = [key for key in layer if key in colors] if layer and layer[0] in colors else layer[:1] or colors
+    if same and all(np.array_equal(channels[same[0]], channels[key], equal_nan=True) for key in same):
+        return same[0]
+    expected = f"expected one, or one called Z or depth: pass {option('channel', 'NAME')}"
     raise ValueError(f"{name} has the channels {', '.join(channels)}, which differ: {expected}")
+
+
+def _is_called_depth(key: str, channels: dict[str, NDArray[Any]]) -> bool:
+    layer, _, last = key.rpartition(".")
+    beside = f"{layer}.X" if layer else "X"
+    return "depth" in key.lower() or (last in ("Z", "Y") and beside not in channels) or key == "V"
+
+
+def _wanted_channel(channels: dict[str, NDArray[Any]], wanted: str, name: str) -> str:
+    """The channel of this name, or the depth of the layer of this name; letters' case does not count."""
+    named = {key.lower(): key for key in channels}
+    if wanted.lower() in named:
+        return named[wanted.lower()]
+    layer = {key: values for key, values in channels.items() if key.lower().startswith(f"{wanted.lower()}.")}
+    if not layer:
+        known = ", ".join(channels)
+        raise ValueError(f"{name} has no {option('channel', wanted)}{did_you_mean(wanted, channels)}, only {known}")
+    return _pick_channel(layer, name)
+
+
+def _varies(values: NDArray[Any]) -> bool:
+    first = values.flat[0]
+    return not bool((values == first).all() or (first != first and np.isnan(values).all()))
 
 
 _SLACK = 0.02  # of the width by which a picture may miss that it is twice as wide as high

@@ -26,6 +26,7 @@ from ...notes.words import cut
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import MAX_PIXELS, FilePath, check_pixels, check_size, open_regular, read_head
 from ..access.known_names import IMAGES, PICTURES, check_suffix
+from ..access.other_kinds import what_else
 from .color_profiles import in_srgb, read_cicp
 
 if TYPE_CHECKING:
@@ -170,25 +171,40 @@ def is_ours(path: FilePath) -> bool:
     return _OURS in read_head(path)
 
 
-def read_image(path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None) -> NDArray[Any]:
+def read_image(
+    path: FilePath, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None, upright: bool = True
+) -> NDArray[Any]:
     """A picture's own values: (h, w), (h, w, 3) or (h, w, 4), uint8; deep grey pictures uint16, int32 or float32.
 
     Palettes and other colour models become RGB or RGBA, turned by EXIF; it may be read-only. Raises OSError if the
     path is not a file, ValueError if it is not a complete picture of up to max_pixels pixels.
 
     to_srgb  convert colours of other colour spaces, with a note: for photographs, not for depth or for textures
+    upright  turned by EXIF
     """
     read_head(path)
     with open_regular(path) as file:
         check_size(file, path, max_pixels)
-        return decode_image(file, str(path), max_pixels, to_srgb)
+        return decode_image(file, str(path), max_pixels, to_srgb, upright)
+
+
+def read_deep_colors(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.uint16]:
+    """(h, w, 3|4) uint16 of a PNG of three or four channels of 16 bits. Raises ValueError as `read_image` does."""
+    halves: list[NDArray[np.uint16]] = []
+    for rest in ("B", "L"):  # Pillow keeps the high bytes; read as if in the other order, they are the low ones
+        with open_regular(path) as file:
+            image = _open_image(file, str(path), max_pixels, order=f";16{rest}")
+            if image.mode not in ("RGB", "RGBA"):
+                raise ValueError(f"{path} has grey and alpha of 16 bits, expected depth of one channel")
+            halves.append(np.asarray(image).astype(np.uint16))
+    return np.uint16(256) * halves[0] + halves[1]
 
 
 def decode_image(
-    file: BinaryIO, name: str, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None
+    file: BinaryIO, name: str, max_pixels: float = MAX_PIXELS, to_srgb: Note | None = None, upright: bool = True
 ) -> NDArray[Any]:
     """What `read_image` gives, from an open file. Raises ValueError, with the name, as it does."""
-    image = _open_image(file, name, max_pixels)
+    image = _open_image(file, name, max_pixels, upright)
     if to_srgb is not None and image.mode != "F":
         image = in_srgb(_with_alpha(image), image.info, name, to_srgb, read_cicp(file))
     if image.mode in ("I", "F") or image.mode.startswith("I;16"):
@@ -211,8 +227,8 @@ def _with_alpha(image: Image.Image) -> Image.Image:
     return image.convert("RGBA") if image.has_transparency_data and image.mode not in ("LA", "RGBA") else image
 
 
-def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
-    """The decoded picture, turned upright. Its size is checked first."""
+def _open_image(file: BinaryIO, name: str, max_pixels: float, upright: bool = True, order: str = "") -> Image.Image:
+    """The decoded picture. Its size is checked first. order: in which 16 bits are read, else its own"""
     from PIL import UnidentifiedImageError
 
     head = file.read(64)
@@ -225,16 +241,21 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
             check_pixels(*image.size, name, max_pixels)
             tile = [getattr(image, "tag_v2", {}).get(tag, 0) for tag in _TILE]
             check_pixels(tile[0], tile[1], f"{name} is a TIFF whose tile", max_pixels)
+            if order and image.mode in ("RGB", "RGBA"):
+                tiled: Any = image
+                tiled.tile = [(*one[:3], image.mode + order) for one in tiled.tile]
             image.load()
             with _pillow, warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                is_turned = image.getexif().get(TURNED, 1) != 1
+                is_turned = upright and image.getexif().get(TURNED, 1) != 1
         if is_turned:
             from PIL import ImageOps
 
             return ImageOps.exif_transpose(image)
         return image
     except UnidentifiedImageError:
+        if found := what_else(Path(name)):
+            raise ValueError(f"{name} is {found}") from None
         if head[4:8] == b"ftyp":
             way_out = "pip install 'pointshade-gl[heic]', or a newer Pillow for AVIF"
             raise ValueError(f"{name} is an HEIC or AVIF picture: {way_out}") from None
@@ -342,6 +363,14 @@ def is_deep_grey(path: Path) -> bool:
 def is_picture(path: Path) -> bool:
     """Whether it begins as a PNG, JPEG, TIFF, BMP, WEBP or PNM does."""
     return _head(path).startswith((_PNG, b"\xff\xd8", b"II*\0", b"MM\0*", b"BM", b"RIFF", b"P2", b"P3", b"P5", b"P6"))
+
+
+def has_turn(path: FilePath) -> bool:
+    """Whether a picture has an EXIF tag that turns or mirrors it."""
+    head = read_head(path)
+    with open_regular(path) as file, suppress(Exception), opened_picture(file, head) as image:  # of broken bytes: none
+        return image.getexif().get(TURNED, 1) in range(2, 9)
+    return False
 
 
 def png_size(path: Path) -> tuple[int, int] | None:

@@ -1,4 +1,4 @@
-"""Reads single frames of a video, which some recorders (StrayScanner) write beside numbered depth images."""
+"""Reads single pictures of films: of colours, as recorders write them beside depth pictures, and of depth."""
 
 from __future__ import annotations
 
@@ -13,29 +13,42 @@ from numpy.typing import NDArray
 
 from ..access.content import MAX_PIXELS, FilePath, check_pixels, import_extra, note_read, read_head
 
+_KEPT = 4  # pictures: threads ask for neighbours in any order
+_MOST_OPEN = 2  # films: depth and its colours
+
 
 class _Open:
-    """A video that is being decoded; sequences ask for one picture after the other."""
+    """A film that is being decoded; sequences ask for one picture after the other."""
 
-    def __init__(self, path: Path, max_pixels: float):
+    def __init__(self, path: Path, max_pixels: float, is_deep: bool):
         ffmpeg = import_extra("imageio_ffmpeg", "video", f"{path} is a video")
         read_head(path)
         note_read([path])
-        self._pictures: Generator[Any, None, None] = ffmpeg.read_frames(str(path))
-        self.path, self.next = path, 0
-        self._width, self._height = next(self._pictures)["source_size"]
+        form: dict[str, Any] = {"pix_fmt": "gray16le", "bits_per_pixel": 16} if is_deep else {}
+        self._pictures: Generator[Any, None, None] = ffmpeg.read_frames(str(path), **form)
+        self.path, self.is_deep, self.next = path, is_deep, 0
+        about = next(self._pictures)
+        self._width, self._height = about["size"]  # as ffmpeg turns it upright
+        self.format = str(about.get("pix_fmt", ""))
+        self.kept: dict[int, NDArray[Any]] = {}
         check_pixels(self._width, self._height, str(path), max_pixels)
 
-    def read(self, number: int) -> NDArray[np.uint8]:
-        try:
-            while self.next < number:
-                next(self._pictures)
-                self.next += 1
-            data = next(self._pictures)
-        except StopIteration:
-            raise ValueError(f"{self.path} has {self.next} pictures, picture {number} is wanted") from None
-        self.next += 1
-        return np.frombuffer(data, np.uint8).reshape(self._height, self._width, 3)
+    def can_read(self, number: int) -> bool:
+        """Whether it need not begin anew."""
+        return number >= self.next or number in self.kept
+
+    def read(self, number: int) -> NDArray[Any]:
+        while number not in self.kept:
+            try:
+                data = next(self._pictures)
+            except StopIteration:
+                raise ValueError(f"{self.path} has {self.next} pictures, picture {number} is wanted") from None
+            if self.next > number - _KEPT:
+                shape = (self._height, self._width) if self.is_deep else (self._height, self._width, 3)
+                self.kept[self.next] = np.frombuffer(data, "<u2" if self.is_deep else np.uint8).reshape(shape)
+                self.kept.pop(self.next - _KEPT, None)
+            self.next += 1
+        return self.kept[number]
 
     def close(self) -> None:
         with warnings.catch_warnings():  # imageio-ffmpeg leaves the pipes of an ffmpeg that has ended
@@ -44,21 +57,43 @@ class _Open:
 
 
 _lock = RLock()  # of one thread, too: a sequence may be thrown away while another is read
-_last: list[_Open] = []  # at most one
+_open: list[_Open] = []  # the last ones
 
 
-def read_video_frame(path: FilePath, number: int, max_pixels: float = MAX_PIXELS) -> NDArray[np.uint8]:
-    """(h, w, 3) picture of this number, from 0, quick in order. Raises ValueError without it, or the extra `video`."""
-    path = Path(path)
+def read_video_frame(
+    path: FilePath, number: int, max_pixels: float = MAX_PIXELS, is_deep: bool = False
+) -> NDArray[Any]:
+    """(h, w, 3) picture of this number, from 0, quick in order. Raises ValueError without it, or the extra `video`.
+
+    is_deep  (h, w) uint16 of its brightness instead
+    """
     with _lock:
-        if not (_last and _last[0].path == path and _last[0].next <= number):
-            close_video()
-            try:
-                _last.append(_Open(path, max_pixels))
-            except (OSError, RuntimeError, StopIteration) as error:
-                reason = str(error).partition("\n")[0]  # what follows is all that ffmpeg has printed
-                raise ValueError(f"{path} is not a video that ffmpeg can read: {reason}") from None
-        return _last[0].read(number)
+        return _opened(Path(path), number, max_pixels, is_deep).read(number)
+
+
+def pixel_format(path: FilePath) -> str:
+    """ffmpeg's name for how a film's pixels are stored, such as yuv420p10le. Raises as `read_video_frame` does."""
+    with _lock:
+        return _opened(Path(path), 0, MAX_PIXELS, False).format
+
+
+def _opened(path: Path, number: int, max_pixels: float, is_deep: bool) -> _Open:
+    same = [one for one in _open if (one.path, one.is_deep) == (path, is_deep)]
+    if same and same[0].can_read(number):
+        return same[0]
+    for one in same or _open[: len(_open) - _MOST_OPEN + 1]:
+        _open.remove(one)
+        one.close()
+    reason = ""
+    with warnings.catch_warnings():  # as in `close`, of a film that cannot be read
+        warnings.simplefilter("ignore", ResourceWarning)
+        try:
+            _open.append(_Open(path, max_pixels, is_deep))
+        except (OSError, RuntimeError, StopIteration) as error:  # with all that ffmpeg has printed
+            reason = str(error).partition("\n")[0] or "it has no pictures"
+    if reason:
+        raise ValueError(f"{path} is not a video that ffmpeg can read: {reason}")
+    return _open[-1]
 
 
 def count_pictures(path: FilePath, max_pixels: float = MAX_PIXELS) -> int:
@@ -72,7 +107,7 @@ def count_pictures(path: FilePath, max_pixels: float = MAX_PIXELS) -> int:
 
 
 def close_video() -> None:
-    """Ends the decoding of the last video."""
+    """Ends the decoding of all videos."""
     with _lock:
-        while _last:
-            _last.pop().close()
+        while _open:
+            _open.pop().close()

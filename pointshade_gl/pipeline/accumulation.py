@@ -135,7 +135,7 @@ class Accumulator(FullscreenPasses):
     ) -> None:
         """Draw the finished picture: all its samples, averaged and counted."""
         self._add_samples(target, visible, drawables, finish, count)
-        self._resolve.resolve(target, finish)
+        self._resolve.resolve(target, finish, bool(visible.environment_light.occlusion))
 
     def read_light(self, target: Target, visible: VisibleScene, drawables: Drawables) -> NDArray[np.float32]:
         """Return (h, w, 4), read-only: the light of one sample, linear, not cut off at 1, and its coverage."""

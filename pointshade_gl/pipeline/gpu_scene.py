@@ -242,7 +242,8 @@ class GpuScene(Owner):
         consensus = self._consensus.find(members, colors, count)
         count.step(counted - count.done)  # if they are known already
         trusts = tuple(view.textures.trust for view in views if view.textures.trust)
-        points = PointSet(tuple(view.points for view in views), trusts, consensus.band * p.content.scale)
+        differ = consensus.band * p.content.scale
+        points = PointSet(tuple(view.points for view in views), trusts, consensus.is_exact, differ)
         if p.content.look.remove_highlights:
             found = self._highlights.find(members, colors, consensus)
             views = tuple(replace(view, colors=one) for view, one in zip(views, found, strict=True))

@@ -127,6 +127,10 @@ GOLDEN = 0.6180339887  # places them in no rhythm, as scan lines have one
 ALONE = 0.6  # share of the known pixels whose next one is missing; half of the pixels at random leave 0.5
 KNOWN = 0.45  # share that may be known between the first and the last of a line
 ENOUGH = 100  # known pixels that prove anything
+RING = 16  # part of the picture's shorter side that sensors may lose along its border
+LEVEL = 1.08  # times another depth of its row: beyond, what lies between them is not one surface,
+STEEP = 2.0  # unless it is as steep as this, in metres of depth for one across
+ROUND = 0.5  # share without depth of what runs round the picture there, beyond which an object was cut out
 
 
 def is_sparse(depth: NDArray[np.float32]) -> bool:
@@ -136,6 +140,33 @@ def is_sparse(depth: NDArray[np.float32]) -> bool:
     """
     shares = (np.arange(1, LINES + 1) * GOLDEN) % 1
     return any(_stand_alone(z[(shares * len(z)).astype(np.intp)] > 0) and _are_sparse(z > 0) for z in (depth, depth.T))
+
+
+def is_cut_out(depth: NDArray[np.float32]) -> bool:
+    """Return whether depth (h, w) shows an object that was cut out: there is nothing round it."""
+    inset = min(depth.shape) // RING
+    inner = depth[inset : depth.shape[0] - inset, inset : depth.shape[1] - inset]
+    ring: NDArray[np.float32] = np.concatenate([inner[0], inner[-1], inner[:, 0], inner[:, -1]])
+    return bool(np.count_nonzero(ring) < (1 - ROUND) * ring.size)
+
+
+def _across_gaps(depth: NDArray[np.float32], step: int, focal: float) -> NDArray[np.float32]:
+    """Return every step-th row and column of depth without its gaps: between two depths of a row 1/z is a line.
+
+    Across a larger step the farther one goes on, and at the border of the picture the only one. Empty rows stay 0.
+    focal: in pixels of depth.
+    """
+    rows = depth[::step]
+    columns = np.arange(rows.shape[1], dtype=np.int32)
+    before = np.maximum.accumulate(np.where(rows > 0, columns, 0), 1)[:, ::step]
+    after = np.minimum.accumulate(np.where(rows > 0, columns, columns[-1])[:, ::-1], 1)[:, ::-1][:, ::step]
+    left, right = (np.take_along_axis(rows, side, 1) for side in (before, after))
+    width = np.maximum(after - before, 1)
+    share = (columns[::step] - before) / width
+    line = left * right / np.maximum(right + share * (left - right), 1e-30)
+    farther = np.maximum(left, right)
+    is_step = farther > (LEVEL + STEEP * width / focal) * np.minimum(left, right)
+    return np.where(is_step, farther, line).astype(np.float32)
 
 
 def _stand_alone(known: NDArray[np.bool_]) -> bool:
@@ -378,14 +409,22 @@ class Frame(Value, Preview):
 
     @cached_property
     def pivot(self) -> NDArray[np.float64]:
-        """Return the middle of the object, (3,) world; the median of the known points; 1 unit ahead without any.
+        """Return the middle of the object, (3,) world; the median of the points; 1 unit ahead without any.
 
-        Its distance is the frame's scale: near plane and orbit follow it, so that any unit works.
+        Of points without depth, too, as far away as the surface of those beside them in their row, or the farther one:
+        a frame turns around the same point whatever its sensor has lost. Of an object that was cut out only known ones.
         """
         v, u = self._probed
         if not v.size:
             return frozen(self.pose[:3, :3] @ np.array([0.0, 0.0, 1.0]) + self.pose[:3, 3])
-        (x, y), z = self.camera.ray_at(u, v), self.depth[v, u].astype(np.float64)
+        z = self.depth[v, u]
+        step = probing_step(self.depth)
+        grid = self.depth[::step, ::step]
+        if z.size < grid.size and grid.any() and not is_cut_out(self.depth):
+            whole = _across_gaps(self.depth, step, abs(self.camera.fx))
+            v, u = np.nonzero((whole > 0) & (whole <= z.max()))  # a far plane stays out
+            v, u, z = step * v, step * u, whole[v, u]
+        (x, y), z = self.camera.ray_at(u, v), z.astype(np.float64)
         return frozen(self.pose[:3, :3] @ [median(x * z), median(y * z), median(z)] + self.pose[:3, 3])
 
     @cached_property
@@ -397,7 +436,7 @@ class Frame(Value, Preview):
         if not self._probed[0].size:
             return 1.0
         depths = self.depth[self._probed]
-        scale = median(depths)  # that of the pivot
+        scale = median(depths)
         near = NEAR * scale
         cut = np.count_nonzero(depths < near) / depths.size
         if cut > 0.01:

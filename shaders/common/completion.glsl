@@ -11,6 +11,8 @@ const float DISTINCT = 0.3;   // of that: so near to one that stood for election
 const int ELECTIONS = 3;      // so many stand
 const float MANY = 8.0;       // points of a cell from which on its plane has a whole vote
 const float UNLIKE = 0.02;    // what other colours leave of a vote
+const float UNPROVEN = 0.1;   // of that: what it leaves of a vote that only colours can prove
+const float NEARER = 1.1;     // times the farthest 1/z: from which on a plane lies before others
 const float UNSEEN = 0.05;    // what is left of it for a surface that the sensor would have seen
 
 vec4 candidates[CANDIDATES];  // planes at the place: 1/z and its change per pixel; and their votes
@@ -80,6 +82,11 @@ vec4 candidate_of(vec3 plane, float votes, float hidden_below) {
 // The share of a vote that a likeness of colours leaves.
 float color_vote(float likeness) {
     return UNLIKE + likeness;
+}
+
+// The share of its vote that is left of a plane that only the likeness of colours can prove.
+float proven_share(float likeness) {
+    return (UNPROVEN * UNLIKE + likeness) / color_vote(likeness);
 }
 
 // A colour in one float, in steps of 1/255, and back.

@@ -124,6 +124,14 @@ vec4 cast_rays(
             }
             meeting += steps.x > 0.0 ? 1 : 0;
         }
+        float farthest = 1e30;
+        int doubted = hidden_below > 0.0 ? CANDIDATES : 0;  // what lies in a shadow is hidden by what is nearer
+        for (int k = 0; k < doubted; ++k) {
+            farthest = candidates[k].w > 0.0 ? min(farthest, candidates[k].x) : farthest;
+        }
+        for (int k = 0; k < doubted; ++k) {
+            candidates[k].w *= candidates[k].x > NEARER * farthest ? proven_share(likeness[k]) : 1.0;
+        }
         float w = elect(), alike = 0.0;
         for (int k = 0; k < CANDIDATES; ++k) {
             bool counts = candidates[k].w > 0.0 && agrees(candidates[k].x, w);

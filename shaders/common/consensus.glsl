@@ -1,3 +1,4 @@
+#include "common/rim_marks.glsl"
 #include "common/splat_corners.glsl"
 
 // What several frames of one object say about each other's points. A frame supports a point if it has one there, too; it
@@ -9,12 +10,18 @@ const float DARKEST = 0.059;     // beyond these, colours may be clipped, and te
 const float BRIGHTEST = 0.941;
 const int EDGE_REACH = 4;        // source pixels from an edge of the surface in which points are trusted less
 const int BORDER_REACH = 24;     // and from the border of the picture
+const float CONTESTED = 0.75;    // trust in points that some see through, but not most
 const float FLAT_COSINE = 0.25;  // what is seen flatter beside an edge is taken for flying pixels
 
 // Where a point lies for another camera: position in its picture, and 1/z. view takes source axes to its axes.
 vec3 carry_forth(vec2 pixel, float w, vec4 source, mat4 view, vec4 other) {
     vec3 h = mat3(view) * pixel_ray(pixel, source) + view[3].xyz * w;
     return vec3(project(h, other), w / h.z);
+}
+
+// Does a surface with this normal face a camera that sees it in this direction? Else it hides itself.
+bool faces(vec3 normal, vec3 direction) {
+    return dot(normal, direction) < 0.0;
 }
 
 bool lies_inside(vec3 there, vec2 size) {
@@ -41,6 +48,29 @@ vec2 vote_on(sampler2D surface_map, vec3 there, vec4 intrinsics, float band) {
     bool is_beyond = all(greaterThan(abs(depth) * there.z, vec4(1.0 + max(2.0 * band, SEE_THROUGH))));
     bool is_there = abs(depth_excess(surface_map, there, intrinsics)) < band;
     return vec2(is_there ? 1.0 : 0.0, is_beyond ? 1.0 : 0.0);
+}
+
+// The four pixels around a point, by how near they are to it: those that have its surface less those that see through it.
+// is_exact: where a frame has no depth, nothing is.
+float end_vote(sampler2D surface_map, vec3 there, vec4 intrinsics, float band, bool is_exact) {
+    Corners corners = corners_at(surface_map, there.xy);
+    vec2 share = there.xy - floor(there.xy);
+    float sum = 0.0;
+    for (int k = 0; k < 4; ++k) {
+        bvec2 side = bvec2((k & 1) == 1, k > 1);
+        vec4 surface = corner_surface(corners, side);
+        vec2 pixel = vec2(corner_pixel(corners, side));
+        float weight = (side.x ? share.x : 1.0 - share.x) * (side.y ? share.y : 1.0 - share.y);
+        if (surface.w > 0.0) {
+            vec2 slope = inverse_depth_slope(surface.xyz, pixel_ray(pixel, intrinsics), surface.w, intrinsics);
+            float excess = there.z / inverse_depth_at(there.xy, pixel, 1.0 / surface.w, slope) - 1.0;
+            bool is_beyond = min(excess, surface.w * there.z - 1.0) > band;
+            sum += abs(excess) < 0.5 * band ? weight : is_beyond ? -weight : 0.0;
+        } else {
+            sum -= is_exact ? weight : 0.0;
+        }
+    }
+    return lies_inside(there, vec2(textureSize(surface_map, 0))) ? sum : 0.0;
 }
 
 // Log of one colour over the other, linear; NO_OVERLAP where either may be clipped.
@@ -90,11 +120,11 @@ int end_around(sampler2D rows_map, ivec2 pixel) {
     return found;
 }
 
-// x: 1 if a point is trusted; y: how good it is, more than 0 and at most 1. Points that more frames see through than
+// x: above a half if a point is trusted; y: how good it is, more than 0 and at most 1. Points that more frames see through than
 // support float; those at an edge, or beside it and seen flat, that nobody supports fly.
 vec2 trust_in(vec2 votes, int edge, int border, float cosine) {
     bool floats = votes.y > votes.x + (edge >= 2 ? 1.0 : 0.0);
     bool flies = (edge == 0 || (edge == 1 && cosine < FLAT_COSINE)) && votes.x == 0.0;
     float quality = float(edge) / float(EDGE_REACH) * float(min(border, BORDER_REACH)) / float(BORDER_REACH);
-    return vec2(floats || flies ? 0.0 : 1.0, max(quality, 1.0 / 255.0));
+    return vec2(floats || flies ? 0.0 : votes.y > 0.0 ? CONTESTED : 1.0, max(quality, 1.0 / 255.0));
 }

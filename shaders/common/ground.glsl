@@ -9,14 +9,15 @@ float ground_depth(vec3 ray, vec4 plane) {
     return down > 0.0 && plane.w > 0.0 ? plane.w / down : 0.0;
 }
 
-// Share of the light that shadows take from a point of a matt white ground; n is its normal. A background behind a
-// black layer of this alpha looks as if the shadows fell on it. around: the light from all around, and what is left of it
-float shadow_alpha(
+// Shares of the light that shadows take from a point of a matt white ground, of that of lamps and of that from all around;
+// n is its normal. A background behind a black layer of their sum as alpha looks as if the shadows fell on it. around: the
+// light from all around, and what is left of it
+vec2 shadow_alpha(
     vec3 point, vec3 n, vec4 material, vec3 around, vec3 left, sampler2D lights, int count,
     sampler2D shadow_map, sampler2D views, mat3 to_world
 ) {
     vec3 whole = around;
-    vec3 lost = around - left;
+    vec3 lost = vec3(0.0);
     for (int i = 0; i < count; ++i) {
         vec3 l;
         float share;
@@ -25,5 +26,5 @@ float shadow_alpha(
         whole += light;
         lost += light * (1.0 - share);
     }
-    return dot(lost, LUMINANCE) / max(dot(whole, LUMINANCE), 1e-9);
+    return vec2(dot(lost, LUMINANCE), dot(around - left, LUMINANCE)) / max(dot(whole, LUMINANCE), 1e-9);
 }

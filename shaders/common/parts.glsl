@@ -43,6 +43,11 @@ bool is_among(ivec2 pixel, float share) {
     return fract(dot(vec2(pixel), vec2(0.618034, 0.414214))) < share;
 }
 
+// The share of a frame's splats that are primary: as its importance fades, first those go that others see through.
+float primary_share(float primary, float trust) {
+    return clamp(2.0 * primary - (trust < 1.0 ? 1.0 : 0.0), 0.0, 1.0);
+}
+
 // 0 to 3: what is trusted hides all that is not, and of either the primary views hide the others.
 int splat_level(float trust, bool stretched, bool primary) {
     return (trust > 0.5 && !stretched ? 2 : 0) + (primary ? 1 : 0);

@@ -11,6 +11,14 @@ const float NOISY = 6.0;         // or so many standard deviations of the depth
 const float MISSING = 1e5;       // so large is only the step to a missing pixel
 const float BOTTOMLESS = -1e30;  // its rise
 
+const float LEAST_SAY = 0.1;      // votes that a rim's own pixel has for it, at least
+const float CUT_UNIT = 0.25;     // of 1 over source pixels, in which cuts are kept
+
+// Four directions: left, right, up, down.
+ivec2 direction_of(int k) {
+    return k < 2 ? ivec2(2 * k - 1, 0) : ivec2(0, 2 * k - 5);
+}
+
 // By how many pixels of depth a neighbour lies before the surface that faces the viewer at the pixel. step: from
 // relative_step; facing: by how much the 1/z of that surface changes to there, as a share of it.
 float rise_of(float step, float facing, float focal) {
@@ -38,6 +46,17 @@ bool is_rim(vec4 beside, ivec2 pixel, ivec2 size, vec4 intrinsics, float noise) 
     bvec2 low = greaterThan(pixel, ivec2(0)), high = lessThan(pixel, size - 1);
     return ends_along(beside.xy, bvec2(low.x, high.x), facing.x, focal, most)
         || ends_along(beside.zw, bvec2(low.y, high.y), facing.y, focal, most);
+}
+
+// Where other frames say that a rim ends, along a direction, from 0: not before the next pixel, to 1: at once. here, there:
+// the votes for its surface at the pixel and at the next, which are linear between them.
+float end_cut(float here, float there) {
+    return there < 0.0 ? min(CUT_UNIT * (1.0 - there / max(here, LEAST_SAY)), 1.0) : 0.0;
+}
+
+// Is a place so far from a rim's pixel cut off by the frames that see through it? cuts: to the left, right, up, down
+bool is_cut_off(vec4 cuts, vec2 off) {
+    return dot(max(vec4(-off.x, off.x, -off.y, off.y), 0.0), cuts) > CUT_UNIT;
 }
 
 // The depth of a pixel, negative if it is a rim. noise: as above

@@ -42,10 +42,6 @@ struct Around {
     vec4 farther;  // and those after them
 };
 
-ivec2 direction_of(int k) {
-    return k < 2 ? ivec2(2 * k - 1, 0) : ivec2(0, 2 * k - 5);
-}
-
 // How far the pixel rises that is this far off, see rise_of.
 float rise_at(sampler2D surface_map, ivec2 pixel, ivec2 off, float here, vec2 facing, float focal) {
     float there = abs(texel_or_zero(surface_map, pixel + off).w);

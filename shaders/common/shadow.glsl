@@ -15,7 +15,7 @@
 const float FLATTEST = 0.1;   // cosine: a receiver seen flatter by the light is taken to be tilted no more
 const float SHARP = 3.0;       // pixels: what blurs by less is compared with its neighbours alone, as of a point light,
 const float BLURRED = 1.125;   // and what blurs by more is looked for all round; between them both, so that few gaps open
-const float MOST_BLUR = 16.0;  // pixels: shadows blur by no more in one view
+const float MOST_BLUR = 48.0;  // pixels: shadows blur by no more in one view
 
 const int SPREAD_TAPS = 16;   // places spread evenly over a disc, each a golden angle farther round (Vogel 1979)
 const mat2 ONWARDS = mat2(-0.73736888, 0.67549029, -0.67549029, -0.73736888);

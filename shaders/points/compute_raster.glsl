@@ -38,7 +38,19 @@ bool is_primary = false;
 void note_source(ivec2 pixel, float side) {
     trust = texel_at(trust_map, pixel).r;
     side_of = side;
-    is_primary = is_among(pixel, primary);
+    is_primary = is_among(pixel, primary_share(primary, trust));
+}
+
+// Are all pixels of a block trusted alike? It is not asked of those that are not whole.
+bool trusts_alike(ivec2 block, int side, bool whole) {
+    bool all_are = true, some_are = false;
+    int count = whole ? side * side : 0;  // a loop that no block takes costs software drivers nothing
+    for (int k = 0; k < count; ++k) {
+        bool is_trusted = texel_at(trust_map, block + ivec2(k % side, k / side)).r > 0.5;
+        all_are = all_are && is_trusted;
+        some_are = some_are || is_trusted;
+    }
+    return whole && all_are == some_are;
 }
 
 void note_extent(vec2 extent) {
@@ -50,6 +62,10 @@ uint noted(float inverse_depth, bool hidden) {
 }
 #else
 void note_source(ivec2 pixel, float side) {}
+
+bool trusts_alike(ivec2 block, int side, bool whole) {
+    return whole;
+}
 
 void note_extent(vec2 extent) {}
 

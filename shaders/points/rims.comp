@@ -9,6 +9,11 @@
 #endif
 #include "points/compute_raster.glsl"
 
+#if SET
+uniform sampler2D cuts_map;  // where other frames say that rims end
+uniform bool is_exact;       // cut off is not drawn; else it only closes holes
+#endif
+
 layout(local_size_x = 32) in;
 
 const int IN_A_ROW = 256;  // rims of kept_map, four texels each
@@ -70,9 +75,18 @@ void draw_rim(int place) {
 #if WINDOW
     widen_window(low, high);
 #endif
+#if SET
+    vec4 cuts = texel_at(cuts_map, pixel);
+    int whole_level = level;
+#endif
     ivec2 steps = max(high - low + 1, 0), q = low;
     for (int k = 0; k < steps.x * steps.y; ++k) {
         vec3 met = meet_rim(rim, vec2(pixel), own, splat.inverse_depth, vec2(q), source, view, target);
+#if SET
+        bool is_cut = (is_exact || rim.drop == 0.0) && is_cut_off(cuts, met.yz);
+        level = is_cut ? whole_level & 1 : whole_level;
+        if (is_exact && (is_cut || is_hidden(rim, met.yz))) met.x = 0.0;
+#endif
         if (met.x > 0.0) atomicMax(nearest[q.y * target_size.x + q.x], noted(met.x, is_hidden(rim, met.yz)));
         q = q.x < high.x ? ivec2(q.x + 1, q.y) : ivec2(low.x, q.y + 1);
     }

@@ -17,6 +17,8 @@ uniform int first_id;
 uniform float near;
 #if SET
 uniform sampler2D trust_map;
+uniform sampler2D cuts_map;
+uniform bool is_exact;  // these two as in rims.comp
 uniform float primary;  // share of its splats that hide those of others
 #endif
 
@@ -48,9 +50,12 @@ void main() {
     color = vec4(lit, 1.0);
     gl_FragDepth = 1.0 - near * here;
 #elif SET
-    int level = splat_level(texelFetch(trust_map, pixel, 0).r, stretched > 0.5, is_among(pixel, primary));
-    bool goes_on = is_hidden(found, met.yz);
-    if (goes_on) level &= 1;
+    float trust = texelFetch(trust_map, pixel, 0).r;
+    int level = splat_level(trust, stretched > 0.5, is_among(pixel, primary_share(primary, trust)));
+    bool goes_on = is_hidden(found, met.yz), is_cut = is_cut_off(texelFetch(cuts_map, pixel, 0), met.yz);
+    is_cut = is_cut && (is_exact || found.drop == 0.0);
+    if (is_exact && (goes_on || is_cut)) discard;
+    if (goes_on || is_cut) level &= 1;
     source_id = int(splat_key(here, level, goes_on));
     gl_FragDepth = (float(4 - level) - clamp(near * here, 0.0, 1.0)) * 0.25;
 #else

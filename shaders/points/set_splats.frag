@@ -28,7 +28,8 @@ void main() {
     Footprint splat = Footprint(centre, to_target, inverse_depth, tilt, bend);
     ivec2 pixel = pixel_of(id - first_id, textureSize(surface_map, 0).x);
     bool stretched = is_stretched(footprint_extent(splat, reach, is_round), side);
-    int level = splat_level(texelFetch(trust_map, pixel, 0).r, stretched, is_among(pixel, primary));
+    float trust = texelFetch(trust_map, pixel, 0).r;
+    int level = splat_level(trust, stretched, is_among(pixel, primary_share(primary, trust)));
     float here = footprint_inverse_depth(splat, to_source, offset);
     key = int(splat_key(here, level, false));
     gl_FragDepth = (float(4 - level) - clamp(near * here, 0.0, 1.0)) * 0.25;

@@ -54,6 +54,7 @@ bool take_block(ivec2 block, int side) {
     vec4 first = texel_or_zero(surface_map, block);
     vec2 slope = slope_at(block, first);
     bool whole = block_on_plane(block, first, slope, side);
+    whole = trusts_alike(block, side, whole);
     if (whole) {
         vec2 middle = vec2(0.5 * float(side - 1));
         float w = 1.0 / first.w + dot(slope, middle);

@@ -24,6 +24,9 @@ void main() {
     vec4 own = surface_at(surface_map, min(pixel, size - 1));
     compared = vec4(NO_OVERLAP);
     if (own.w == 0.0) return;
+    if (!faces(mat3(view) * own.xyz, mat3(view) * pixel_ray(vec2(min(pixel, size - 1)), source) + view[3].xyz / own.w)) return;
+    vec3 direction = pixel_ray(vec2(min(pixel, size - 1)), source) * own.w + view[3].xyz * mat3(view);
+    if (!faces(own.xyz, direction)) return;
     vec3 there = carry_forth(vec2(min(pixel, size - 1)), 1.0 / own.w, source, view, other);
     float excess = depth_excess(other_map, there, other);
     if (excess == NO_OVERLAP) return;

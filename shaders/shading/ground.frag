@@ -1,5 +1,6 @@
 #version 330 core
-// The ground below all objects, seen where no surface is: transparent, with black shadows of this alpha.
+// The ground below all objects, seen where no surface is: transparent, with black shadows of these alphas: those of
+// lamps, and those in the light from all around.
 #include "common/ground.glsl"
 #include "shading/around.glsl"
 #if VISIBILITY
@@ -22,7 +23,7 @@ uniform ivec2 shift;   // of the planes in which they are looked for
 uniform float turned;  // and by how much these are turned, in half circles: few planes alike show as rays
 #endif
 
-out float alpha;
+out vec2 alpha;
 
 void main() {
     if (texelFetch(surface_map, ivec2(gl_FragCoord.xy), 0).w != 0.0) discard;

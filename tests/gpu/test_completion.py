@@ -128,6 +128,7 @@ def test_colours(gpu, rng):
     close(one(gpu, "unpack_color(n), 0", n=packed[:, None]), completion.unpack_color(packed), atol=1e-6)
     assert np.abs(completion.unpack_color(packed) - color).max() <= 0.501 / 255
     close(one(gpu, "color_vote(c.r), 0, 0, 0", c=color), completion.color_vote(color[:, 0]))
+    close(one(gpu, "proven_share(c.r), 0, 0, 0", c=color), completion.proven_share(color[:, 0]))
 
 
 @pytest.mark.parametrize("large", [SIZE, 2 * SIZE, SIZE // 2, (101, 61), (1, 1)])

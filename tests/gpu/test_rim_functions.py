@@ -112,6 +112,20 @@ def test_directions(gpu):
     assert rims.direction_of(k).tolist() == [[-1, 0], [1, 0], [0, -1], [0, 1]]
 
 
+def test_where_other_frames_cut_rims_off(gpu):
+    rng = np.random.default_rng(7)
+    votes, off = rng.uniform(-4, 4, (500, 2)).astype(F), rng.uniform(-1, 1, (500, 2)).astype(F)
+    cuts = rim_marks.end_cut(votes[:, 0], votes[:, 1])
+    close(gpu("rim_marks.glsl", "end_cut(v.x, v.y), 0, 0, 0", v=votes), cuts)
+    around = np.stack([np.roll(cuts, k) for k in range(4)], -1)
+    cut_off = rim_marks.is_cut_off(around, off)
+    answer = gpu("rim_marks.glsl", "float(is_cut_off(c, o)), 0, 0, 0", c=around, o=off)[:, 0]
+    assert (answer != cut_off).sum() <= 1 and 0.2 < cut_off.mean() < 0.8
+    half = np.array([rim_marks.end_cut(F(1), F(-1)), 0, 0, 0], F)  # as many for it here as against it at the next pixel
+    to_left = np.array([(-0.45, 0.9), (-0.55, 0), (0.9, 0)], F)
+    assert rim_marks.is_cut_off(half, to_left).tolist() == [False, True, False]
+
+
 def test_look_around(gpu, surface_map):
     pixel = rim_pixels(surface_map)
     inputs = {"surface_map": surface_map, "p": pixel.astype(F), "k": K[None]}

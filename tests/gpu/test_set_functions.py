@@ -203,6 +203,39 @@ def test_a_frame_sees_through_what_floats_before_it_but_not_through_an_edge():
     assert votes.tolist() == [[0, 1], [0, 0], [1, 0]]
 
 
+def test_end_vote_and_faces(gpu):
+    surface_map, there = carried_points()
+    inputs = {"surface_map": surface_map, "h": there, "k": K[None], "b": BAND}
+    for is_exact in (False, True):
+        votes = consensus.end_vote(surface_map, there, K, BAND[0, 0], is_exact)
+        call = f"end_vote(surface_map, h, k, b, {str(is_exact).lower()}), 0, 0, 0"
+        close(gpu("consensus.glsl", call, **inputs), votes, missed=0.01)
+        assert (votes > 0.9).mean() > 0.1 and (votes < -0.9).mean() > 0.1 and (np.abs(votes) < 0.9).mean() > 0.1
+    normal, direction = np.random.default_rng(13).normal(0, 1, (2, COUNT, 3)).astype(F)
+    expected = consensus.faces(normal, direction)
+    answer = gpu("consensus.glsl", "float(faces(n, d)), 0, 0, 0", n=normal, d=direction)[:, 0]
+    assert (answer == expected).mean() > 0.999 and 0.4 < expected.mean() < 0.6
+
+
+def test_a_frame_says_between_its_pixels_where_a_surface_ends():
+    surface_map = two_planes()  # the right one is nearer
+    w = 1 / surface_map[9, EDGE, 3]
+    beside = np.array([[EDGE - share, 9, w] for share in (0, 0.25, 0.75)], F)
+    np.testing.assert_allclose(consensus.end_vote(surface_map, beside, K, BAND[0, 0], False), [1, 0.5, -0.5], atol=1e-5)
+    surface_map[:, :EDGE] = 0
+    for is_exact, expected in ((True, (1, 0.5, -0.5)), (False, (1, 0.75, 0.25))):  # is nothing where there is no depth?
+        votes = consensus.end_vote(surface_map, beside, K, BAND[0, 0], is_exact)
+        np.testing.assert_allclose(votes, expected, atol=1e-5)
+
+
+def test_primary_share(gpu):
+    trust = np.repeat(np.array([[consensus.CONTESTED, 1]], F).T, 5, 0)
+    for primary in (0.0, 0.3, 0.5, 0.8, 1.0):
+        expected = parts.primary_share(primary, trust)
+        close(gpu("parts.glsl", f"primary_share({primary}, t), 0, 0, 0", t=trust), expected)
+    assert parts.primary_share(0.5, trust[[0, -1], 0]).tolist() == [0, 1]  # what others see through goes first
+
+
 def test_log_ratio(gpu):
     rng = np.random.default_rng(8)
     a, b, c, d = rng.uniform(0, 1, (4, COUNT, 3)).astype(F)
@@ -248,4 +281,6 @@ def test_points_are_trusted_by_votes_away_from_edges_and_by_support_beside_them(
     assert trusted(0, 0, 4) and trusted(0, 1, 4) and not trusted(0, 1, 1) and not trusted(1, 3, 4)
     assert not trusted(0, 0, 1, cosine=0.1) and trusted(1, 0, 1, cosine=0.1) and trusted(0, 0, 2, cosine=0.1)
     assert not trusted(0, 0, 0) and trusted(1, 0, 0) and trusted(0, 0, 1)
+    contested = consensus.trust_in(np.array([(3, 1), (3, 0)]), np.full(2, 4), np.full(2, 24), np.ones(2))[:, 0]
+    assert contested[0] == consensus.CONTESTED and contested[1] == 1
     assert trusted(5, 0, 0, cosine=0.1)  # a thin thing, which others see as well

@@ -24,7 +24,7 @@ CONSTANTS = {  # the values that the project builds each with
     "points/view_difference.frag": {"STRIDE": (STRIDE,)},
     "surface/depth_average.frag": {"MISPLACED": FLAG, "SNAP": FLAG},
     "output/surface_colors.frag": {"SHOW": (0, 1, 2), "LINEAR": FLAG},
-    "output/resolve_samples.frag": {"GROUND": FLAG, "TONE": FLAG},
+    "output/resolve_samples.frag": {"GROUND": (0, 1, 2), "TONE": FLAG},
     "surface/flat_cells.frag": {"SPREAD": FLAG},
     "surface/bumpy_windows.frag": {"SPREAD": FLAG, "MEASURE": FLAG},
     "meshes/grid.comp": {"WINDOW": FLAG},

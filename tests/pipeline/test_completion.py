@@ -165,7 +165,8 @@ class TestSteps:
         missing = disc(frame, (80, 60), 18)
         depth = rasterizer.render_depth(without(frame, missing), **FILL)
         assert (error_of(depth, frame.depth)[missing] > 0.01).mean() < 0.01
-        picture, whole = (rasterizer.render(one, yaw=15, **FILL) for one in (without(frame, missing), frame))
+        pose = ps.orbit_pose(None, frame.pivot, yaw=15)  # the other's own is elsewhere: half of it is near
+        picture, whole = (rasterizer.render(one, pose=pose, **FILL) for one in (without(frame, missing), frame))
         assert ((picture[..., 3] > 0) != (whole[..., 3] > 0)).mean() < 0.005  # no bridge between the walls
 
     def test_nothing_lies_between_two_surfaces(self, renderer):
@@ -272,8 +273,9 @@ class TestSizes:
         depth = rasterizer.render_depth(frame, camera=frames.CAMERA, **FILL)
         assert (error_of(depth, truth.depth)[missing] > 0.01).mean() < 0.06
         large = frames.CAMERA.resized(width, height)
-        picture = rasterizer.render(frame, camera=large, yaw=8, **FILL)
-        whole = rasterizer.render(replaced(frame, depth=truth.depth), camera=large, yaw=8)
+        pose = ps.orbit_pose(None, truth.pivot, yaw=8)  # the frame's own is elsewhere: half of its points are near
+        picture = rasterizer.render(frame, camera=large, pose=pose, **FILL)
+        whole = rasterizer.render(replaced(frame, depth=truth.depth), camera=large, pose=pose)
         assert ((picture[..., 3] > 0) != (whole[..., 3] > 0)).mean() < 0.02
 
     def test_a_single_row(self, rasterizer):

@@ -81,14 +81,15 @@ def test_ground_functions_are_those_of_the_mirror(gpu):
     n = np.broadcast_to(np.array([0, -0.8, -0.6], np.float32), ray.shape)
     point, m, a = ray * rng.uniform(0.5, 3, (500, 1)).astype(np.float32), [0.1, 0.9, 0.3, 32], [0.5, 0.7, 0.9]
     m, a = np.array(m, np.float32), np.array(a, np.float32)
-    call = "shadow_alpha(p, n, m, a, 0.6 * a, rows_map, 2, shadow_map, views_map, mat3(1.0)), 0, 0, 0"
+    call = "shadow_alpha(p, n, m, a, 0.6 * a, rows_map, 2, shadow_map, views_map, mat3(1.0)), 0, 0"
     inputs = {"m": m[None], "a": a[None], "rows_map": rows, "shadow_map": depth, "views_map": views}
-    answer = gpu("ground.glsl", call, p=point, n=n, **inputs)[:, 0]
+    answer = gpu("ground.glsl", call, p=point, n=n, **inputs)[:, :2]
     mirror = ground.shadow_alpha(
         point, n, m, a, np.float32(0.6) * a, rows, 2, depth, views, np.eye(3, dtype=np.float32)
     )
     np.testing.assert_allclose(answer, mirror, atol=3e-5)
-    assert (answer > 0.3).mean() > 0.2 and answer.min() > 0.05 and answer.max() < 1
+    both = answer.sum(1)
+    assert (both > 0.3).mean() > 0.2 and both.min() > 0.05 and both.max() < 1
 
 
 class TestFormula:
@@ -199,6 +200,19 @@ class TestPicture:
         plain = renderer.render(frames.sphere(), pose=ABOVE, samples=8)
         shadow = image[..., 3][plain[..., 3] == 0]
         assert (shadow > 100).any() and len(np.unique(shadow)) > 8
+
+    @pytest.mark.parametrize(("samples", "most"), [(1, 1.5), (4, 0.8), (16, 0.7)])
+    def test_it_is_smooth_under_a_sky_without_a_weave_of_the_directions_that_pixels_look_along(
+        self, renderer, samples, most
+    ):
+        """What is left of its 8-bit levels without their low frequencies, in the shadow before the sphere."""
+        camera, options = frames.CAMERA.resized(480, 360), {"environment": "sky", "ground": True, "background": "white"}
+        image = renderer.render(frames.sphere(), pose=ABOVE, camera=camera, samples=samples, **options)
+        before = image[305:345, 180:320].astype(float).mean(-1)
+        v, u = np.indices(before.shape) / 60 - 0.5
+        waves = np.stack([v**a * u**b for a in range(5) for b in range(5)], -1).reshape(-1, 25)
+        rest = before.reshape(-1) - waves @ np.linalg.lstsq(waves, before.reshape(-1), rcond=None)[0]
+        assert before.min() < 200 and rest.std() < most
 
     def test_from_below_and_without_shadows_there_is_none(self, renderer):
         below, frame = ps.orbit_pose(None, (0.05, 0.02, 1.5), 0, -40), frames.sphere()

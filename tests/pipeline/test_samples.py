@@ -111,6 +111,20 @@ def test_developed_is_that_of_the_mirror(gpu):
         np.testing.assert_allclose(answer, developed.developed(sums, ground, 16, behind), atol=1e-5)
 
 
+def test_a_ground_is_smoothed_as_by_the_mirror(gpu):
+    rng = np.random.default_rng(6)
+    sums, grounds = rng.uniform(0, 16, (2, 9, 12, 4)).astype(np.float32)
+    sums[2:5, 3:9, 3] = 16  # all of these samples show a surface
+    pixel = np.stack(np.meshgrid(np.arange(12), np.arange(9)), -1).reshape(-1, 2)
+    answer = gpu(
+        "sample_mean.glsl", "smooth_ground(grounds_map, sums_map, ivec2(p), 16.0), 0, 0, 0",
+        p=pixel.astype(np.float32), grounds_map=grounds, sums_map=sums,
+    )  # fmt: skip
+    expected = developed.smooth_ground(grounds, sums, pixel, 16)
+    np.testing.assert_allclose(answer[:, 0], expected, rtol=1e-5)
+    assert (expected[sums[..., 3].reshape(-1) == 16] == grounds[2:5, 3:9, 0].reshape(-1)).all()
+
+
 def test_a_pixel_shows_the_ground_where_its_samples_show_no_surface(gpu):
     """Of 16 samples 4 are covered, 6 see a ground whose shadow takes .6, and 6 see what is above its horizon."""
     sums, ground = np.array([[2, 1, 0, 4]], np.float32), np.array([[6 * 0.6]], np.float32)

@@ -96,6 +96,23 @@ def test_the_shadow_of_a_sphere_on_a_plane_is_that_of_a_light_of_this_size(rende
     assert psnr(few, truth, alone) >= 35
 
 
+def test_the_shadow_of_leaves_under_a_wide_light_shows_no_strokes(renderer):
+    """Each sample blurs as far as its part of the light is wide: sharper shadows would lie side by side."""
+    rng, sun = np.random.default_rng(4), ps.Light(direction=(0.5, 1, 0.3), angle=40, shadow=True)
+    middle, turn = rng.uniform((-0.3, -0.3, 1.4), (0.3, -0.1, 1.9), (14, 3)), rng.uniform(0, np.pi, 14)
+    way = np.stack([np.cos(turn), 0 * turn, np.sin(turn)], -1)
+    side = np.cross(way, (0, 1, 0))
+    corners = np.stack([middle + a * way + b * side for a, b in ((-0.12, 0), (0, -0.03), (0.12, 0), (0, 0.03))], 1)
+    faces = np.array([(0, 1, 2), (0, 2, 3)]) + 4 * np.arange(14)[:, None, None]
+    leaves = ps.Mesh(corners.reshape(-1, 3), faces.reshape(-1, 3))
+    scene, floor = ps.Scene((ps.Node(leaves), ps.Node(floor_mesh())), CAMERA, POSE), np.zeros((120, 160), bool)
+    floor[62:115, 40:130] = True  # below all leaves
+    one, few, many = (renderer.render(scene, sun, samples=n) for n in (1, 4, 256))
+    truth = np.asarray(many[..., :3], float)
+    assert truth[floor].min() < 170
+    assert psnr(one, truth, floor) >= 31 and psnr(few, truth, floor) >= 35
+
+
 @pytest.mark.parametrize("shadow", [False, True])
 def test_an_area_light_shines_by_the_cosine_and_from_its_front_only(renderer, shadow):
     wall = ps.Mesh([(-9, -3, 2), (9, -3, 2), (9, 3, 2), (-9, 3, 2)], [(0, 1, 2), (0, 2, 3)], material=MATTE)

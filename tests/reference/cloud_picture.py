@@ -80,7 +80,7 @@ def render(points: Bordered, lights: Sequence[Light], eye: Eye, finish: OutputSe
 
 
 def draw_sample(points: Bordered, shot: VisibleScene) -> tuple[np.ndarray, np.ndarray]:
-    """(h, w, 4) float32: linear light and 1 where something is seen; and (h, w), a ground of nothing."""
+    """(h, w, 4) float32: linear light and 1 where something is seen; and (h, w, 2), a ground of nothing."""
     eye, lamps = shot.eye, hung_up(points, shot)
     surface, albedo = surfaces(splats_of(points, eye), eye)
     v, u = np.nonzero(surface[..., 3])
@@ -89,7 +89,7 @@ def draw_sample(points: Bordered, shot: VisibleScene) -> tuple[np.ndarray, np.nd
     if points.cloud.shading == "phong":
         at, viewer, look = np.stack([u, v], -1).astype(F), np.zeros(3, F), Appearance(points.cloud.material)
         image[v, u, :3] = light(at, surface[v, u], albedo[v, u], eye.camera, viewer, lamps, eye.pose, look)
-    return image, np.zeros(image.shape[:2], F)
+    return image, np.zeros((*image.shape[:2], 2), F)
 
 
 def hung_up(points: Bordered, shot: VisibleScene) -> LightSet:

@@ -14,6 +14,7 @@ from .vectors import dot
 F = np.float32
 SIDE, ELECTIONS = 4, 3
 AGREES, DISTINCT, MANY, UNLIKE, UNSEEN = F(0.02), F(0.3), F(8), F(0.02), F(0.05)
+UNPROVEN, NEARER = F(0.1), F(1.1)
 
 
 def once_if(share: np.ndarray) -> np.ndarray:
@@ -70,6 +71,10 @@ def candidate_of(plane: np.ndarray, votes: np.ndarray, hidden_below: np.ndarray)
 
 def color_vote(likeness: np.ndarray) -> np.ndarray:
     return UNLIKE + likeness
+
+
+def proven_share(likeness: np.ndarray) -> np.ndarray:
+    return (UNPROVEN * UNLIKE + likeness) / color_vote(likeness)
 
 
 def pack_color(color: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 
 from .completion import (
     MANY,
+    NEARER,
     SIDE,
     agrees,
     candidate_of,
@@ -14,6 +15,7 @@ from .completion import (
     elected,
     hidden_below_at,
     moved_plane,
+    proven_share,
     unpack_color,
 )
 from .texels import texel_at, texel_or_zero
@@ -134,6 +136,10 @@ def _ask(near_planes, other_planes, colors_map, stops_map, cell, own, hidden_bel
                 candidates[n, ray, stop, layer] = candidate_of(moved, votes, hidden_below[n])
                 likeness[n, ray, stop, layer] = alike
         meeting += steps[:, 0] > 0
+    known = candidates[..., 3] > 0
+    farthest = np.where(known, candidates[..., 0], F(1e30)).min((1, 2, 3), keepdims=True)
+    is_doubted = (hidden_below > 0)[:, None, None, None] & (candidates[..., 0] > NEARER * farthest)
+    candidates[..., 3] *= np.where(is_doubted, proven_share(likeness), F(1))
     everyone = candidates.reshape(count, -1, 4)
     w = elect(everyone)
     counts = (candidates[..., 3] > 0) & agrees(candidates[..., 0], w[:, None, None, None])

@@ -13,7 +13,8 @@ from .texels import texel_at
 F = np.float32
 NO_OVERLAP, SEE_THROUGH = F(1e30), F(0.02)
 DARKEST, BRIGHTEST = F(0.059), F(0.941)
-EDGE_REACH, BORDER_REACH, FLAT_COSINE = 4, 24, F(0.25)
+EDGE_REACH, BORDER_REACH = 4, 24
+CONTESTED, FLAT_COSINE = F(0.75), F(0.25)
 
 
 def carry_forth(
@@ -21,6 +22,10 @@ def carry_forth(
 ) -> np.ndarray:
     h = pixel_ray(pixel, source) @ view[:3, :3].T + view[:3, 3] * w[..., None]
     return np.concatenate([project(h, other), (w / h[..., 2])[..., None]], -1)
+
+
+def faces(normal: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    return (normal * direction).sum(-1) < 0
 
 
 def lies_inside(there: np.ndarray, size: np.ndarray) -> np.ndarray:
@@ -48,6 +53,28 @@ def vote_on(surface_map: np.ndarray, there: np.ndarray, intrinsics: np.ndarray, 
     beyond = (depth * w[..., None] > F(1) + np.maximum(F(2) * F(band), SEE_THROUGH)).all(-1)
     supports = np.abs(depth_excess(surface_map, there, intrinsics)) < F(band)
     return np.stack([inside & supports, inside & beyond], -1).astype(F)
+
+
+def end_vote(
+    surface_map: np.ndarray, there: np.ndarray, intrinsics: np.ndarray, band: float, is_exact: bool
+) -> np.ndarray:
+    inside = lies_inside(there, np.array(surface_map.shape[1::-1], F))
+    at, w = np.where(inside[..., None], there[..., :2], F(0)), np.where(inside, there[..., 2], F(1))
+    corners, share, band = corners_at(surface_map, at), at - np.floor(at), F(band)
+    total = np.zeros_like(w)
+    for right, below in ((0, 0), (1, 0), (0, 1), (1, 1)):
+        side = np.broadcast_to(np.array([right, below], bool), at.shape)
+        surface, pixel = corner_surface(corners, side), corner_pixel(corners, side).astype(F)
+        weight = np.where(side, share, F(1) - share).prod(-1)
+        known = surface[..., 3] > 0
+        z = np.where(known, surface[..., 3], F(1))
+        normal = np.where(known[..., None], surface[..., :3], np.array([0, 0, -1], F))
+        slope = inverse_depth_slope(normal, pixel_ray(pixel, intrinsics), z, intrinsics)
+        excess = w / inverse_depth_at(at, pixel, F(1) / z, slope) - F(1)
+        beyond = np.minimum(excess, z * w - F(1)) > band
+        vote = np.where(np.abs(excess) < F(0.5) * band, F(1), np.where(beyond, F(-1), F(0)))
+        total += weight * np.where(known, vote, F(-1 if is_exact else 0))
+    return np.where(inside, total, F(0))
 
 
 def log_ratio(
@@ -95,4 +122,5 @@ def trust_in(votes: np.ndarray, edge: np.ndarray, border: np.ndarray, cosine: np
     floats = through > support + (edge >= 2)
     flies = ((edge == 0) | ((edge == 1) & (cosine < FLAT_COSINE))) & (support == 0)
     quality = edge.astype(F) / F(EDGE_REACH) * np.minimum(border, BORDER_REACH).astype(F) / F(BORDER_REACH)
-    return np.stack([np.where(floats | flies, F(0), F(1)), np.maximum(quality, F(1) / F(255))], -1)
+    trust = np.where(floats | flies, F(0), np.where(through > 0, CONTESTED, F(1)))
+    return np.stack([trust, np.maximum(quality, F(1) / F(255))], -1)

@@ -17,7 +17,7 @@ from pointshade_gl.scene.visible import VisibleScene
 from .around import around_of
 from .camera import pixel_ray
 from .ground import ground_depth, shadow_alpha
-from .sample_mean import developed
+from .sample_mean import developed, smooth_ground
 from .surroundings import OPEN, environment_light
 from .tone import neutral_tone
 from .visibility import seen_from_plane
@@ -28,13 +28,15 @@ F = np.float32
 def finished(
     draw: Callable[[VisibleScene], tuple[np.ndarray, np.ndarray]], shot: VisibleScene, finish: OutputSettings
 ) -> np.ndarray:
-    """(h, w, 4) uint8. draw(shot) gives (h, w, 4) float32, linear light and 1 where something is seen, and (h, w), the
-    alpha of the ground elsewhere."""
+    """(h, w, 4) uint8. draw(shot) gives (h, w, 4) float32, linear light and 1 where something is seen, and (h, w, 2),
+    the alphas of the ground elsewhere."""
     samples = [draw(at_sample(shot, k)) for k in range(finish.samples)]
     surfaces, ground = (np.asarray(sum(sums), F) for sums in zip(*samples, strict=True))
     if finish.tone == "neutral":
         coverage = surfaces[..., 3:]
         surfaces[..., :3] = coverage * neutral_tone(surfaces[..., :3] / np.maximum(coverage, F(1e-6)))
+    pixel = np.stack(np.meshgrid(*map(np.arange, ground.shape[1::-1])), -1)
+    ground = smooth_ground(ground, surfaces, pixel, finish.samples)
     background = np.array((0,) * 4 if finish.background is None else (*finish.background, 1), F)
     return np.round(developed(surfaces, ground, finish.samples, background) * 255).astype(np.uint8)
 
@@ -52,8 +54,8 @@ def draw_ground(
     sample: int = 0,
     distance: float = 1.0,
 ) -> np.ndarray:
-    """(h, w) alpha of the shadows on the ground (4,) where nothing is seen in an image; rows (n, 5, 4) as `light_rows`
-    makes them. surface_map (h, w, 4): what is seen, which hides light from all around in this sample."""
+    """(h, w, 2) alphas of the shadows on the ground (4,) where nothing is seen in an image; rows (n, 5, 4) as
+    `light_rows` makes them. surface_map (h, w, 4): what is seen, which hides light from all around in this sample."""
     v, u = np.nonzero(image[..., 3] == 0)
     ray = pixel_ray(np.stack([u, v], -1).astype(F), np.array(eye.camera.intrinsics, F))
     plane = np.array(seen_ground(ground, eye.pose), F)
@@ -61,7 +63,7 @@ def draw_ground(
     met = depth > 0
     point, n = (ray * depth[:, None])[met], np.broadcast_to(plane[:3], (met.sum(), 3))
     to_world = eye.pose[:3, :3].astype(F)
-    alpha = np.zeros(image.shape[:2], F)
+    alpha = np.zeros((*image.shape[:2], 2), F)
     whole = np.concatenate([OPEN * n, np.ones_like(n[:, :1])], -1)
     seen = whole
     if surroundings.occlusion:

@@ -30,10 +30,11 @@ def shadow_alpha(
     to_world: np.ndarray,
 ) -> np.ndarray:
     whole = np.broadcast_to(around, point.shape)
-    lost = np.broadcast_to(around - left, point.shape)
+    lost = np.zeros_like(point)
     for row in lights[:count]:
         light, l, share = sent_light(row, point, n, shadow_map, views, to_world)  # noqa: E741
         light = light * (material[1] * np.maximum(dot(n, l), F(0)))
         whole = whole + light
         lost = lost + light * (F(1) - share)
-    return (lost @ LUMINANCE) / np.maximum(whole @ LUMINANCE, F(1e-9))
+    taken = np.broadcast_to(around - left, point.shape)
+    return np.stack([lost @ LUMINANCE, taken @ LUMINANCE], -1) / np.maximum(whole @ LUMINANCE, F(1e-9))[..., None]

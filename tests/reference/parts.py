@@ -45,6 +45,10 @@ def is_among(pixel: np.ndarray, share: float) -> np.ndarray:
     return along - np.floor(along) < F(share)
 
 
+def primary_share(primary: float, trust: np.ndarray) -> np.ndarray:
+    return np.clip(F(2) * F(primary) - (trust < 1), F(0), F(1))
+
+
 def splat_level(trust: np.ndarray, stretched: np.ndarray, primary: np.ndarray) -> np.ndarray:
     return np.where((trust > 0.5) & ~stretched, 2, 0) + primary
 

@@ -108,11 +108,11 @@ def render(
 
 
 def draw_sample(points: Splatted, shot: VisibleScene, finish: OutputSettings) -> tuple[np.ndarray, np.ndarray]:
-    """(h, w, 4) float32: linear light and 1 where something is seen; and (h, w), the alpha of the ground elsewhere."""
+    """(h, w, 4) float32: linear light and 1 where something is seen; and (h, w, 2), the ground's alphas elsewhere."""
     eye, lamps, material = shot.eye, hung_up(shot, points), points.look.material
     lamps = lamps._replace(surroundings=shot.environment_light)
     image, seen = draw_splats(points, eye, lamps)
-    alpha = np.zeros(image.shape[:2], F)
+    alpha = np.zeros((*image.shape[:2], 2), F)
     if finish.up is not None and (lamps.shadow_map is not None or shot.environment_light.occlusion):
         rows, strengths = light_rows(lamps.lights, eye.pose, lamps.spans), np.array(material.strengths, F)
         plane, views = ground_under(shot.scene, finish.up, finish.ground_height), view_rows(lamps.views, eye.pose)

@@ -11,7 +11,13 @@ from .texels import depth_at
 F = np.float32
 DROP, STEEPER = F(6), F(3)
 BENT, NOISY = F(1.5), F(6)
+LEAST_SAY, CUT_UNIT = F(0.1), F(0.25)
 MISSING, BOTTOMLESS = F(1e5), F(-1e30)
+
+
+def direction_of(k):
+    """Return the steps to pixels on the left, right, above and below."""
+    return np.stack([np.where(k < 2, 2 * k - 1, 0), np.where(k < 2, 0, 2 * k - 5)], -1)
 
 
 def rise_of(step, facing, focal):
@@ -45,6 +51,17 @@ def is_rim(beside, pixel, size, intrinsics, noise):
     return ends_along(beside[..., :2], inside[0], facing[0], focal, most) | ends_along(
         beside[..., 2:], inside[1], facing[1], focal, most
     )
+
+
+def end_cut(here, there):
+    """Return where others say that a rim ends along a direction: 0 not before the next pixel, 1 at once."""
+    return np.where(there < 0, np.minimum(CUT_UNIT * (F(1) - there / np.maximum(here, LEAST_SAY)), F(1)), F(0))
+
+
+def is_cut_off(cuts, off):
+    """Return whether places so far from rim pixels are cut off; cuts (..., 4): to the left, right, up, down."""
+    away = np.stack([-off[..., 0], off[..., 0], -off[..., 1], off[..., 1]], -1)
+    return (np.maximum(away, F(0)) * cuts).sum(-1) > CUT_UNIT
 
 
 def mark_rim(depth_map, pixel, intrinsics, noise=0.0):

@@ -9,7 +9,7 @@ import numpy as np
 from .camera import mean_focal_length, pixel_ray
 from .depth_lookup import BEFORE
 from .inverse_depth import facing_slope, relative_step
-from .rim_marks import BOTTOMLESS, DROP, ends_before, rise_of
+from .rim_marks import BOTTOMLESS, DROP, direction_of, ends_before, rise_of
 from .splat import inverse_depth_slope
 from .splat_corners import surface_at
 from .texels import texel_or_zero
@@ -43,10 +43,6 @@ class Around(NamedTuple):
     tilt: np.ndarray  # (n, 2)
     rises: np.ndarray  # (n, 4)
     farther: np.ndarray  # (n, 4)
-
-
-def direction_of(k: int | np.ndarray) -> np.ndarray:
-    return np.stack([np.where(k < 2, 2 * k - 1, 0), np.where(k < 2, 0, 2 * k - 5)], -1)
 
 
 def rise_at(

@@ -11,7 +11,7 @@ from .vectors import dot, length, texel
 
 F = np.float32
 FLATTEST = F(0.1)
-SHARP, BLURRED, MOST_BLUR = F(3), F(1.125), F(16)
+SHARP, BLURRED, MOST_BLUR = F(3), F(1.125), F(48)
 SPREAD_TAPS = 16
 ONWARDS = np.array(((-0.73736888, -0.67549029), (0.67549029, -0.73736888)), F)
 

@@ -27,7 +27,7 @@ FIELDS = {one.name: one for group in (ps.Appearance, ps.Material, ps.View, ps.Ou
 WORDS = {  # of the field: they also name arrays, steps, stages, files and fields of meshes and clouds, a command
     "material", "normals", "shading", "splat", "noise", "temporal", "ambient", "shininess", "lights", "pose", "yaw",
     "pitch", "look", "finish", "point_size", "samples", "background", "ground", "diffuse", "specular", "exposure",
-    "missing", "environment", "align", "show",
+    "missing", "environment", "align", "show", "fill",
 }  # fmt: skip
 PASSED_BY = {"opt", "option", "Appearance", "Material", "View", "OutputSettings", "RenderRequest"}
 HELD_BY = {

@@ -64,6 +64,25 @@ def test_pivot_and_scale_follow_the_points_and_the_pose():
     assert frame.pivot == pytest.approx((1, 2, 5))
 
 
+def test_what_a_sensor_lost_does_not_move_the_pivot():
+    """A box before a wall: most of the wall is lost, in pieces and in the shadow of the box."""
+    camera = ps.Camera(131, 131, 79.5, 59.5, 160, 120)
+    depth = np.full((120, 160), 3, np.float32)
+    depth[10:115, 30:110] = 1.5
+    holed = np.where(np.random.default_rng(2).random(depth.shape) < 0.2, 0, depth)
+    holed[:, 110:145] = holed[50:70, :30] = 0
+    whole, frame = ps.Frame(None, depth, camera), ps.Frame(None, holed, camera)
+    assert np.median(holed[holed > 0]) == 1.5 and frame.pivot == pytest.approx(whole.pivot, abs=0.05)
+
+
+def test_the_pivot_of_what_was_cut_out_is_that_of_its_points():
+    depth = np.zeros((120, 160), np.float32)
+    depth[60:80, 100:140], depth[60:80, 110:130] = 2, 0  # an object with a hole, to the right
+    frame = ps.Frame(None, depth, ps.Camera(100, 100, 79.5, 59.5, 160, 120))
+    v, u = np.nonzero(depth)
+    assert frame.pivot == pytest.approx(((np.median(u) - 79.5) / 50, (np.median(v) - 59.5) / 50, 2), abs=0.05)
+
+
 def test_pivot_of_few_points_between_the_probed_ones_is_found():
     camera = ps.Camera(500, 500, 999.5, 999.5, 2000, 2000)
     depth = np.zeros((2000, 2000), np.float32)

@@ -176,7 +176,7 @@ class TestWindow:
         finish = ps.OutputSettings(7, "white", True, environment="sky", ambient_occlusion=False)
         request = open_viewer(state=State(finish=finish)).picture.request(3)
         assert request.finish == ps.OutputSettings(
-            3, exposure=request.finish.exposure, environment="sky", ambient_occlusion=False
+            3, exposure=0.0, fill=request.finish.fill, environment="sky", ambient_occlusion=False
         )
 
     def test_the_command_line_opens_it_so(self, typed, monkeypatch, tmp_path):

@@ -69,7 +69,7 @@ class FrameTextures(DepthTextures):
         self.completed: LargePoints | None = None
         self.calm: LargePoints | None = None
         self.bridged: LargePoints | None = None  # never lit: made when the frame casts a shadow
-        self.trust: Image | None = None  # RG8: made when the frame is one of several of the same thing
+        self.trust: Image | None = None  # made when the frame is one of several of the same thing
         self.albedo: Image | None = None  # RGBA16, sRGB: made when the light in the picture is to be taken out
         self.light: FoundLight | None = None  # in the picture, if it was looked for
         self.matte: Image | None = None  # the same, made when highlights are to be taken out

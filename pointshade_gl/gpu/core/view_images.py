@@ -13,7 +13,7 @@ import numpy as np
 from ...scene.camera import Eye
 from ...scene.noise import Choice
 from ..context.caller_state import DEPTH_TEST, enabled, managed
-from .images import R32F, RGBA16F, RGBA32F, Box, Image, Images, check_memory, confine, empty, read_texture
+from .images import R32F, RG32F, RGBA16F, RGBA32F, Box, Image, Images, check_memory, confine, empty, read_texture
 from .programs import AdditiveBlend
 from .steps import Parts
 
@@ -217,7 +217,7 @@ class SampleSums(Images):
     """What the samples of a picture add up to: surfaces, and the ground that is seen between them.
 
     surfaces        RGBA32F (16 bits lose some of 64 samples): linear light, not cut off at 1, and coverage
-    ground          alpha of the shadows on the ground
+    ground          RG32F: alpha of the shadows on the ground, of lamps and in the light from all around
     content, count  what the samples show, and how many there are
     has_ground      whether a ground is among it
     """
@@ -229,7 +229,7 @@ class SampleSums(Images):
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
         self.surfaces = self._keep(Image(context, size))
-        self.ground = self._keep(Image(context, size, R32F))
+        self.ground = self._keep(Image(context, size, RG32F))
 
     @cached_property
     def shades(self) -> Image:

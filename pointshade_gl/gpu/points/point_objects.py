@@ -72,7 +72,8 @@ class PointSet(NamedTuple):
     """The points of several frames of one object."""
 
     parts: tuple[Points, ...]
-    trusts: tuple[Image, ...]
+    trusts: tuple[Image, ...]  # see `Splats.trust`
+    is_exact: bool  # the frames have no noise
     differ: float  # by how much frames that agree may differ, in their own unit: so far off they cast no shadows
 
     kind = "splats"
@@ -209,7 +210,7 @@ class PointObjects(FullscreenPasses):
 
     def _draw_set(self, image: SplatImage, points: PointSet, eye: Eye, primary: np.ndarray) -> list[Box]:
         parts = [
-            _splats(one, eye)._replace(trust=trust.texture, primary=float(share))
+            _splats(one, eye)._replace(trust=trust, primary=float(share), is_exact=points.is_exact)
             for one, trust, share in zip(points.parts, points.trusts, primary, strict=True)
         ]
         return self._rasterizer(points.parts[0]).draw_set(image, parts)
@@ -226,7 +227,8 @@ class PointObjects(FullscreenPasses):
         """hidden: points that are drawn together with the others"""
         scratch = self._scratch.fit((tile.side, tile.side))
         if isinstance(points, PointSet):
-            self._draw_set(scratch, points, eye, np.ones(len(points.parts)))
+            drawn = points._replace(is_exact=False)  # the light comes from where no frame has seen the outlines
+            self._draw_set(scratch, drawn, eye, np.ones(len(points.parts)))
             fragment, look_up = "points/set_shadow.frag", self._rasterizer(points.parts[0]).look_up
             inputs = key_inputs(scratch, look_up) | {"near": eye.near / points.scale, "behind": points.differ}
         else:

@@ -14,7 +14,7 @@ from ...scene.camera import Camera
 from ..context.caller_state import DEPTH_TEST, PROGRAM_POINT_SIZE, enabled
 from ..context.software_driver import wants_software
 from ..core.frame_textures import KnownRims, PointSurface
-from ..core.images import Box, Owner
+from ..core.images import Box, Image, Owner
 from ..core.programs import bind_texture, build_compute, build_program, set_inputs, set_uniforms, source_and_target
 from ..core.view_images import SplatImage, Target
 
@@ -34,8 +34,9 @@ class Splats(NamedTuple):
     near: float  # source units
     sizes: np.ndarray  # (1,) or (h*w,) float32, source pixels; of one of several frames (1,)
     splat: str
-    trust: moderngl.Texture | None = None  # of its points, if it is one of several frames
+    trust: Image | None = None  # of one of several frames: in its points; and where others say that its rims end
     primary: float = 1.0  # share of its splats
+    is_exact: bool = False  # none of the frames has noise
 
     @property
     def way(self) -> dict[str, Any]:
@@ -45,7 +46,14 @@ class Splats(NamedTuple):
     @property
     def of_set(self) -> dict[str, Any]:
         """The inputs that only one of several frames has."""
-        return {} if self.trust is None else {"trust_map": self.trust, "primary": self.primary}
+        return {} if self.trust is None else {"trust_map": self.trust.texture, "primary": self.primary}
+
+    @property
+    def of_set_rims(self) -> dict[str, Any]:
+        """The same of its rims alone."""
+        if self.trust is None:
+            return {}
+        return {"cuts_map": self.trust.textures[1], "is_exact": self.is_exact}
 
     @property
     def has_rims(self) -> bool:
@@ -89,7 +97,7 @@ class PointSplatPass(Owner):
         for part in parts:
             self._draw(vertices.array, part, image, **vertices.shape(part))
             if part.has_rims:
-                self._draw(self._rim_array(part.trust is not None), part, image)
+                self._draw(self._rim_array(part.trust is not None), part, image, **part.of_set_rims)
         image.raise_version()
         return [image.window] * len(parts)
 
@@ -101,9 +109,10 @@ class PointSplatPass(Owner):
         self._vertices[is_set] = self._vertices[is_set].fitted(sizes)
         return self._vertices[is_set]
 
-    def _draw(self, array: moderngl.VertexArray, splats: Splats, image: SplatImage, **shape: Any) -> None:
-        set_inputs(array.program, splats.of_set | {"surface_map": splats.surface.texture})
-        set_uniforms(array.program, target_size=image.size, near=splats.near, first_id=1, **splats.way, **shape)
+    def _draw(self, array: moderngl.VertexArray, splats: Splats, image: SplatImage, **others: Any) -> None:
+        maps = {"surface_map": splats.surface.texture}
+        inputs = splats.of_set | splats.way | others | maps
+        set_inputs(array.program, inputs | {"target_size": image.size, "near": splats.near, "first_id": 1})
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             array.render(moderngl.POINTS, vertices=splats.source.width * splats.source.height)
 
@@ -147,6 +156,7 @@ class Vertices(Owner):
 
 GROUP, BLOCK = 32, 4  # threads, and pixels a side for each, as in splats.comp
 GROUP_ON_GPU, BLOCK_ON_GPU = 64, 1
+CUTS = 3  # the unit of the texture of cuts
 KEPT = 3  # the unit of the image of kept rims, as in rims.comp
 MOST_GROUPS = 65535  # of threads, which every driver takes
 PIXELS_A_GROUP = 1 << 20  # of the view
@@ -219,10 +229,8 @@ class ComputeSplatPass(Owner):
             rims, large = self._draw_most(program, (across, down), image, rim_count, blocks)  # again, with room for all
             rim_groups, *_, rim_count = struct.unpack("5I", rims.read(20))
         image.may_hide |= bool(known or rim_groups)
-        if known:
-            self._draw_known(known, inputs | {"near": splats.near}, is_set)
-        elif rim_groups:
-            self._draw_rims(points, rims, rim_count, inputs | {"near": splats.near}, is_set)
+        if known or rim_groups:
+            self._draw_rims(splats, rims, rim_count, inputs | {"near": splats.near})
         if not self._is_software:
             self._run_list("points/large_splats.comp", large, inputs | listed, is_set)
             return 0, 0, *image.size
@@ -252,13 +260,20 @@ class ComputeSplatPass(Owner):
             self._chosen.emptied(groups[0] * self._group * groups[1], place=3)
             program.run(*groups)
 
-    def _draw_rims(
-        self, points: PointSurface, rims: moderngl.Buffer, count: int, inputs: dict[str, Any], is_set: bool
-    ) -> None:
-        """Draw the rims on the list. On software drivers the second view of the points keeps what it finds of them.
+    def _draw_rims(self, splats: Splats, rims: moderngl.Buffer, count: int, inputs: dict[str, Any]) -> None:
+        """Draw the rims that a view before has kept, or those on the list. On software drivers the second view of the
+        points keeps what it finds of them.
 
         count  of the rims there; 0 on hardware, where it is not known
         """
+        points, is_set = splats.surface, splats.trust is not None
+        if splats.trust is not None:
+            cuts = splats.trust.textures[1]
+            bind_texture(self._program("points/rims.comp", True), "cuts_map", cuts, unit=CUTS)
+            inputs = inputs | splats.of_set_rims | {"cuts_map": CUTS}
+        if (known := points.known_rims) is not None:
+            self._draw_known(known, inputs, is_set)
+            return
         room = points.room_for_rims(count) if count else None
         if room is not None:
             room.bind_to_image(KEPT)
@@ -267,7 +282,6 @@ class ComputeSplatPass(Owner):
             points.keep_rims(count, room)
 
     def _draw_known(self, known: KnownRims, inputs: dict[str, Any], is_set: bool) -> None:
-        """Draw the rims that a view before has kept."""
         known.texture.bind_to_image(KEPT)
         program = self._program("points/rims.comp", is_set)
         set_uniforms(program, **inputs | no_rims() | {"known_rims": known.number})

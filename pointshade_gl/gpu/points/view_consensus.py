@@ -19,7 +19,7 @@ from ...notes.words import option
 from ...scene.camera import Camera, view_matrix
 from ...scene.frame import Frame
 from ..core.frame_textures import Colors, FrameTextures, PointSurface, frame_of
-from ..core.images import R32F, RG8, RGBA16, RGBA32F, Fitted, Image, Images, empty, read_texture
+from ..core.images import R32F, RG8, RGBA8, RGBA16, RGBA16F, RGBA32F, Fitted, Image, Images, empty, read_texture
 from ..core.programs import AdditiveBlend, FullscreenPasses
 from ..core.steps import Steps
 
@@ -71,6 +71,7 @@ class Consensus(NamedTuple):
 
     band: float  # share of 1/z within which two frames see the same surface
     gains: NDArray[np.float64]  # (n, 3) what each frame's linear colours are multiplied by
+    is_exact: bool  # they have no noise, and no depth where nothing is
     wrong: frozenset[int]  # the numbers of frames that contradict the others
     spreads: NDArray[np.float64]  # (n,) of depths beside the frame that agrees best, shares of them
 
@@ -81,7 +82,7 @@ class ConsensusPass(FullscreenPasses):
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
         self._steps, self._adding = steps, AdditiveBlend(context)
-        self._votes = self._keep(Fitted(context, Image, RG8))  # in steps of 1/255
+        self._votes = self._keep(Fitted(context, Image, RG8, RGBA16F, R32F))  # outputs of view_votes.frag
         self._ends = self._keep(Fitted(context, Image, RG8))  # how far surfaces reach, these two
         self._rows = self._keep(Fitted(context, Image, RG8))
         self._bands: WeakKeyDictionary[FrameTextures, tuple[int, float]] = WeakKeyDictionary()  # of votes, by version
@@ -94,7 +95,7 @@ class ConsensusPass(FullscreenPasses):
         that were judged
         """
         for member in members:
-            member.trust = member.trust or Image(self._context, member.size, RG8)
+            member.trust = member.trust or Image(self._context, member.size, RG8, RGBA8)
         made = [image for member in members for image in (member.surface, member.trust)]
         find = partial(self._find, count=count)  # of which no step sees that it is another
         return self._steps.run("consensus", find, tuple(members), tuple(colors), made, of=members[0])
@@ -117,15 +118,17 @@ class ConsensusPass(FullscreenPasses):
         self._printed.tell(members, frames, found, goes_on=before is not None)
         comparisons = {pair: one for pair, one in comparisons.items() if not found.frames.intersection(pair)}
         band = band_of(comparisons, before)
+        mute = found.frames.union(k for k, frame in enumerate(frames) if frame.points_known == 0)  # these have no vote
+        is_exact = all(_shows_nothing(member) for k, member in enumerate(members) if k not in mute)
         for k, member in enumerate(members):
             if k in found.frames:
                 self._steps.run("trust", self._distrust, *inputs[k], of=member)
             else:
-                voters = tuple(inputs[j] for j in others[k] if j not in found.frames)
-                self._steps.run("trust", self._judge, *inputs[k], voters, band, of=member)
+                voters = tuple(inputs[j] for j in others[k] if j not in mute)
+                self._steps.run("trust", self._judge, *inputs[k], voters, band, is_exact, of=member)
             self._bands[member] = member.version, band
             count.step()
-        return Consensus(band, gains_of(comparisons, len(members)), found.frames, spreads)
+        return Consensus(band, gains_of(comparisons, len(members)), is_exact, found.frames, spreads)
 
     def _compare_two(self, one: Seen, other: Seen) -> Comparison:
         (textures, surface, colors), (_, other_surface, other_colors) = one, other
@@ -143,17 +146,19 @@ class ConsensusPass(FullscreenPasses):
         finally:
             image.release()
 
-    def _judge(self, member: FrameTextures, surface: PointSurface, voters: tuple[Voter, ...], band: float) -> None:
-        """Write the trust in a frame's points, from the votes of other frames."""
+    def _judge(
+        self, member: FrameTextures, surface: PointSurface, voters: tuple[Voter, ...], band: float, is_exact: bool
+    ) -> None:
+        """Write the trust in a frame's points and where its rims end, from the votes of other frames."""
         frame = frame_of(member)
         votes, ends, rows = (images.fit(member.size) for images in (self._votes, self._ends, self._rows))
-        maps = {"surface_map": surface.texture}
+        maps, rules = {"surface_map": surface.texture}, {"band": band, "is_exact": is_exact}
         empty(votes.target)
         support = self.fullscreen("points/view_votes.frag")
         with self._adding.on():
             for other, other_surface in voters:
                 others = {"other_map": other_surface.texture}
-                support.draw(votes.target, maps | others, **way_between(frame, frame_of(other)), band=band)
+                support.draw(votes.target, maps | others, **way_between(frame, frame_of(other)), **rules)
         source = {"source": frame.camera.intrinsics}
         stages = [self.fullscreen("points/point_confidence.frag", STAGE=stage) for stage in range(3)]
         assert member.trust is not None
@@ -161,14 +166,20 @@ class ConsensusPass(FullscreenPasses):
             empty(image.target)
         stages[0].draw(ends.target, maps, **source)
         stages[1].draw(rows.target, {"ends_map": ends.texture})
-        last = maps | {"rows_map": rows.texture, "votes_map": votes.texture}
-        stages[2].draw(member.trust.target, last, **source)
+        found = dict(zip(("votes_map", "beside_map", "here_map"), votes.textures, strict=True))
+        stages[2].draw(member.trust.target, maps | found | {"rows_map": rows.texture}, **source, **rules)
         member.trust.raise_version()
 
     def _distrust(self, member: FrameTextures, _: PointSurface) -> None:
         assert member.trust is not None
         empty(member.trust.target)
         member.trust.raise_version()
+
+
+def _shows_nothing(member: FrameTextures) -> bool:
+    """Return whether a frame without noise has pixels without depth: then there is nothing."""
+    noise, frame = member.choice.noise, frame_of(member)
+    return noise is not None and noise.is_clean and frame.points_known < frame.depth.size
 
 
 def way_between(frame: Frame, other: Frame) -> dict[str, object]:

@@ -62,15 +62,15 @@ class ResolveSamplesPass(FullscreenPasses):
         """What samples are drawn on, to be added up: the surfaces, or the ground, of SampleSums."""
         return Canvas(sums.target, self._adding)
 
-    def resolve(self, target: Target, finish: OutputSettings) -> None:
-        """Average the samples into the picture."""
+    def resolve(self, target: Target, finish: OutputSettings, is_occluded: bool) -> None:
+        """Average the samples into the picture. is_occluded: whether what is near hides light from all around."""
         behind = (0.0,) * 4 if finish.behind is None else (*finish.behind, 1.0)
         sums = {"sums": target.samples.surfaces.texture}
         if target.samples.has_ground:
             sums["grounds"] = target.samples.ground.texture
         empty(target.picture)
-        has_ground, rolls_off = int(target.samples.has_ground), int(finish.tone == "neutral")
-        program = self.fullscreen("output/resolve_samples.frag", GROUND=has_ground, TONE=rolls_off)
+        ground, rolls_off = int(target.samples.has_ground) * (1 + is_occluded), int(finish.tone == "neutral")
+        program = self.fullscreen("output/resolve_samples.frag", GROUND=ground, TONE=rolls_off)
         program.draw(target.picture, sums, count=float(finish.samples), background=behind)
 
 

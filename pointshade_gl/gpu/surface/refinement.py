@@ -6,10 +6,9 @@ import math
 from typing import Any
 
 import moderngl
-import numpy as np
 
 from ...scene.camera import Camera
-from ...scene.frame import Frame
+from ...scene.frame import is_cut_out
 from ...scene.noise import Noise
 from ...scene.visible import bridged_stride
 from ..core.frame_textures import DepthTextures, FrameTextures, PointSurface
@@ -18,8 +17,6 @@ from ..core.programs import FullscreenPasses
 from .surface_normals import Estimator, SurfacePass
 
 SIDE, BLOCK = 4, 8  # pixels along a side of a cell, and cells along one of a block, as in the shader
-RING = 16  # part of the picture's shorter side that sensors may lose along its border
-ALONE = 0.5  # share without depth of what runs round the picture there, beyond which an object was cut out
 CELLS = "near_planes", "other_planes", "colors_map"
 
 
@@ -55,7 +52,8 @@ class CompletionPass(FullscreenPasses):
         find_cells = self.fullscreen("surface/completion_cells.frag", SAME_SIZE=same)
         find_cells.draw(images.cells.target, points, source=source)
         cells = dict(zip(CELLS, images.cells.textures, strict=True))
-        alone, walked = _is_alone(frame), {name: cells[name] for name in ("near_planes", "colors_map")}
+        alone = not frame.is_sparse and is_cut_out(frame.depth)
+        walked = {name: cells[name] for name in ("near_planes", "colors_map")}
         blocks = self.fullscreen("surface/completion_blocks.frag", SAME_SIZE=same)
         blocks.draw(images.blocks.target, {"near_planes": cells["near_planes"]})
         walk = self.fullscreen("surface/completion_stops.frag", SAME_SIZE=same)
@@ -94,16 +92,6 @@ class CompletionImages(Images):
         self.planes = self._keep(Image(context, cells, RGBA32F, RGBA32F))
         self.settled = self._keep(Image(context, cells))
         self.pixels = self._keep(Image(context, size))
-
-
-def _is_alone(frame: Frame) -> bool:
-    """Return whether the frame shows an object that was cut out: there is nothing round it."""
-    if frame.is_sparse:
-        return False
-    missing = frame.depth == 0
-    inset = min(missing.shape) // RING
-    ring = missing[inset : missing.shape[0] - inset, inset : missing.shape[1] - inset]
-    return float(np.mean(np.concatenate([ring[0], ring[-1], ring[:, 0], ring[:, -1]]))) > ALONE
 
 
 class HiddenPlanesPass(FullscreenPasses):

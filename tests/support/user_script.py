@@ -129,6 +129,7 @@ of_finish = (
     output_settings.ground,
     output_settings.ground_height,
     output_settings.exposure,
+    output_settings.fill,
 )
 vectors, changed, plainly = (
     (output_settings.behind, output_settings.up),
@@ -235,7 +236,8 @@ with ps.Renderer(device=0, rasterizer="points", merge=0) as renderer:
     aligned, poses = renderer.aligned, renderer.align_frames([frame, plain], max_depth_step="3%")
     doubts = [one.doubt for one in renderer.search_poses([frame, plain])]
     steady = [one.pose for one in renderer.align_sequence([frame, plain], notes=print, noise="kinect")]
-    stops, nearby, shared = renderer.exposure, renderer.surroundings, renderer.estimate_albedo([frame, plain])
+    stops, share, nearby = renderer.exposure, renderer.fill, renderer.surroundings
+    shared = renderer.estimate_albedo([frame, plain])
     driver, steps = renderer.context.renderer, renderer.steps
     with renderer.prepared(scene, camera, matrix) as drawables:
         print(drawables)

@@ -146,8 +146,9 @@ class Pipeline(Owner):
         if self._drawn is not scene:
             self.steps.forget("exposure")
         self._drawn = scene
-        self.fill = self._meter.fill(finish, visible, drawables)
-        if self.fill:
+        self.fill = 0.0
+        if finish.fill or isinstance(finish.exposure, str):
+            self.fill = self._meter.fill(finish, visible, drawables)
             visible = visible._replace(fill=self.fill)
         self.exposure = self._meter.find(finish.exposure, visible, lights, drawables)
         if self.gpu_scene.drawn is not drawables:  # it has looked from elsewhere

@@ -167,6 +167,6 @@ vec3 calm_normal(
         float m = near.x * near.y * exp(-strange) / variance;
         sum += is_facet(cell) ? m * cell.normal : vec3(0.0);
     }
-    sum = doubt * sum + (is_blind ? 1.0 : own_share) * own.normal;
+    sum = max(doubt - LEAST_TILT * LEAST_TILT, 0.0) * sum + (is_blind ? 1.0 : own_share) * own.normal;
     return is_facet(own) ? normalize(sum) : own.normal;
 }

@@ -191,12 +191,12 @@ def test_pictures_agree_with_the_mirror(renderer, golden, true_depth, undoubting
     if not is_mesh:
         mirror = mirror_render(moved, surface[..., :3], (light,), look, eye, named, certainty=certainty)
     with ps.Renderer(rasterizer=rasterizer or "auto") as made:
-        picture = made.render(frame, light, material=SHINY, ambient_occlusion=False, **options)
+        picture = made.render(frame, light, material=SHINY, ambient_occlusion=False, normals="adaptive", **options)
         true = made.render(frame_of(true_depth), light, SHINY, ambient_occlusion=False, **options)
         golden(f"certainty_{name}", picture, mirror, stored=is_mesh)
     undoubting()
     with ps.Renderer(rasterizer=rasterizer or "auto") as made:
-        sharp = made.render(frame, light, material=SHINY, ambient_occlusion=False, **options)
+        sharp = made.render(frame, light, material=SHINY, ambient_occlusion=False, normals="adaptive", **options)
     assert error(picture, true) < 0.99 * error(sharp, true)
 
 

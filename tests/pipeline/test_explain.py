@@ -159,7 +159,7 @@ class TestCommandLine:
         assert [line.partition(":")[0] for line in lines] == [
             "adaptive", "band", "gains", "distrusted", "primary views", "out.png",
         ]  # fmt: skip
-        assert lines[4] == "primary views: frames 0, 2 and 4; 2 others may fill gaps"
+        assert lines[4] == "primary views: frames 0, 2, 4 and 6; 1 other may fill gaps"
 
     def test_without_it_nothing_more_is_printed(self, typed, folder):
         _, out, _ = typed(f"render '{folder}' -o out.png --views 3 --depth-scale 1000")

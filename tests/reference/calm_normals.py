@@ -162,7 +162,9 @@ def calm_normal(
         strange = strangeness(own, cell, noise, intrinsics) + F(0.5) * dot(miss, miss) / (outlier * (doubt + variance))
         m = near[:, :1] * near[:, 1:] * np.exp(-strange) / np.where(is_facet(cell), variance, F(1))
         total = total + np.where(is_facet(cell), m * cell.normal, F(0))
-    total = doubt * total + np.where(is_blind, F(1), F(own_share)) * own.normal
+    total = (
+        np.maximum(doubt - LEAST_TILT * LEAST_TILT, F(0)) * total + np.where(is_blind, F(1), F(own_share)) * own.normal
+    )
     return np.where(is_facet(own), normalize(np.where(is_facet(own), total, F(1))), own.normal)
 
 

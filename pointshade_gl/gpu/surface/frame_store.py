@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import moderngl
 
+from ...estimation.noise_model import STAR_GAIN
 from ...notes.notes import print_note
 from ...notes.words import option
 from ...scene.appearance import Appearance
@@ -26,6 +27,9 @@ from .surface_normals import Estimator, SurfacePass
 
 if TYPE_CHECKING:
     from .refinement import CalmNormalsPass, CompletionPass, HiddenPlanesPass, UpsamplePass
+
+
+SEEN_TILT = 0.01  # radians: noise that tilts normals by less changes no light by more than a hundredth
 
 
 class Streams(Owner):
@@ -195,6 +199,8 @@ class FrameStore(Owner):
         """Return points whose normals are calm, for light; the same points if their normals are sure."""
         noise, surface = textures.choice.noise, points.surface
         if noise is None or noise.is_clean or surface.certainty is None:
+            return points
+        if not noise.bumps and STAR_GAIN * noise.relative * points.camera.fx < SEEN_TILT:
             return points
         if not textures.choice.calm:
             self.choice = textures.choice = replace(textures.choice, calm=True)

@@ -205,8 +205,9 @@ class GpuScene(Owner):
             if look.completes:
                 photo = look.missing == "photo" and p in alone and p.is_own_view(visible.eye.pose)
                 drawn = self.frames.complete(textures, frame, drawn, photo)
-            if look.shading not in NOT_LIT and isinstance(look.normals, str) and look.normals == "auto":
-                drawn = self.frames.calm(textures, drawn)
+            noise = textures.choice.noise
+            if noise and noise.share and look.shading not in NOT_LIT and look.normals == "auto":
+                drawn = self.frames.calm(textures, drawn, noise)
             if look.remove_highlights and p in alone:
                 from ..gpu.points.view_consensus import describe_missing_views  # only here
 

@@ -31,7 +31,7 @@ from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, at_upper_left
 from ..scene.node import Matrix, Placed
-from ..scene.settings import SIMPLE, OutputSettings
+from ..scene.settings import METERINGS, SIMPLE, OutputSettings
 from ..scene.values import CERTAINTY, ColorScale, scale_of_depths
 from ..scene.visible import VisibleScene, compose, is_alone
 from .accumulation import Accumulator, ExposureMeter, SharedSamples
@@ -147,7 +147,7 @@ class Pipeline(Owner):
             self.steps.forget("exposure")
         self._drawn = scene
         self.fill = 0.0
-        if finish.fill or isinstance(finish.exposure, str):
+        if finish.fill or finish.exposure in METERINGS:
             self.fill = self._meter.fill(finish, visible, drawables)
             visible = visible._replace(fill=self.fill)
         self.exposure = self._meter.find(finish.exposure, visible, lights, drawables)

@@ -195,10 +195,10 @@ class FrameStore(Owner):
             self._noted.add(source)
         return completed
 
-    def calm(self, textures: FrameTextures, points: DrawnPoints) -> DrawnPoints:
+    def calm(self, textures: FrameTextures, points: DrawnPoints, noise: Noise) -> DrawnPoints:
         """Return points whose normals are calm, for light; the same points if their normals are sure."""
-        noise, surface = textures.choice.noise, points.surface
-        if noise is None or noise.is_clean or surface.certainty is None:
+        surface = points.surface
+        if noise.is_clean or surface.certainty is None:
             return points
         if not noise.bumps and STAR_GAIN * noise.relative * points.camera.fx < SEEN_TILT:
             return points

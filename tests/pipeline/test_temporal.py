@@ -65,13 +65,15 @@ def still(centre, radius):
 
 
 def drawn(stream, temporal):
-    """Normals, pictures and depths of a stream, (n, h, w, ...)."""
+    """Normals, pictures and depths of a stream, (n, h, w, ...). Pictures in light that is not calm: it hides noise."""
     with ps.Renderer() as renderer:
         made = []
         for frame in stream:
-            picture = renderer.render(frame, LIGHT, temporal=temporal)[..., :3].astype(float)
-            normals = renderer.estimate_normals(frame, temporal=temporal)
-            made.append((np.nan_to_num(normals), picture, renderer.render_depth(frame, temporal=temporal)))
+            picture = renderer.render(frame, LIGHT, normals="adaptive", temporal=temporal)[..., :3].astype(float)
+            normals = renderer.estimate_normals(frame, "adaptive", temporal=temporal)
+            made.append(
+                (np.nan_to_num(normals), picture, renderer.render_depth(frame, normals="adaptive", temporal=temporal))
+            )
         assert renderer.steps.counts["surface"] == len(stream)
     return [np.array(x) for x in zip(*made, strict=True)]
 
@@ -96,11 +98,7 @@ class TestQuality:
             flicker, left = (np.sqrt(made[kind][skipped:].var(0).sum(-1)) for made in (before, after))
             assert np.median(left) <= 0.5 * np.median(flicker)
         plain, calm = (errors(made, scene_at(), -1) for made in (before, after))
-        for kind, bound in (
-            (0, 0.9),
-            (1, 0.9),
-            (2, 0.97),
-        ):  # of the picture's, most is that of 8 bits: normals are calm
+        for kind, bound in ((0, 0.9), (1, 0.9), (2, 0.95)):  # half of the picture's error is that of 8 bits
             assert calm[kind].mean() < bound * plain[kind].mean()
 
     @pytest.mark.parametrize("noise", some("kinect", "millimetres"))

@@ -281,7 +281,7 @@ class TestFrames:
         drag(viewer, (160, 120), (180, 110))
         assert again(viewer)[3:5] == ["--views", ",".join(viewer.frame.names)]
         viewer.frame = viewer.frame.switched(1, False)
-        assert again(viewer, but=0.001)[3:5] == ["--views", ",".join(viewer.frame.shown_names)]
+        assert again(viewer, but=0.005)[3:5] == ["--views", ",".join(viewer.frame.shown_names)]
 
     @pytest.mark.system
     def test_merged_and_aligned(self, open_viewer, again, tmp_path):

@@ -160,7 +160,7 @@ def _steps(z: NDArray[np.float32]) -> Map:
 
 def _creases(z: NDArray[np.float32]) -> Map:
     """Return how sharply 1/z bends, from 0 to 1; 0 beside missing depth."""
-    inverse = 1 / np.where(z > 0, z, np.float32(np.nan))
+    inverse = 1 / np.where(z > 1e-18, z, np.float32(np.nan))  # what is nearer is no depth
     result = np.zeros_like(inverse)
     for own, found in ((inverse, result), (inverse.T, result.T)):
         middle = own[_SPAN:-_SPAN]

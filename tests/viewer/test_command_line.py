@@ -273,15 +273,24 @@ class TestFrames:
         words = again(viewer)
         assert words[:5] == [str(walk), *self.OPTIONS, "--frame", str(viewer.document.playback.players[0].index)]
 
-    @pytest.mark.system
-    def test_merged_and_some_of_them_off(self, open_viewer, again, walk):
+    def merged(self, open_viewer, walk):
         viewer = self.open(open_viewer, walk, views=4)
         while viewer.document.playback.is_merging:
             viewer.step()
         drag(viewer, (160, 120), (180, 110))
+        return viewer
+
+    @pytest.mark.system
+    def test_merged(self, open_viewer, again, walk):
+        viewer = self.merged(open_viewer, walk)
         assert again(viewer)[3:5] == ["--views", ",".join(viewer.frame.names)]
+
+    @pytest.mark.system
+    @pytest.mark.xfail(strict=True, reason="a known fault: the line's picture differs in .3 % of the pixels")
+    def test_merged_and_some_of_them_off(self, open_viewer, again, walk):
+        viewer = self.merged(open_viewer, walk)
         viewer.frame = viewer.frame.switched(1, False)
-        assert again(viewer, but=0.005)[3:5] == ["--views", ",".join(viewer.frame.shown_names)]
+        assert again(viewer, but=0.001)[3:5] == ["--views", ",".join(viewer.frame.shown_names)]
 
     @pytest.mark.system
     def test_merged_and_aligned(self, open_viewer, again, tmp_path):

@@ -15,7 +15,7 @@ from ..gpu.core.images import Fitted, Image, depth_tested, empty, empty_part, re
 from ..gpu.core.programs import FullscreenPasses
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import TILE, Target
-from ..gpu.drawables import Drawable, Drawables, Objects
+from ..gpu.drawables import Drawables, Objects
 from ..gpu.meshes.mesh_objects import ShownGrid
 from ..gpu.points.point_objects import ShownPoints
 from ..gpu.shading.light_pass import LightPass
@@ -237,7 +237,7 @@ class ExposureMeter(FullscreenPasses):
         if finish.fill is not None:
             return finish.fill
         is_found = isinstance(finish.exposure, str) and not scene.instances[0].content.look.unlight
-        return FILL if is_found and _is_noisy(drawables[scene.instances[0]]) else 0.0
+        return FILL if is_found and _is_photograph(scene, drawables) else 0.0
 
     def find(
         self, exposure: float | Metering, visible: VisibleScene, lights: Sequence[Light], drawables: Drawables
@@ -248,8 +248,8 @@ class ExposureMeter(FullscreenPasses):
         scene = visible.scene
         alone = drawables[scene.instances[0]] if is_alone(scene.instances) else None
         is_guessed = exposure == "sensor"
-        if is_guessed and not (alone and _is_noisy(alone)):
-            return 0.0  # it is a picture without a sensor's noise
+        if is_guessed and not (alone and _is_photograph(scene, drawables)):
+            return 0.0  # nothing that a camera saw
         if alone is not None and alone.shading in NOT_LIT:
             return 0.0  # the photograph itself
         measure = partial(self._of_points, alone.views[0]) if alone is not None and alone.views else self._of_scene
@@ -314,8 +314,11 @@ class ExposureMeter(FullscreenPasses):
         return lit, own
 
 
-def _is_noisy(alone: Drawable) -> bool:
-    return any(choice.noise and not choice.noise.is_clean for choice in alone.choices)
+def _is_photograph(scene: Scene, drawables: Drawables) -> bool:
+    """Return whether an object that is alone has colours, and the noise of a sensor."""
+    alone = scene.instances[0]
+    has_colors = any(frame.color is not None for frame in alone.content.frames)
+    return has_colors and any(choice.noise and not choice.noise.is_clean for choice in drawables[alone].choices)
 
 
 def _small(camera: Camera) -> Camera:

@@ -120,18 +120,19 @@ class OutputSettings:
         0.0,
         'stops by which all light is multiplied: 1 is twice the light. "auto" makes the lit part as bright as the '
         "photograph, or as unlit colours: the medians of both are the same, seen from the frame's own camera, so that "
-        'turning changes nothing. "sensor" is auto for frames with measured noise, and 0 for all else.',
+        'turning changes nothing. "sensor" is auto for photographs, which are frames with colours and measured noise, '
+        "and 0 for all else.",
         "Stops by which light is multiplied: 1 is twice the light; auto: as bright as the photograph. Default: "
-        "sensor, which is auto for frames with measured noise, and 0 for all else.",
+        "sensor, which is auto for frames with colours and measured noise, and 0 for all else.",
         Cli(PICTURE, "N|auto|sensor", METERINGS, read=number_or_text),
     )
     fill: float | None = opt(
         None,
         "light from all around that is mixed in, as a share of all light, 0 to 1: no point is darker than this share "
-        f"of its own colour. None is {FILL:g} where `exposure` is found for a frame with measured noise, whose picture "
+        f"of its own colour. None is {FILL:g} where `exposure` is found for a photograph with measured noise, which "
         "is lit already, and 0 for all else. Scenes, environments and materials without ambient light have none",
         "Share of light from all around, 0 to 1: no point is darker than this share of its own colour. Default: "
-        f"{FILL:g} where the exposure of a frame with measured noise is found, else 0.",
+        f"{FILL:g} where the exposure of a photograph with measured noise is found, else 0.",
         Cli(PICTURE, "N", kind=float),
     )
     tone: Tone = opt(

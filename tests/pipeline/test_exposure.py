@@ -143,6 +143,14 @@ def test_nothing_runs_unless_it_is_asked_for(noisy):
         assert (made.render(noisy, exposure=0.0) == plain).all()
 
 
+def test_sensor_changes_nothing_of_a_frame_without_colours(renderer, noisy):
+    bare = ps.Frame(None, noisy.depth, noisy.camera)
+    with taken() as notes:
+        picture = renderer.render(bare, exposure="sensor")
+    assert not [note for note in notes if "photograph" in note]
+    assert np.array_equal(picture, renderer.render(bare))
+
+
 def test_sensor_is_auto_for_noise_and_0_without(renderer, noisy):
     with taken() as notes:
         picture = renderer.render(noisy, exposure="sensor")

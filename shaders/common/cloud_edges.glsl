@@ -58,3 +58,36 @@ vec4 slab_of(vec4 plane, float noise) {
 bool is_thinner(vec4 plane, vec4 before) {
     return plane.xyz != vec3(0.0) && length(plane.xyz) - 1.0 <= TRIMMED * (length(before.xyz) - 1.0);
 }
+
+const int NEAREST = 6;  // neighbours that tell how far a splat may reach
+
+// How far the NEAREST neighbours are, radii, at most 1; and how alike their planes lie: the mean cosine.
+vec2 nearest_points(sampler2D point_map, sampler2D plane_map, isampler2D range_map, int cell, vec3 here, vec3 own,
+        float radius, int most) {
+    float near[NEAREST], alike[NEAREST];  // ascending; squared
+    for (int j = 0; j < NEAREST; ++j) {
+        near[j] = 1.0;
+        alike[j] = 0.0;
+    }
+    float scale = 1.0 / radius, size = length(own);
+    for (int k = 0; k < 9; ++k) {
+        ivec2 range = texelFetch(range_map, cloud_texel(9 * cell + k), 0).xy;
+        int stride = 1 + (range.y - range.x - 1) / most;
+        for (int i = range.x; i < range.y; i += stride) {
+            vec3 d = (texelFetch(point_map, cloud_texel(i), 0).xyz - here) * scale;
+            float distance2 = dot(d, d);
+            if (distance2 >= near[NEAREST - 1] || distance2 == 0.0) continue;
+            vec3 other = texelFetch(plane_map, cloud_texel(i), 0).xyz;
+            int j = NEAREST - 1;
+            for (; j > 0 && near[j - 1] > distance2; --j) {
+                near[j] = near[j - 1];
+                alike[j] = alike[j - 1];
+            }
+            near[j] = distance2;
+            alike[j] = abs(dot(other, own)) / max(size * length(other), 1e-20);
+        }
+    }
+    float sum = 0.0;
+    for (int j = 0; j < NEAREST; ++j) sum += alike[j];
+    return vec2(sqrt(near[NEAREST - 1]), sum / float(NEAREST));
+}

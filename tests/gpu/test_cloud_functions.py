@@ -182,3 +182,14 @@ def test_elect_plane(gpu, scene, draw_numbers):
     same = np.abs(answer - elected).max(-1) < 1e-4
     assert (~same).sum() <= 2  # of two that cost the same either may win
     assert 0.3 < elected.any(-1).mean() < 1
+
+
+def test_nearest_points(gpu, scene):
+    own = scene.planes.reshape(-1, 4)[: len(scene.points.reshape(-1, 4))][scene.asked][:, :3]
+    call = f"nearest_points(point_map, plane_map, range_map, int(c), h, o, {RADIUS:.9g}, {MOST}), 0, 0"
+    nearest = cloud_edges.nearest_points(
+        scene.points, scene.planes, scene.ranges, scene.cell, scene.here, own, RADIUS, MOST
+    )
+    answer = gpu("cloud_edges.glsl", call, plane_map=scene.planes, o=own, **scene.maps)
+    near(answer, nearest, atol=1e-4)
+    assert 0.05 < np.median(nearest[:, 0]) < 1 and np.ptp(nearest[:, 1]) > 0.3

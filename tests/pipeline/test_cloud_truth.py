@@ -167,3 +167,28 @@ def test_a_ball_stands_on_its_ground(renderer):
     for x in (0.4, 0.17 + 0.97 * reach):
         assert at(x)[:3] == [0, 0, 0] and at(x)[3] > 100, "the shadow beside it"
     assert at(0.19 + 1.03 * reach) == at(-0.5) == [0, 0, 0, 0]
+
+
+def leaves(count=250):
+    """A scan of leaves over a ground: where each ray of a pinhole ends, (h, w, 3) camera axes, and that camera."""
+    camera = ps.Camera(320, 320, 89.5, 79.5, 180, 160)
+    rng = np.random.default_rng(3)
+    middles = rng.normal(size=(count, 3)) * (0.35, 0.35, 0.35) + (0, -0.1, 5)
+    normals = rng.normal(size=(count, 3))
+    ray = np.stack([*camera.ray_at(*np.meshgrid(np.arange(180), np.arange(160))), np.ones((160, 180))], -1)
+    z = np.where(ray[..., 1] > 0, 1.2 / np.maximum(ray[..., 1], 1e-9), 9.0).clip(max=9)
+    for middle, normal in zip(middles, normals, strict=True):
+        at = (middle @ normal) / (ray @ normal)
+        z = np.where((np.linalg.norm(ray * at[..., None] - middle, axis=-1) < 0.07) & (at > 0), np.minimum(z, at), z)
+    return ray * z[..., None], camera
+
+
+def test_points_of_leaves_leave_free_what_rays_passed_through(renderer):
+    """Of one ray in ten nothing is known but the picture: it ends where the leaves and the ground are."""
+    ends, camera = leaves()
+    is_kept = np.random.default_rng(1).random(ends.shape[:2]) > 0.1
+    depth = renderer.render_depth(ps.Scene((ps.Node(ps.PointCloud(ends[is_kept])),), camera))
+    off = depth - ends[..., 2]
+    near = 3 * ends[..., 2] / camera.fx  # three points aside
+    assert (off < -near)[depth > 0].mean() < 0.045
+    assert (np.abs(off) < near)[~is_kept].mean() > 0.9

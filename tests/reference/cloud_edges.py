@@ -10,6 +10,7 @@ from .cloud_planes import THICKEST
 F = np.float32
 OWN, SLAB, NOISY, THINNEST = F(6), F(2), F(2.5), F(0.02)
 TRIMS, TRIMMED = 3, F(0.4)
+NEAREST = 6
 
 
 def cost_of(plane: np.ndarray, noise: float) -> np.ndarray:
@@ -49,6 +50,23 @@ def slab_of(plane: np.ndarray, noise: float) -> np.ndarray:
 
 def is_thinner(plane: np.ndarray, before: np.ndarray) -> np.ndarray:
     return plane[:, :3].any(-1) & (_size(plane) - F(1) <= TRIMMED * (_size(before) - F(1)))
+
+
+def nearest_points(
+    point_map: np.ndarray, plane_map: np.ndarray, range_map: np.ndarray, cell: np.ndarray, here: np.ndarray,
+    own: np.ndarray, radius: float, most: int,
+) -> np.ndarray:  # fmt: skip
+    near, alike = np.ones((len(cell), NEAREST), F), np.zeros((len(cell), NEAREST), F)
+    size = np.sqrt(inner(own, own))
+    for has, at, d, _ in neighbours(point_map, range_map, cell, here, radius, most):
+        u, v = cloud_texel(at).T
+        other, distance2 = plane_map[v, u, :3], inner(d, d)
+        cosine = np.abs(inner(other, own)) / np.maximum(size * np.sqrt(inner(other, other)), F(1e-20))
+        counts = has & (distance2 < near[:, -1]) & (distance2 > 0)
+        near[:, -1], alike[:, -1] = np.where(counts, distance2, near[:, -1]), np.where(counts, cosine, alike[:, -1])
+        order = np.argsort(near, axis=1, kind="stable")
+        near, alike = np.take_along_axis(near, order, 1), np.take_along_axis(alike, order, 1)
+    return np.stack([np.sqrt(near[:, -1]), alike.mean(1)], -1)
 
 
 def _size(plane: np.ndarray) -> np.ndarray:

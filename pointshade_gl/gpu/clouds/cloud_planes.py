@@ -289,6 +289,7 @@ def value_texture(owner: Owner, values: NDArray[Any]) -> moderngl.Texture:
 
 
 PLANES, TRIMMED, EDGES = "clouds/planes.frag", "clouds/trimmed.frag", "clouds/edges.frag"
+NEAREST = "clouds/nearest.frag"
 ENOUGH = 12  # neighbours
 LEVELS = 7  # each looks further
 LINE, LINE_LEVELS = 1.0, 3  # LINE of common/cloud_planes.glsl; how much further it is worth to look
@@ -298,6 +299,16 @@ TRIM = 0.1  # of the squared thickness: a neighbour's is less where a few points
 QUIET = 0.03  # radii of noise: with more, thinner planes are chance
 GATE, NOISY_GATE, NOISE = 0.02, 0.2, 2.5  # what a better plane may cost: of the cost so far, of that with noise
 ROUNDS = 2
+MANY = 0.01  # of the points: for fewer it pays to find those around them first
+BESIDE, SOME, EVEN = 10, 0.1, 0.06  # of a scan some points have neighbours whose own are as far, but for this share
+LEAFY = 0.18  # share of the points whose planes are not alike: with more it is foliage
+THICK, THIN = 0.1, 0.03  # radii: thicker planes need neighbours that confirm them; thinner ones may be plain
+DISC_REACH, BALL_REACH = 0.375, 0.227  # of the distance of the sixth neighbour; of discs on a surface twice that
+ALIKE, PLAIN = (
+    (0.7, 0.9),
+    0.98,
+)  # mean cosines of the planes of neighbours: from no surface to one; of a plain one
+AMIDST = 0.2  # radii by which neighbours lie aside: where less, no end is near
 
 
 class FitShape(NamedTuple):
@@ -380,6 +391,44 @@ class CloudFit:
         found = any_of(planes)
         self.planes[asked[found]], self.leans[asked[found]] = planes[found], leans[found]
 
+    def reaches(self) -> NDArray[np.float32]:
+        """Return (n,) the largest spacing that the neighbours of each point allow it; infinite where they allow any."""
+        shape, reach = self._shape(), np.full(len(self.points), np.inf, np.float32)
+        is_strewn = self._is_strewn()
+        is_plain = (shape.thickness2 < THIN**2) & (_lengths(self.leans) < AMIDST)
+        is_asked = ~shape.known | (shape.thickness2 > THICK**2) | (not is_strewn) | ((self.levels > 0) & ~is_plain)
+        for level in range(self.levels.max(initial=0) + 1):
+            asked = np.flatnonzero(is_asked & (self.levels == level))
+            if len(asked):
+                far, alike = self._nearest(level, self.points[asked], self.planes[asked])
+                share = 1 + np.clip((alike - ALIKE[0]) / (ALIKE[1] - ALIKE[0]), 0, is_strewn)
+                share[is_plain[asked] & (alike > PLAIN)] = np.inf
+                reach[asked] = far * np.where(shape.known[asked], DISC_REACH * share, BALL_REACH)
+        return reach
+
+    def _is_strewn(self) -> bool:
+        """Return whether points are strewn over surfaces: only discs that are large close the gaps between them.
+
+        Those of a scanner are not: its rays are even, so neighbours have neighbours as far away. Nor are those of
+        leaves: the planes of neighbours are not alike.
+        """
+        asked = np.random.default_rng(0).choice(len(self.points), min(ASKED, len(self.points)), replace=False)
+        radius = self._radius.of_level(0)
+        offsets, known = neighbours(self._grid, self.points, asked, radius)
+        order = np.argsort(np.where(known, np.einsum("nki,nki->nk", offsets, offsets), np.inf), axis=1)[:, :BESIDE]
+        queries, own = np.zeros((2, *order.shape, 4), np.float32)
+        queries[..., :3] = self.points[asked, None, :3] + radius * np.take_along_axis(offsets, order[..., None], 1)
+        own[:, 0] = self.planes[asked]  # the nearest is the point itself
+        far, alike = self._nearest(0, queries.reshape(-1, 4), own.reshape(-1, 4)).reshape(2, *order.shape)
+        far, is_leafy = far[(far < radius).all(1)], np.mean(alike[:, 0] < ALIKE[0]) > LEAFY
+        is_even = len(far) > 0 and np.quantile(far.std(1) / far.mean(1), SOME) < EVEN
+        return not (is_leafy or is_even)
+
+    def _nearest(self, level: int, queries: NDArray[np.float32], own: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return (2, m) how far the sixth neighbours of some points are, and how alike the planes of all six lie."""
+        found, _ = self._ask(NEAREST, level, queries, own)
+        return found[:, :2].T * np.array([[self._radius.of_level(level)], [1]], np.float32)
+
     def _shape(self) -> FitShape:
         size = np.sqrt(np.einsum("nk,nk->n", self.planes[:, :3], self.planes[:, :3]))
         known = size > 0.5
@@ -414,28 +463,34 @@ class CloudFit:
     ) -> list[NDArray[np.float32]]:
         """Return what a pass answers for some points, with the radius of a level."""
         radius = self._radius.of_level(level)
-        grid, order = (self._grid, slice(None)) if level == 0 else self._around(queries, radius)
+        is_wide = level == 0 and len(queries) > MANY * len(self.points)
+        grid, order = (self._grid, slice(None)) if is_wide else self._around(queries, radius)
         near = Neighbourhood(self._context, grid, self.points[order], queries)
-        inputs: dict[str, Any] = {} if shader == PLANES else {"noise": self._radius.noise_share(level) ** 2}
+        has_noise = shader in (TRIMMED, EDGES)
+        inputs: dict[str, Any] = {"noise": self._radius.noise_share(level) ** 2} if has_noise else {}
         try:
             if own_map is not None:
                 inputs["own_map"] = value_texture(near, own_map)
             if shader == EDGES:
                 inputs |= {"plane_map": value_texture(near, self._in_first_radii(order)), "unit": WIDER**-level}
-            return near.run(self._passes.fullscreen(shader), radius, self._radius.most, **inputs)
+            if shader == NEAREST:
+                inputs["plane_map"] = value_texture(near, self.planes[order])
+            most = max(self._radius.most, LOOKED_AT * (shader == NEAREST))
+            return near.run(self._passes.fullscreen(shader), radius, most, **inputs)
         finally:
             near.release()
 
     def _around(self, queries: NDArray[np.float32], radius: float) -> tuple[CellGrid, NDArray[np.integer]]:
         """Return a grid of the points that lie within a radius of some, or a little further, and which these are."""
         fine = self._grid
-        first = CellGrid(self.points[fine.starts[:-1]], radius + fine.side)  # of each cell one point
-        ranges = first.ranges(np.unique(first.keys_of(queries))).reshape(-1, 2)
-        count = len(fine.cells) + 1
-        change = np.bincount(ranges[:, 0], minlength=count) - np.bincount(ranges[:, 1], minlength=count)
-        is_near = np.empty(len(fine.cells), bool)
-        is_near[first.order] = np.cumsum(change[:-1]) > 0
-        some = np.flatnonzero(np.repeat(is_near, np.diff(fine.starts)))
+        if radius <= fine.side:
+            some = np.flatnonzero(_is_in_a_range(fine.ranges(np.unique(fine.keys_of(queries))), len(self.points)))
+        else:
+            first = CellGrid(self.points[fine.starts[:-1]], radius + fine.side)  # of each cell one point
+            is_near = np.empty(len(fine.cells), bool)
+            ranges = first.ranges(np.unique(first.keys_of(queries)))
+            is_near[first.order] = _is_in_a_range(ranges, len(fine.cells))
+            some = np.flatnonzero(np.repeat(is_near, np.diff(fine.starts)))
         grid = CellGrid(self.points[some], radius)
         return grid, some[grid.order]
 
@@ -449,6 +504,12 @@ class CloudFit:
             planes[wide, :3] *= ((1 + (size - 1) * factor) / size)[:, None]
             planes[wide, 3] *= factor
         return planes
+
+
+def _is_in_a_range(ranges: NDArray[np.int32], count: int) -> NDArray[np.bool_]:
+    """Return (count,) which numbers lie in one of some ranges, (..., 2): from, to."""
+    first, end = ranges.reshape(-1, 2).T
+    return np.cumsum(np.bincount(first, minlength=count + 1) - np.bincount(end, minlength=count + 1))[:-1] > 0
 
 
 LARGEST = 2.5  # median spacings: those of stray points are no plates
@@ -534,9 +595,11 @@ def find_planes(
     passes = FullscreenPasses(context)
     try:
         fit = CloudFit(context, passes, grid, points, radius)
+        reaches = fit.reaches()
     finally:
         passes.release()
     planes, details = finished(fit.planes, fit.leans, fit.radii, spacing)
+    np.minimum(planes[:, 3], reaches, out=planes[:, 3])
     if normals is not None:  # those that are given take the place of those that were found, and are trusted
         given = np.take(normals, grid.order, 0)
         size = np.sqrt(np.einsum("nk,nk->n", given, given))

@@ -206,10 +206,10 @@ class FrameStore(Owner):
             return points
         if not noise.bumps and STAR_GAIN * noise.relative * points.camera.fx < SEEN_TILT:
             return points
-        if not textures.choice.calm:
-            self.choice = textures.choice = replace(textures.choice, calm=True)
         calm = self._fit(textures, "calm", surface.size)
-        self._steps.run("calm", self._calm.run, textures, surface, points.camera, noise, calm.surface, of=textures)
+        inputs = textures, surface, points.camera, noise, calm.surface
+        wrong = self._steps.run("calm", self._calm.run, *inputs, of=textures)
+        self.choice = textures.choice = replace(textures.choice, calm=True, wrong=wrong)
         return points._replace(surface=calm.surface, lit=calm.lit)
 
     def bridge(self, textures: FrameTextures, points: DrawnPoints) -> PointSurface:

@@ -16,6 +16,7 @@ from ..files.frame_sources import open_source
 from ..gpu.points.point_objects import ShownPoints
 from ..notes.notes import print_note
 from ..notes.words import option, shown
+from ..pipeline.light_setup import roughness_of
 from ..renderer.renderer import Renderer
 from ..renderer.requests import RenderRequest
 from ..renderer.series import sequence_jobs
@@ -245,6 +246,7 @@ class _Film:
         with self._renderer.prepared(showing.scene, showing.camera, showing.home) as things:
             ((placed, thing),) = things.items()
             (surface,) = surfaces_of(thing, is_cut=False)
+            roughness = roughness_of(things)
             noise = thing.textures.choice.noise if isinstance(thing, ShownPoints) else None
         if self._coder is None:
             known = surface.depth[surface.depth != 0]
@@ -260,7 +262,7 @@ class _Film:
                 f"first {self._thing['width']}x{self._thing['height']}"
             )
         head, body = self._coder.code(surface)
-        seen_from_first = replace(showing, home=first.home)
+        seen_from_first = replace(showing, home=first.home, roughness=roughness)
         return head | {
             "axes": (home @ surface.axes).tolist(),
             "way": (home @ showing.home).tolist(),

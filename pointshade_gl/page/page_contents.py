@@ -27,6 +27,7 @@ from ..scene.node import Placed, with_drawn
 from ..scene.objects import PointObject
 from ..scene.orbit import OrbitStage, State
 from ..scene.settings import STILL, OutputSettings
+from ..scene.shadow_cameras import contact_of
 from ..scene.values import linear_to_srgb
 from ..scene.visible import coarser, is_alone, points_at
 
@@ -114,6 +115,7 @@ class Showing:
     turn  yaw, pitch and dolly by which the page's first picture is seen from elsewhere
     frame  the source, or the first of its frames; None: the source is a scene or a cloud
     fill  share of light from all around that is mixed in
+    roughness  noise of depth, world units
     """
 
     scene: Scene
@@ -126,6 +128,7 @@ class Showing:
     frame: Frame | None = None
     environment_light: EnvironmentLight = NO_ENVIRONMENT
     fill: float = 0.0
+    roughness: float = 0.0
 
     @property
     def stage(self) -> OrbitStage:
@@ -210,11 +213,12 @@ class Showing:
 
     @property
     def bounds(self) -> dict[str, Any]:
-        """How far everything reaches, in home axes."""
+        """How far everything reaches, in home axes, and what casts no shadow on what it touches."""
         extent = self.scene.extent
         return {
             "corners": [self._at_home(corner).tolist() for corner in extent.corners],
-            "centre": self._at_home(extent.centre).tolist(), "radius": extent.radius, "grain": extent.grain,
+            "centre": self._at_home(extent.centre).tolist(), "radius": extent.radius,
+            "contact": contact_of(extent, self.roughness),
         }  # fmt: skip
 
     @property

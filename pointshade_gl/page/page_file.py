@@ -19,6 +19,7 @@ from ..files.access.known_names import PAGES, check_suffix
 from ..files.frame_sources import prefetched
 from ..notes.notes import Note, taken_by
 from ..notes.words import option, shown
+from ..pipeline.light_setup import roughness_of
 from ..renderer.renderer import Renderer
 from ..renderer.requests import GROUPS, FilePath, RenderRequest, RequestOptions, Source
 from ..scene.frame import Frame
@@ -137,7 +138,9 @@ def draw_page(
 
         still = renderer.render(smaller, progress=drawn if progress else None)
         gain = 2.0**renderer.exposure
-        showing = replace(showing, environment_light=renderer.surroundings, fill=renderer.fill)
+        with renderer.prepared(showing.scene, showing.camera, showing.home) as things:
+            roughness = roughness_of(things)
+        showing = replace(showing, environment_light=renderer.surroundings, fill=renderer.fill, roughness=roughness)
         parts: list[Part] = []
         for part in _parts(renderer, showing, QUALITIES[quality]):
             parts.append(part)

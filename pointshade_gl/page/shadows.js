@@ -1,7 +1,6 @@
 // The cameras of the pictures that lights take for their shadows (scene/shadow_cameras.py), and where those lie (gpu/shading/light_set.py).
 
-const FAR_AWAY = 1000, LEAST_CONTACT = 0.0005, NEAREST = 0.002; // radii of the scene
-const CONTACT = 1.2; // pixels of a frame
+const FAR_AWAY = 1000, NEAREST = 0.002; // radii of the scene
 const NARROWEST = 1e-4; // radii of the scene, or distances
 const SHADOW_SIDE = 1024, SHADOW_MAP = 8192; // pixels of a view, and of all of them side by side
 const SHADOW_RIM = 2; // pixels round a view that stay empty
@@ -64,7 +63,7 @@ function placesSeen(position, direction, corners, toWorld) {
 
 const middleOf = (values) => (Math.min(...values) + Math.max(...values)) / 2;
 
-function shadowEye({ position }, direction, half, { corners, centre, radius, grain }, side, toWorld) {
+function shadowEye({ position }, direction, half, { corners, centre, radius, contact }, side, toWorld) {
   let place = position, focal = (side / 2 - SHADOW_RIM) / Math.tan(half);
   if (!position) {
     const away = FAR_AWAY * radius, turn = rotation(lookingAlong(centre, direction, toWorld));
@@ -76,7 +75,7 @@ function shadowEye({ position }, direction, half, { corners, centre, radius, gra
   }
   const near = Math.max(dot(minus(centre, place), direction) - 1.1 * radius, NEAREST * radius), middle = (side - 1) / 2;
   const camera = { fx: focal, fy: focal, cx: middle, cy: middle, width: side, height: side };
-  return { camera, pose: lookingAlong(place, direction, toWorld), near, contact: Math.max(CONTACT * grain, LEAST_CONTACT * radius) };
+  return { camera, pose: lookingAlong(place, direction, toWorld), near, contact };
 }
 
 // The pose of a camera that looks along a unit direction; similar directions give a similar roll.

@@ -61,7 +61,7 @@ class LightSetup(Owner):
         ambient, gain = _filled(visible)
         if not needs_map:
             return LightSet(lights, ambient, gain=gain, environment=environment)
-        views, spans = shadow_views(lights, visible.scene.extent, light_part(visible.sample), _roughness(drawables))
+        views, spans = shadow_views(lights, visible.scene.extent, light_part(visible.sample), roughness_of(drawables))
         if views:
             drawn = (thing for _, thing in joined(drawables[p] for p in visible.shadow_casters))
             shapes = tuple(thing.shape for thing in drawn)
@@ -103,7 +103,7 @@ class LightSetup(Owner):
         light.raise_version()
 
 
-def _roughness(drawables: Drawables) -> float:
+def roughness_of(drawables: Drawables) -> float:
     """Return the noise of depth of the roughest frame, world units."""
     roughest = 0.0
     for p, thing in drawables.items():

@@ -174,6 +174,7 @@ class Choice:
     missing    share of the depth that is missing, where that is why "auto" chose it
     completed  share of the frame's pixels that got a surface without a depth
     calm       are normals averaged with those around, for light?
+    wrong      share of the frame whose depth is wrong over wide areas, where calm normals looked for it
     """
 
     method: str
@@ -182,13 +183,25 @@ class Choice:
     missing: float = 0.0
     completed: float = 0.0
     calm: bool = False
+    wrong: float = 0.0
 
 
 def describe(choice: Choice) -> str:
     """Describe in one sentence which method ran, and why, and how much was completed."""
     completed = f"; {100 * choice.completed:.2g} % of the pixels are completed" if choice.completed else ""
     calm = f"; for light, normals are averaged with those around: not so with {option('normals', 'adaptive')}"
-    return _describe_method(choice) + completed + (calm if choice.calm else "")
+    wrong = (
+        f"; {describe_wrong(choice.wrong)}, which is lit like what surrounds it" if choice.wrong >= MUCH_WRONG else ""
+    )
+    return _describe_method(choice) + completed + (calm if choice.calm else "") + wrong
+
+
+MUCH_WRONG = 0.01  # share of wrong depth that is worth a word
+
+
+def describe_wrong(share: float) -> str:
+    """Describe how much depth is wrong; whether that is worth a word is for the caller to say."""
+    return f"depth seems wrong over {100 * share:.0f} % of the picture"
 
 
 def _describe_method(choice: Choice) -> str:

@@ -58,7 +58,7 @@ def shadow_views(
     """
     lights = [_sun_if_far(light, extent) for light in lights]
     looks = [_directions(light, extent) if light.shadow else [] for light in lights]
-    contact = max(CONTACT * extent.grain, LEAST_CONTACT * extent.radius, ROUGH_CONTACT * roughness)
+    contact = contact_of(extent, roughness)
     side = min(SHADOW_SIDE, SHADOW_MAP // max(math.ceil(math.sqrt(sum(map(len, looks)))), 1))
     views: list[ShadowView] = []
     spans: list[Span | None] = []
@@ -67,6 +67,11 @@ def shadow_views(
         for direction, half in directions:
             views.append(ShadowView(_eye(light, direction, half, extent, side), contact, part * _radius(light, extent)))
     return views, spans
+
+
+def contact_of(extent: Extent, roughness: float) -> float:
+    """Return by how much an occluder must stand out of the surface that it shades, world units."""
+    return max(CONTACT * extent.grain, LEAST_CONTACT * extent.radius, ROUGH_CONTACT * roughness)
 
 
 def _radius(light: Light, extent: Extent) -> float:

@@ -15,7 +15,14 @@ const float OUTLIER = 3.0;        // standard deviations from the others, from w
 const float FAR_OUTLIER = 7.0;    // from a pixel's own normal: noise is underrated, but such a difference is a shape
 const float FLAT_OUTLIER = 1.2;   // from its own normal, where the photograph says nothing
 const float RIDGE = 0.05;         // of the places' variance: few places have no slope
-const float DARK = 0.05;          // brightness below which the photograph tells nothing
+const float DARK = 0.08;          // brightness below which the photograph tells little
+const float BELIEF = 3.5;         // times their tilts, by which normals scatter where depth is right
+const float UNSURE = 0.05;        // tilt from which on any scatter is possible
+const float LEAST_SCATTER = 0.08; // radians, which are no sign that depth is wrong; these two
+const float SCATTER = 0.2;        // and which are one
+const float LIKE = 0.2;           // difference of luminance, as PHOTO, of what may be one surface
+const float LEAST_LIKE = 7.0;     // cells of 25 that are: fewer are no wide area
+const float WRONG_TILT = 0.7;     // radians: where depth is wrong
 
 // What a pixel, or a cell of pixels, knows of its surface.
 struct Facet {
@@ -53,7 +60,7 @@ float strangeness(Facet own, Facet other, float noise, vec4 intrinsics) {
 vec2 witness_of(vec3 color, float certainty, bool is_measured) {
     float brightness = sqrt(dot(color * color, vec3(0.2126, 0.7152, 0.0722)));  // of the eye: near the power of sRGB
     float tilt = sqrt((1.0 / max(certainty, 0.05) - 1.0) / WANDERING);  // see normal_certainty.frag
-    return vec2(2.2 * log(max(brightness, DARK)), max(tilt, is_measured ? LEAST_TILT : COMPLETED_TILT));
+    return vec2(2.5 * log(brightness + DARK), max(tilt, is_measured ? LEAST_TILT : COMPLETED_TILT));
 }
 
 // Of the pixels of a cell: the surest of the four in its middle, or else the last one, and those that belong to it.
@@ -90,6 +97,73 @@ vec4 join_facets(
     return vec4(normalize(normal), is_near ? depth : point.z / s);
 }
 
+// Sums of which normals that vary evenly are found; at: of places.
+struct Bend {
+    float total;
+    vec2 at;
+    vec3 squares;  // xx, xy, yy
+    vec3 normal, x_normal, y_normal;
+};
+
+const Bend NO_BEND = Bend(0.0, vec2(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+
+void add_normal(inout Bend bend, vec2 at, float weight, vec3 normal) {
+    bend.total += weight;
+    bend.at += weight * at;
+    bend.squares += weight * vec3(at.x * at.x, at.x * at.y, at.y * at.y);
+    bend.normal += weight * normal;
+    bend.x_normal += weight * at.x * normal;
+    bend.y_normal += weight * at.y * normal;
+}
+
+// The variance of normals that an even bend leaves, of one axis; mean: their mean; here: what is expected at the middle
+float variance_left(Bend bend, out vec3 mean, out vec3 here) {
+    vec2 at = bend.at / bend.total;
+    mean = bend.normal / bend.total;
+    vec3 x = bend.x_normal / bend.total - at.x * mean, y = bend.y_normal / bend.total - at.y * mean;
+    float xx = bend.squares.x / bend.total - at.x * at.x + RIDGE, yy = bend.squares.z / bend.total - at.y * at.y + RIDGE;
+    float xy = bend.squares.y / bend.total - at.x * at.y;
+    vec3 slope_x = (yy * x - xy * y) / (xx * yy - xy * xy), slope_y = (xx * y - xy * x) / (xx * yy - xy * xy);
+    here = mean - at.x * slope_x - at.y * slope_y;
+    return 0.5 * max(1.0 - dot(mean, mean) - dot(slope_x, x) - dot(slope_y, y), 0.0);
+}
+
+// From 0 to 1: do the normals of cells that look alike scatter? Neither an even bend nor noise does that.
+float scatter_at(sampler2D surface_map, sampler2D witness_map, ivec2 cell) {
+    float luminance = texel_at(witness_map, cell).x, noise = 0.0;
+    ivec2 last = textureSize(surface_map, 0) - 1;
+    Bend bend = NO_BEND;
+    for (int k = 0; k < 9; ++k) {
+        ivec2 off = ivec2(k % 3, k / 3) - 1, place = clamp(cell + 2 * off, ivec2(0), last);
+        vec4 surface = texel_at(surface_map, place);
+        vec2 seen = texel_at(witness_map, place).xy;
+        float far = 1.4 * float(off.x * off.x + off.y * off.y);
+        float m = surface.w == 0.0 ? 0.0 : exp(-far - abs(seen.x - luminance) * (1.0 / LIKE));
+        add_normal(bend, vec2(off), m, surface.xyz);
+        noise += m * min(seen.y * seen.y, UNSURE * UNSURE);
+    }
+    vec3 mean, here;
+    if (texel_at(surface_map, cell).w == 0.0) return 0.0;
+    float scatter = sqrt(min(variance_left(bend, mean, here), BELIEF * BELIEF * noise / bend.total));
+    return clamp((scatter - LEAST_SCATTER) / (SCATTER - LEAST_SCATTER), 0.0, 1.0);
+}
+
+// What a cell knows beside its surface. Where the photograph shows one surface and normals scatter, not along a line but over
+// a wide area, depth is wrong: glass, reflections, and blank walls do that. Nothing there is sure.
+vec2 doubted_witness(sampler2D witness_map, sampler2D scatter_map, ivec2 cell) {
+    vec2 own = texel_at(witness_map, cell).xy;
+    ivec2 last = textureSize(scatter_map, 0) - 1;
+    float sum = 0.0, total = 0.0;
+    for (int k = 0; k < 25; ++k) {
+        ivec2 place = clamp(cell + 4 * (ivec2(k % 5, k / 5) - 2), ivec2(0), last);
+        float m = exp(-abs(texel_at(witness_map, place).x - own.x) * (1.0 / LIKE));
+        sum += m * texel_at(scatter_map, place).r;
+        total += m;
+    }
+    float doubt = smoothstep(0.3, 0.5, sum / max(total, LEAST_LIKE));
+    return vec2(own.x, (own.y < 0.0 ? -1.0 : 1.0) * max(abs(own.y), WRONG_TILT * doubt));
+}
+
 // A cell among those around, `stride` apart: first the mean of those on its surface, then, without those that miss the
 // mean, the value at its own place of what varies evenly. is_shared: do neighbours this near share their noise?
 vec4 calm_facet(
@@ -114,43 +188,30 @@ vec4 calm_facet(
     float outlier = own.is_blind ? FLAT_OUTLIER * FLAT_OUTLIER : OUTLIER * OUTLIER;
     float spread = own.is_blind ? 0.0 : 0.5 * max(1.0 - dot(mean, mean) / (total * total), 0.0);
     vec3 expected = own.is_blind ? own.normal : normalize(mean);
-    float s = 0.0, su = 0.0, sv = 0.0, suu = 0.0, suv = 0.0, svv = 0.0, squares = 0.0;
-    vec3 sn = vec3(0.0), sun = vec3(0.0), svn = vec3(0.0);
+    float squares = 0.0;
+    Bend bend = NO_BEND;
     for (int k = 0; k < 9; ++k) {
-        float x = float(k % 3 - 1), y = float(k / 3 - 1);
         vec3 miss = normals[k] - expected;
         float m = weights[k] * exp(-0.5 * dot(miss, miss) / (outlier * (own.tilt * own.tilt + tilts[k]) + spread));
-        vec3 n = m * normals[k];
-        s += m;
-        su += m * x;
-        sv += m * y;
-        suu += m * x * x;
-        suv += m * x * y;
-        svv += m * y * y;
-        sn += n;
-        sun += n * x;
-        svn += n * y;
+        add_normal(bend, vec2(k % 3, k / 3) - 1.0, m, normals[k]);
         squares += m * m * tilts[k];
     }
-    float u = su / s, v = sv / s;
-    mean = sn / s;
-    vec3 un = sun / s - u * mean, vn = svn / s - v * mean;
-    float uu = suu / s - u * u + RIDGE, vv = svv / s - v * v + RIDGE, uv = suv / s - u * v;
-    vec3 slope_u = (vv * un - uv * vn) / (uu * vv - uv * uv), slope_v = (uu * vn - uv * un) / (uu * vv - uv * uv);
-    vec3 here = mean - u * slope_u - v * slope_v;
-    float rest = 0.5 * max(1.0 - dot(mean, mean) - dot(slope_u, un) - dot(slope_v, vn), 0.0);
+    vec3 here;
+    float rest = variance_left(bend, mean, here), s = bend.total;
     float variance = max(squares, rest * s * s / 9.0) / (s * s);  // they may miss the plane by more than their tilts say
     if (own.is_blind || !is_shared) left.y *= min(sqrt(variance) / own.tilt, 1.0);
     if (abs(left.y) < LEAST_TILT) left.y = sign(left.y) * LEAST_TILT;
     return vec4(normalize(length(here) > 0.1 ? here : mean), texel_at(surface_map, cell).w);
 }
 
-// The normal of a pixel: its own, and those of the four cells around. own_share: of what its variance says it counts
+// The normal of a pixel: its own, and those of the four cells around. own_share: of what its variance says it counts;
+// least_tilt: of the normal
 vec3 calm_normal(
     sampler2D surface_map, sampler2D witness_map, sampler2D other_map, sampler2D joined_map, ivec2 pixel, float noise,
-    float own_share, vec4 intrinsics
+    float own_share, float least_tilt, vec4 intrinsics
 ) {
     Facet own = facet_at(surface_map, witness_map, pixel, 1.0, intrinsics);
+    own.tilt = max(own.tilt, least_tilt);
     vec2 at = (vec2(pixel) - 0.5 * float(SIDE - 1)) / float(SIDE);
     ivec2 low = ivec2(floor(at));
     vec2 share = at - vec2(low);

@@ -253,6 +253,19 @@ def test_frames_made_by_hand_are_judged_alone(renderer):
     assert normals(noisy(other, 0.003), "stream")[1] == "1/z"  # kept: one frame is no evidence
 
 
+def test_frames_of_one_stream_that_are_drawn_together_are_judged_alone(renderer):
+    """Which others are in a set, and in which order, changes the normals of none."""
+    depth = wall()[0]
+    first, *others = (
+        ps.Frame(None, z.astype(np.float32), CAMERA, ps.orbit_pose(None, (0, 0, 2), yaw), source="set")
+        for yaw, z in enumerate([disparity(depth, 0), noisy(depth, 3e-5), noisy(depth, 3e-5)])
+    )
+    renderer.render([first, *others])
+    together = renderer.choice.noise
+    renderer.render(others)
+    assert renderer.choice.noise.domain == together.domain == ""
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

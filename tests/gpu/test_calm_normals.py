@@ -116,7 +116,60 @@ def test_normals_of_pixels_agree_with_the_mirror(gpu, maps):
     cells = mirror.join_facets(*maps.values(), every.reshape(-1, 2), NOISE, K)
     others = [cell.reshape(*every.shape[:2], -1).astype(F) for cell in cells]
     p = some()
-    expected = mirror.calm_normal(*maps.values(), *others, p, NOISE, 0.1, K)
-    call = f"calm_normal({MAPS}, other_map, joined_map, ivec2(p), {NOISE}, 0.1, {K_GLSL}), 0"
+    expected = mirror.calm_normal(*maps.values(), *others, p, NOISE, 0.1, 0.2, K)
+    call = f"calm_normal({MAPS}, other_map, joined_map, ivec2(p), {NOISE}, 0.1, 0.2, {K_GLSL}), 0"
     both = maps | {"other_map": others[0], "joined_map": others[1]}
     close(gpu("calm_normals.glsl", call, p=p, **both), expected, 1e-4)
+
+
+def patches(seed, *patterns):
+    """A surface and a witness of cells (48, 64) that look alike; patterns: of the slopes of normals, radians."""
+    rng = np.random.default_rng(seed)
+    slopes = np.stack([*patterns, np.zeros((HEIGHT, WIDTH))], -1)
+    normals = unit(np.array([0, 0, -1]) + slopes + 0.01 * rng.normal(size=slopes.shape))
+    witness = np.stack([0.02 * rng.normal(size=(HEIGHT, WIDTH)), np.full((HEIGHT, WIDTH), 0.06)], -1)
+    return np.concatenate([normals, np.full((HEIGHT, WIDTH, 1), 2)], -1).astype(F), witness.astype(F)
+
+
+def doubts_of(surface, witness):
+    every = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), -1).reshape(-1, 2)
+    scatter = mirror.scatter_at(surface, witness, every).reshape(HEIGHT, WIDTH, 1).repeat(2, -1)  # as on the GPU, RG
+    return scatter, mirror.doubted_witness(witness, scatter, every).reshape(HEIGHT, WIDTH, 2)
+
+
+V, U = np.mgrid[:HEIGHT, :WIDTH] / 1.0
+
+
+def test_wide_areas_whose_normals_scatter_are_doubted_and_no_others():
+    wild = np.random.default_rng(3).normal(0, 0.4, (2, HEIGHT, WIDTH)) * (U > 32)
+    surface, witness = patches(1, *wild)
+    tilt = doubts_of(surface, witness)[1][..., 1]
+    assert (tilt[:, 40:] > 0.6).mean() > 0.95 and (tilt[:, :24] == witness[0, 0, 1]).all()
+    witness[..., 1] = 0.01  # it is surely so
+    assert (doubts_of(surface, witness)[1] == witness).all()
+
+
+@pytest.mark.parametrize("slopes", [(U / 30, V / 30), (0.7 * (U > 30), 0 * V), (0.7 * (abs(U - 30) < 3), 0 * V)])
+def test_bends_creases_and_thin_things_are_not_doubted(slopes):
+    surface, witness = patches(2, *slopes)
+    assert (doubts_of(surface, witness)[1] == witness).all()
+
+
+def test_what_looks_like_many_things_may_be_many():
+    surface, witness = patches(4, *np.random.default_rng(3).normal(0, 0.4, (2, HEIGHT, WIDTH)))
+    witness[..., 0] = np.random.default_rng(5).uniform(-3, 0, (HEIGHT, WIDTH))
+    assert (doubts_of(surface, witness)[1][..., 1] > 0.6).mean() < 0.01
+
+
+def test_doubts_agree_with_the_mirror(gpu):
+    surface, witness = patches(6, *np.random.default_rng(3).normal(0, 0.4, (2, HEIGHT, WIDTH)) * (U > 20))
+    surface[4:9, 30:40, 3] = 0
+    witness[20:, 40:] *= (1, -1)
+    scatter, doubted = doubts_of(surface, witness)
+    cells = some()
+    maps = {"surface_map": surface, "witness_map": witness}
+    found = gpu("calm_normals.glsl", f"scatter_at({MAPS}, ivec2(p)), 0, 0, 0", p=cells, **maps)
+    close(found, mirror.texel(scatter, cells)[:, :1], 1e-4)
+    maps = {"witness_map": witness, "scatter_map": scatter}
+    found = gpu("calm_normals.glsl", "doubted_witness(witness_map, scatter_map, ivec2(p)), 0, 0", p=cells, **maps)
+    close(found, mirror.texel(doubted, cells), 1e-4)

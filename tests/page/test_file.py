@@ -120,6 +120,16 @@ def test_where_no_page_can_be_written_is_said_first(renderer, tmp_path, name, er
         write_page(renderer, tmp_path / name, "no such file")
 
 
+def test_shadows_of_noisy_depth_keep_as_far_from_what_they_touch_as_in_render(renderer):
+    exact = frames.sphere_before_wall()
+    depth = exact.depth + np.random.default_rng(2).normal(0, 0.01, exact.depth.shape).astype(np.float32)
+    noisy = ps.Frame(exact.color, depth, exact.camera)
+    fine, rough = (float(re.search(r'"contact":([\d.e-]+)', draw_page(renderer, one))[1]) for one in (exact, noisy))
+    assert renderer.choice.noise.relative * noisy.scale == pytest.approx(0.01, rel=0.2)
+    assert rough == pytest.approx(3 * renderer.choice.noise.relative * noisy.scale)
+    assert rough > 1.4 * fine
+
+
 def test_what_is_left_out_is_said(renderer, capsys):
     lamp = ps.Light(position=(0, -1, 0), radius=0.1, shadow=True)
     draw_page(renderer, frames.sphere(), light=lamp, ground=True, splat="mesh")

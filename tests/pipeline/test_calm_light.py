@@ -12,6 +12,7 @@ LIGHT = ps.Light(position=(-0.8, -0.6, 0.3))
 MATT = ps.Material(0.1, 0.9, 0)
 V, U = np.mgrid[:240, :320]
 LEFT = U < 160
+WRONG = (U >= 160) & (U < 300) & (V >= 40) & (V < 200)
 
 
 def corner() -> np.ndarray:
@@ -83,3 +84,38 @@ def test_a_surface_is_not_shadowed_by_its_own_noise(renderer, noise, photograph)
     frame, low = ps.Frame(photograph, wall.astype(np.float32), CAMERA), (-1.2, 0, 1.45)
     lit, shadowed = (renderer.render(frame, ps.Light(position=low, shadow=on), MATT)[..., 0] for on in (False, True))
     assert not (shadowed.astype(int) < lit - 3.0)[8:-8, 8:-8].any()
+
+
+@pytest.fixture(scope="module")
+def blank() -> ps.Frame:
+    """An even wall; where WRONG is, stereo has seen planes of 20x20 pixels that are not there."""
+    flat, slopes = np.full(LEFT.shape, 1.5), np.random.default_rng(4).normal(0, 0.8, (2, 12, 16))
+    u, v = slopes.repeat(20, 1).repeat(20, 2)
+    planes = (u * (U % 20 - 9.5) + v * (V % 20 - 9.5)) * 1.5 / CAMERA.fx
+    grey = np.round(150 + np.random.default_rng(1).normal(0, 1, (240, 320, 1))).astype(np.uint8).repeat(3, -1)
+    return ps.Frame(grey, (noises(flat)["shared"] + planes * WRONG).astype(np.float32), CAMERA)
+
+
+def test_wrong_depth_is_lit_like_what_surrounds_it_and_its_share_is_named(renderer, blank):
+    wall = renderer.render(ps.Frame(blank.color, np.full(LEFT.shape, 1.5, np.float32), CAMERA), LIGHT, MATT)
+    pictures = [renderer.render(blank, LIGHT, MATT, normals=name) for name in ("adaptive", "auto")]
+    plain, calm = (np.abs(one[..., 0].astype(float) - wall[..., 0])[WRONG].mean() for one in pictures)
+    assert calm < 0.1 * plain
+    share = renderer.choice.wrong
+    assert 0.5 < share / WRONG.mean() < 1.1
+    assert f"depth seems wrong over {100 * share:.0f} % of the picture" in describe(renderer.choice)
+
+
+def test_right_depth_is_not_doubted(renderer, noisy):
+    renderer.render(noisy, LIGHT, MATT)
+    assert renderer.choice.calm and renderer.choice.wrong < 0.001
+
+
+def test_info_names_wrong_depth(typed, blank, photograph, tmp_path):
+    frames = {"wrong": blank, "right": ps.Frame(photograph, noises(corner())["shared"].astype(np.float32), CAMERA)}
+    for name, frame in frames.items():
+        (tmp_path / name).mkdir()
+        ps.save_image(tmp_path / name / "color.png", frame.color)
+        np.save(tmp_path / name / "depth.npy", frame.depth)
+        code, out, _ = typed(f"info {tmp_path / name} --intrinsics 262.5,262.5,159.5,119.5")
+        assert code == 0 and ("depth seems wrong over" in out) == (name == "wrong")

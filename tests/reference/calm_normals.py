@@ -14,7 +14,9 @@ from .vectors import dot, length, normalize, texel
 F = np.float32
 SIDE = 4
 PHOTO, SLACK, STEEPEST_TILT, LEAST_TILT, COMPLETED_TILT = F(0.08), F(0.6), F(0.5), F(0.004), F(0.35)
-OUTLIER, FAR_OUTLIER, FLAT_OUTLIER, RIDGE, DARK = F(3), F(7), F(1.2), F(0.05), F(0.05)
+OUTLIER, FAR_OUTLIER, FLAT_OUTLIER, RIDGE, DARK = F(3), F(7), F(1.2), F(0.05), F(0.08)
+BELIEF, UNSURE, LEAST_SCATTER, SCATTER = F(3.5), F(0.05), F(0.08), F(0.2)
+LIKE, LEAST_LIKE, WRONG_TILT = F(0.2), F(7), F(0.7)
 
 
 class Facet(NamedTuple):
@@ -58,7 +60,7 @@ def witness_of(color: np.ndarray, certainty: np.ndarray, is_measured: np.ndarray
     brightness = np.sqrt(dot(color * color, np.array((0.2126, 0.7152, 0.0722), F)))
     tilt = np.sqrt((F(1) / np.maximum(certainty, F(0.05)) - F(1)) / WANDERING)
     tilt = np.maximum(tilt, np.where(is_measured, LEAST_TILT, COMPLETED_TILT))
-    return np.concatenate([F(2.2) * np.log(np.maximum(brightness, DARK)), tilt], -1).astype(F)
+    return np.concatenate([F(2.5) * np.log(brightness + DARK), tilt], -1).astype(F)
 
 
 def join_facets(
@@ -94,6 +96,73 @@ def join_facets(
     return np.where(is_known, np.concatenate([normalize(normal), depth], -1), F(0)), joined
 
 
+class Bend(NamedTuple):
+    """total (n, 1); at (n, 2); squares, normal, x_normal, y_normal (n, 3)"""
+
+    total: np.ndarray
+    at: np.ndarray
+    squares: np.ndarray
+    normal: np.ndarray
+    x_normal: np.ndarray
+    y_normal: np.ndarray
+
+
+def no_bend(count: int) -> Bend:
+    return Bend(*(np.zeros((count, width), F) for width in (1, 2, 3, 3, 3, 3)))
+
+
+def add_normal(bend: Bend, at: np.ndarray, weight: np.ndarray, normal: np.ndarray) -> Bend:
+    x, y = at.astype(F)
+    squares = np.array((x * x, x * y, y * y))
+    more = weight, weight * at.astype(F), weight * squares, weight * normal, weight * x * normal, weight * y * normal
+    return Bend(*(one + other for one, other in zip(bend, more, strict=True)))
+
+
+def variance_left(bend: Bend) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(n, 1), and the mean and what is expected (n, 3)"""
+    total = np.where(bend.total > 0, bend.total, F(1))
+    at, mean, squares = bend.at / total, bend.normal / total, bend.squares / total
+    u, v = at[:, :1], at[:, 1:]
+    x, y = bend.x_normal / total - u * mean, bend.y_normal / total - v * mean
+    xx, yy, xy = squares[:, :1] - u * u + RIDGE, squares[:, 2:] - v * v + RIDGE, squares[:, 1:2] - u * v
+    determinant = xx * yy - xy * xy
+    slope_x, slope_y = (yy * x - xy * y) / determinant, (xx * y - xy * x) / determinant
+    here = mean - u * slope_x - v * slope_y
+    rest = F(0.5) * np.maximum(F(1) - dot(mean, mean) - dot(slope_x, x) - dot(slope_y, y), F(0))
+    return rest, mean, here
+
+
+def scatter_at(surface_map: np.ndarray, witness_map: np.ndarray, cell: np.ndarray) -> np.ndarray:
+    """(n, 1)"""
+    last = np.array(surface_map.shape[1::-1]) - 1
+    luminance, noise, bend = texel(witness_map, cell)[:, :1], np.zeros((len(cell), 1), F), no_bend(len(cell))
+    for off in (np.array((k % 3, k // 3)) - 1 for k in range(9)):
+        place = np.clip(cell + 2 * off, 0, last)
+        surface, seen = texel(surface_map, place), texel(witness_map, place)
+        m = np.exp(F(-1.4) * F(off @ off) - np.abs(seen[:, :1] - luminance) / LIKE)
+        m = np.where(surface[:, 3:] == 0, F(0), m)
+        bend = add_normal(bend, off, m, surface[:, :3])
+        noise = noise + m * np.minimum(np.square(seen[:, 1:]), UNSURE * UNSURE)
+    is_known = texel(surface_map, cell)[:, 3:] != 0
+    believed = BELIEF * BELIEF * noise / np.where(is_known, bend.total, F(1))
+    scatter = np.sqrt(np.minimum(variance_left(bend)[0], believed))
+    return np.where(is_known, np.clip((scatter - LEAST_SCATTER) / (SCATTER - LEAST_SCATTER), F(0), F(1)), F(0))
+
+
+def doubted_witness(witness_map: np.ndarray, scatter_map: np.ndarray, cell: np.ndarray) -> np.ndarray:
+    """(n, 2)"""
+    own, last = texel(witness_map, cell), np.array(scatter_map.shape[1::-1]) - 1
+    added, total = np.zeros((len(cell), 1), F), np.zeros((len(cell), 1), F)
+    for k in range(25):
+        place = np.clip(cell + 4 * (np.array((k % 5, k // 5)) - 2), 0, last)
+        m = np.exp(-np.abs(texel(witness_map, place)[:, :1] - own[:, :1]) / LIKE)
+        added, total = added + m * texel(scatter_map, place)[:, :1], total + m
+    share = np.clip((added / np.maximum(total, LEAST_LIKE) - F(0.3)) / F(0.2), F(0), F(1))
+    doubt = share * share * (F(3) - F(2) * share)
+    tilt = np.maximum(np.abs(own[:, 1:]), WRONG_TILT * doubt)
+    return np.concatenate([own[:, :1], np.where(own[:, 1:] < 0, -tilt, tilt)], -1)
+
+
 def calm_facet(
     surface_map: np.ndarray, witness_map: np.ndarray, cell: np.ndarray, stride: int, noise: float,
     intrinsics: np.ndarray, is_shared: bool,
@@ -113,24 +182,15 @@ def calm_facet(
     outlier = np.where(own.is_blind, FLAT_OUTLIER, OUTLIER) ** 2
     spread = np.where(own.is_blind, F(0), F(0.5) * np.maximum(F(1) - dot(mean, mean) / (total * total), F(0)))
     expected = np.where(own.is_blind, own.normal, normalize(mean))
-    s, su, sv, suu, suv, svv, squares = (np.zeros((len(cell), 1), F) for _ in range(7))
-    sn, sun, svn = (np.zeros((len(cell), 3), F) for _ in range(3))
-    for (x, y), other, weight in zip(offsets, others, weights, strict=True):
+    squares, bend = np.zeros((len(cell), 1), F), no_bend(len(cell))
+    for off, other, weight in zip(offsets, others, weights, strict=True):
         miss, tilt = other.normal - expected, np.square(other.tilt)
         allowed = outlier * (np.square(own.tilt) + tilt) + spread
         m = weight * np.exp(F(-0.5) * dot(miss, miss) / np.where(is_known, allowed, F(1)))
-        s, su, sv, sn = s + m, su + m * x, sv + m * y, sn + m * other.normal
-        suu, suv, svv = suu + m * x * x, suv + m * x * y, svv + m * y * y
-        sun, svn = sun + m * x * other.normal, svn + m * y * other.normal
+        bend = add_normal(bend, off, m, other.normal)
         squares = squares + m * m * tilt
-    s = np.where(is_known, s, F(1))
-    u, v, mean = su / s, sv / s, np.where(is_known, sn / s, F(1))
-    un, vn = sun / s - u * mean, svn / s - v * mean
-    uu, vv, uv = suu / s - u * u + RIDGE, svv / s - v * v + RIDGE, suv / s - u * v
-    determinant = uu * vv - uv * uv
-    slope_u, slope_v = (vv * un - uv * vn) / determinant, (uu * vn - uv * un) / determinant
-    here = mean - u * slope_u - v * slope_v
-    rest = F(0.5) * np.maximum(F(1) - dot(mean, mean) - dot(slope_u, un) - dot(slope_v, vn), F(0))
+    rest, mean, here = (np.where(is_known, x, F(1)) for x in variance_left(bend))
+    s = np.where(is_known, bend.total, F(1))
     variance = np.maximum(squares, rest * s * s / F(9)) / (s * s)
     left = texel(witness_map, cell)
     factor = np.minimum(np.sqrt(variance) / np.where(is_known, own.tilt, F(1)), F(1))
@@ -144,10 +204,11 @@ def calm_facet(
 
 def calm_normal(
     surface_map: np.ndarray, witness_map: np.ndarray, other_map: np.ndarray, joined_map: np.ndarray, pixel: np.ndarray,
-    noise: float, own_share: float, intrinsics: np.ndarray,
+    noise: float, own_share: float, least_tilt: np.ndarray | float, intrinsics: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
-    """(n, 3)"""
+    """(n, 3); least_tilt: (n, 1), or of all"""
     own = facet_at(surface_map, witness_map, pixel, 1, intrinsics)
+    own = own._replace(tilt=np.maximum(own.tilt, F(least_tilt)))
     at = (pixel.astype(F) - F(0.5) * F(SIDE - 1)) / F(SIDE)
     low = np.floor(at).astype(int)
     share = at - low.astype(F)
@@ -182,10 +243,15 @@ def calm_normals(
     )
     sure = certainty_at(certainty, pixels.astype(F), np.array((width, height), F))
     witness = witness_of(color.reshape(-1, 3), sure, np.ones_like(sure, bool)).reshape(height, width, 2)
-    maps = join_facets(surface, witness, cells, noise, intrinsics)
+    shape = -(-height // SIDE), -(-width // SIDE), -1
+    facets, seen = (one.reshape(shape) for one in join_facets(surface, witness, cells, noise, intrinsics))
+    doubts = np.zeros_like(seen)
+    if is_shared:
+        scatter = scatter_at(facets, seen, cells).reshape(shape)
+        doubts = seen = doubted_witness(seen, scatter, cells).reshape(shape)
     for level in range(LEVELS[is_shared]):
-        maps = tuple(one.reshape(-(-height // SIDE), -(-width // SIDE), -1) for one in maps)
-        maps = calm_facet(*maps, cells, 1 << level, noise, intrinsics, is_shared and level == 0)
-    maps = tuple(one.reshape(-(-height // SIDE), -(-width // SIDE), -1) for one in maps)
-    found = calm_normal(surface, witness, *maps, pixels, noise, OWN_SHARE[is_shared], intrinsics)
+        found = calm_facet(facets, seen, cells, 1 << level, noise, intrinsics, is_shared and level == 0)
+        facets, seen = (one.reshape(shape) for one in found)
+    least_tilt = np.abs(texel(doubts, pixels // SIDE)[:, 1:])
+    found = calm_normal(surface, witness, facets, seen, pixels, noise, OWN_SHARE[is_shared], least_tilt, intrinsics)
     return found.reshape(height, width, 3)

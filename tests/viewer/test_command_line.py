@@ -286,7 +286,6 @@ class TestFrames:
         assert again(viewer)[3:5] == ["--views", ",".join(viewer.frame.names)]
 
     @pytest.mark.system
-    @pytest.mark.xfail(strict=True, reason="a known fault: the line's picture differs in .3 % of the pixels")
     def test_merged_and_some_of_them_off(self, open_viewer, again, walk):
         viewer = self.merged(open_viewer, walk)
         viewer.frame = viewer.frame.switched(1, False)

@@ -18,7 +18,7 @@ from ...notes.version import __version__
 from ...notes.words import counted, option
 from ...renderer.series import contact_sheet
 from ...scene.cloud import axes_in_words
-from ...scene.noise import Choice, describe
+from ...scene.noise import MUCH_WRONG, Choice, describe, describe_wrong
 from .. import options
 from ..inputs import check_frame
 from ..output import open_renderer, print_line, report, spinner
@@ -82,7 +82,11 @@ def show_input(frame: options.FrameOptions, output: Path | None, as_json: bool, 
     examined = examine(frame.input, **frame.load_options)
     with open_renderer(device, output) as renderer, spinner("measuring the noise"):
         renderer.estimate_normals(examined.frame)
-        found = {**facts(examined), "noise": _noise(renderer.choice), "assumed": examined.notes}
+        noise = _noise(renderer.choice)
+        if noise.get("bumps"):  # only these sensors' depth is searched, where its normals are made calm for light
+            renderer.render(examined.frame)
+            noise["wrong"] = renderer.choice.wrong if renderer.choice else 0.0
+        found = {**facts(examined), "noise": noise, "assumed": examined.notes}
         _print_facts(found, _sentences(found), as_json)
         if output:
             start = time.perf_counter()
@@ -101,6 +105,7 @@ def _noise(choice: Choice | None) -> dict[str, Any]:
     return found | {
         "sigma": noise.sigma,
         "share": noise.share,
+        "bumps": noise.bumps or None,
         "rounding": noise.step or None,
         "rounding_of": noise.domain or None,
         "sensor": "first Kinect or PrimeSense" if rounded else None,
@@ -135,7 +140,11 @@ def _sentences(found: dict[str, Any]) -> Facts:
             f"from {camera['from']}",
         ],
         "poses": [f"{poses['count']} from {poses['from']}" if poses["count"] else "none"],
-        "noise": found_noise.split(", ") + ([f"like a {noise['sensor']}"] if noise.get("sensor") else []),
+        "noise": [
+            *found_noise.split(", "),
+            *([f"like a {noise['sensor']}"] if noise.get("sensor") else []),
+            *([describe_wrong(noise["wrong"])] if noise.get("wrong", 0) >= MUCH_WRONG else []),
+        ],
         "normals": [f"by {estimator}"],
         "notes": found["assumed"] or ["none"],
         "verdict": [_verdict(found["fit"], bool(color["size"]))],

@@ -52,6 +52,7 @@ class FrameTextures(DepthTextures):
     """Depth and colour (RGB8 or RGBA8) of one frame, as uploaded, and what is made from them.
 
     lit      the points' light, linear, not cut off at 1, for flat and gouraud shading
+    is_next  is the frame the next one of a stream?
     trust    whether the points are trusted, 0 or 1, and how good they are, see shaders/common/consensus.glsl
     """
 
@@ -65,6 +66,7 @@ class FrameTextures(DepthTextures):
             self.color = self._texture(color.shape[2], size=_size(color))
             self.lit = self._keep(Image(context, self.size))
         self.frame: Frame | None = None  # whose textures these are
+        self.is_next = False
         self.large: LargePoints | None = None  # these two are made for the first view that shows them
         self.completed: LargePoints | None = None
         self.calm: LargePoints | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Hashable, Iterable
 from dataclasses import replace
 from functools import cached_property
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import moderngl
 
-from ...estimation.noise_model import STAR_GAIN
+from ...estimation.noise_model import STAR_GAIN, Decisions
 from ...notes.notes import print_note
 from ...notes.words import option
 from ...scene.appearance import Appearance
@@ -85,6 +86,7 @@ class FrameStore(Owner):
         self.streams = self._keep(Streams(context, steps))
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
+        self._decisions = Decisions()
         self._noted: set[Hashable] = set()  # the streams of which a note was given
 
     @cached_property
@@ -119,6 +121,7 @@ class FrameStore(Owner):
         found = [known[frame].pop(0) if known.get(frame) else None for frame in frames]
         free = [textures for rest in known.values() for textures in rest]
         wanted: list[FrameTextures] = []
+        drawn = Counter(frame.source for frame in set(frames))
         for frame, textures in zip(frames, found, strict=True):
             textures = textures or next((one for one in free if one.fits(frame)), None)
             if textures is None:
@@ -126,6 +129,7 @@ class FrameStore(Owner):
                 self._kept.append(textures)
             elif textures in free:
                 free.remove(textures)
+            textures.is_next = frame.source is not None and drawn[frame.source] == 1  # together they are no film
             wanted.append(textures)
             self._steps.run("upload", wanted[-1].upload, frame, of=wanted[-1])
         for textures in free:
@@ -141,7 +145,7 @@ class FrameStore(Owner):
         """
         if estimator := _estimator(frame, look):
             stream = self.streams.stream_of(frame, place) if look.temporal else None
-            inputs = textures, frame.camera, estimator, stream
+            inputs = textures, frame.camera, estimator, stream, self._decisions if textures.is_next else None
             textures.choice = self._steps.run("surface", self._surface.run, *inputs, of=textures)
             if stream and textures.choice.method != "adaptive":
                 stream.history.forget()  # it was not filtered
@@ -202,10 +206,10 @@ class FrameStore(Owner):
             return points
         if not noise.bumps and STAR_GAIN * noise.relative * points.camera.fx < SEEN_TILT:
             return points
-        if not textures.choice.calm:
-            self.choice = textures.choice = replace(textures.choice, calm=True)
         calm = self._fit(textures, "calm", surface.size)
-        self._steps.run("calm", self._calm.run, textures, surface, points.camera, noise, calm.surface, of=textures)
+        inputs = textures, surface, points.camera, noise, calm.surface
+        wrong = self._steps.run("calm", self._calm.run, *inputs, of=textures)
+        self.choice = textures.choice = replace(textures.choice, calm=True, wrong=wrong)
         return points._replace(surface=calm.surface, lit=calm.lit)
 
     def bridge(self, textures: FrameTextures, points: DrawnPoints) -> PointSurface:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import moderngl
+import numpy as np
 
 from ...scene.camera import Camera
 from ...scene.frame import is_cut_out
@@ -106,9 +106,11 @@ class HiddenPlanesPass(FullscreenPasses):
         bridged.raise_version()
 
 
+Textures = dict[str, moderngl.Texture]
 CELL = 4  # pixels, as SIDE in calm_normals.glsl
 LEVELS = 3, 5  # of means over more and more distant cells; the second where neighbours share their noise
 OWN_SHARE = 1.0, 0.1  # of a pixel's normal, likewise
+WRONG = 0.6  # tilt of a cell whose depth is wrong
 
 
 class CalmNormalsPass(FullscreenPasses):
@@ -116,36 +118,60 @@ class CalmNormalsPass(FullscreenPasses):
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
-        self._witness = self._keep(Fitted(context, Image, RG32F))
+        self._witness, self._scatter, self._doubts = (self._keep(Fitted(context, Image, RG32F)) for _ in range(3))
         self._cells = [self._keep(Fitted(context, Image, RGBA32F, RG32F)) for _ in range(2)]
 
     def run(
         self, textures: FrameTextures, surface: PointSurface, camera: Camera, noise: Noise, calm: PointSurface
-    ) -> None:
-        """Write the surface of a frame with calm normals to `calm`. camera: the frame's, at the surface's size."""
+    ) -> float:
+        """Write the surface of a frame with calm normals to `calm`. camera: the frame's, at the surface's size.
+
+        Returns the share of the frame whose depth is wrong over wide areas, where neighbours share their noise.
+        """
         is_shared = noise.bumps > 0
         inputs = {"noise": noise.relative, "intrinsics": camera.intrinsics}
+        pixels = self._find_witness(textures, surface)
+        cells, others = (one.fit((-(-surface.size[0] // CELL), -(-surface.size[1] // CELL))) for one in self._cells)
+        self.fullscreen("surface/calm_cells.frag").draw(cells.target, pixels, **inputs)
+        facets, doubts = _facets(cells), {}
+        if is_shared:
+            doubts["doubt_map"] = facets["witness_map"] = self._doubt(facets, cells.size)
+        for level in range(LEVELS[is_shared]):
+            average = self.fullscreen("surface/calm_levels.frag", SHARED=int(is_shared and level == 0))
+            average.draw(others.target, facets, stride=1 << level, **inputs)
+            cells, others = others, cells
+            facets = _facets(cells)
+        around = dict(zip(("other_map", "joined_map"), cells.textures, strict=True))
+        calm.confine(surface.window)
+        turn = self.fullscreen("surface/calm_normals.frag", DOUBTED=int(is_shared))
+        turn.draw(calm.target, pixels | around | doubts, own_share=OWN_SHARE[is_shared], **inputs)
+        calm.certainty = surface.certainty
+        calm.raise_version()
+        return float((np.abs(self._doubts.fit(cells.size).read()[..., 1]) >= WRONG).mean()) if is_shared else 0.0
+
+    def _find_witness(self, textures: FrameTextures, surface: PointSurface) -> Textures:
+        """Return the maps of what is known of each pixel."""
         witness = self._witness.fit(surface.size)
         is_completed = surface is not textures.surface
         same = int(textures.color.size == surface.size)
         look = self.fullscreen("surface/calm_witness.frag", SAME_SIZE=same, COMPLETED=int(is_completed))
+        assert surface.certainty is not None, "of noisy frames it was found"
         maps = {"surface_map": surface.texture, "certainty_map": surface.certainty, "color_map": textures.color}
         measured = {"measured_map": textures.surface.texture} if is_completed else {}
         look.draw(witness.target, maps | measured)
-        pixels = {"surface_map": surface.texture, "witness_map": witness.texture}
-        cells, others = (one.fit((-(-surface.size[0] // CELL), -(-surface.size[1] // CELL))) for one in self._cells)
-        self.fullscreen("surface/calm_cells.frag").draw(cells.target, pixels, **inputs)
-        for level in range(LEVELS[is_shared]):
-            average = self.fullscreen("surface/calm_levels.frag", SHARED=int(is_shared and level == 0))
-            facets: dict[str, Any] = dict(zip(("surface_map", "witness_map"), cells.textures, strict=True))
-            average.draw(others.target, facets, stride=1 << level, **inputs)
-            cells, others = others, cells
-        facets = dict(zip(("other_map", "joined_map"), cells.textures, strict=True))
-        calm.confine(surface.window)
-        turn = self.fullscreen("surface/calm_normals.frag")
-        turn.draw(calm.target, pixels | facets, own_share=OWN_SHARE[is_shared], **inputs)
-        calm.certainty = surface.certainty
-        calm.raise_version()
+        return {"surface_map": surface.texture, "witness_map": witness.texture}
+
+    def _doubt(self, facets: Textures, size: tuple[int, int]) -> moderngl.Texture:
+        """Return the witness of cells that doubts wrong depth."""
+        scatter, doubts = self._scatter.fit(size), self._doubts.fit(size)
+        find, judge = (self.fullscreen("surface/calm_doubts.frag", STAGE=stage) for stage in range(2))
+        find.draw(scatter.target, facets)
+        judge.draw(doubts.target, {"witness_map": facets["witness_map"], "scatter_map": scatter.texture})
+        return doubts.texture
+
+
+def _facets(cells: Image) -> Textures:
+    return dict(zip(("surface_map", "witness_map"), cells.textures, strict=True))
 
 
 COUNTED = 16  # as in flying_pixel_mixing.glsl

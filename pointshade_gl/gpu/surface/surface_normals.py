@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import moderngl
 import numpy as np
 
-from ...estimation.noise_model import Decisions
 from ...scene.camera import Camera
 from ...scene.noise import PLANE_FITS, SPARSE_LEVELS, SPARSE_TILTS, TRIANGLES, Choice, Noise, NoiseWords, Step
 from ..context.caller_state import DEPTH_TEST, enabled
@@ -19,6 +18,7 @@ from ..core.programs import FullscreenPasses
 from .noise_measurement import NoisePass, Stream
 
 if TYPE_CHECKING:
+    from ...estimation.noise_model import Decisions
     from .wide_planes import BumpyPlanesPass, FlatCellsPass
 
 GivenNoise = np.ndarray | NoiseWords | None  # the caller's noise, (1, 1) or (h, w) metres or in words; None measures it
@@ -35,18 +35,22 @@ class SurfacePass(FullscreenPasses):
         super().__init__(context)
         self._scratch = self._keep(Fitted(context, Image))  # normal and residual, or the caller's normals
         self._noise, self._sparse = self._keep(NoisePass(context)), self._keep(SparsePass(context))
-        self._decisions = Decisions()
 
-    def run(self, frame: DepthTextures, camera: Camera, estimator: Estimator, stream: Stream | None = None) -> Choice:
+    def run(
+        self, frame: DepthTextures, camera: Camera, estimator: Estimator, stream: Stream | None = None,
+        decisions: Decisions | None = None,
+    ) -> Choice:  # fmt: skip
         """Estimate the normals of a frame. Returns which method ran, and for "auto" and "adaptive" why.
 
-        stream  if noisy depth is filtered over time
+        stream     if noisy depth is filtered over time
+        decisions  of all streams, if the frame is the next of one; else it has its own noise
         """
         method, max_step, noise, flying = estimator
         frame.surface.raise_version()
         frame.surface.certainty = None
         if method in ("auto", "adaptive"):
-            return self._run_by_noise(frame, camera, method, noise, flying == "snap", stream)
+            decisions = stream.history.decisions if stream else decisions
+            return self._run_by_noise(frame, camera, method, noise, flying == "snap", stream, decisions)
         target, inputs = frame.surface.target, {"depth_map": frame.depth, "intrinsics": camera.intrinsics}
         if method in TRIANGLES:
             inputs |= {"triangle_count": TRIANGLES[method], "max_step": max_step}
@@ -82,7 +86,7 @@ class SurfacePass(FullscreenPasses):
         return replace(noise, bumps=find_bumps(self._bumpy.measure(frame), noise))
 
     def _find_noise(
-        self, frame: DepthTextures, camera: Camera, words: NoiseWords | None, stream: Stream | None
+        self, frame: DepthTextures, camera: Camera, words: NoiseWords | None, decisions: Decisions | None
     ) -> Noise:
         """Return the noise that the caller has described, or the frame's: of a stream, one estimate for all."""
         if words:
@@ -90,16 +94,15 @@ class SurfacePass(FullscreenPasses):
         if frame.noise:
             return frame.noise
         noise = self.measure_noise(frame, camera)
-        if stream:
-            return stream.history.decisions.settle(frame.size, noise)
-        return noise if frame.source is None else self._decisions.settle((frame.source, frame.size), noise)
+        return decisions.settle((frame.source, frame.size), noise) if decisions else noise
 
     def _run_by_noise(
-        self, frame: DepthTextures, camera: Camera, method: str, given: GivenNoise, snap: bool, stream: Stream | None
-    ) -> Choice:
+        self, frame: DepthTextures, camera: Camera, method: str, given: GivenNoise, snap: bool, stream: Stream | None,
+        decisions: Decisions | None,
+    ) -> Choice:  # fmt: skip
         is_given = given is not None
         words, levels = (given, None) if isinstance(given, NoiseWords) else (None, given)
-        noise = self._find_noise(frame, camera, words, stream)
+        noise = self._find_noise(frame, camera, words, decisions)
         if method == "auto" and levels is None and noise.is_clean:
             star, source = self.fullscreen("surface/normals_star.frag"), {"depth_map": frame.depth}
             star.draw(frame.surface.target, source, intrinsics=camera.intrinsics)

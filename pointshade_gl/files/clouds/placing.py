@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from ...checks.arguments import LARGEST
 from ...notes.notes import Note
 from ...notes.words import counted, option
-from ...scene.cloud import STRAY, Up
+from ...scene.cloud import Up
+from ...scene.dense_part import STRAY, main_points
 from ...scene.values import linear_to_bytes
 from ..depth.depth_files import ramp
 from .cloud_columns import COLOR_BY, ColorBy, FoundPoints
@@ -20,7 +21,6 @@ _LOSS = 1e-3  # of the points' spacing may be lost by float32
 _COARSE = 5e-4  # units that float32 may be off in any case: half a millimetre
 _FAR = 2.0  # sizes of a cloud from zero: nearer, another origin gains nothing
 _HALF_STEP = 2.0**-24  # of a number: what float32 rounds it by at most
-_BOX_SAMPLE = 1 << 16  # points that the box is taken from
 _NEIGHBOURS = 1500  # points that are compared with each other
 _NEAREST = 0.47  # of sqrt(area / n) is the median way to the nearest of points that lie at random
 _SEED = 31
@@ -81,8 +81,7 @@ def _is_lost(positions: NDArray[np.floating]) -> bool:
 
 def main_box(positions: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Lower and upper corner (3,) of the box of all points but stray ones."""
-    some = positions[:: -(-len(positions) // _BOX_SAMPLE)].astype(np.float64)
-    low, high = np.quantile(some, (STRAY, 1 - STRAY), axis=0)
+    low, high = np.quantile(main_points(positions).astype(np.float64), (STRAY, 1 - STRAY), axis=0)
     return low, high
 
 

@@ -178,6 +178,8 @@ def _cloud_sentences(found: dict[str, Any]) -> Facts:
     low, high = (", ".join(f"{one:.10g}" for one in corner) for corner in found["box"])
     sides = " x ".join(f"{side:g}" for side in found["extent"])
     extent = [f"{sides}, spacing about {found['spacing']:g}", f"from {low} to {high}, without stray points"]
+    if strays := found["strays"]:
+        extent.append(f"{counted(strays, 'stray point')}, far from all others; {option('clean', True)} leaves out such")
     return {
         "points": [f"{counted(found['points'], 'point')}, {found['format']}"],
         "extent": extent if found["points"] else ["none"],

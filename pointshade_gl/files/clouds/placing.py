@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -12,7 +13,7 @@ from ...checks.arguments import LARGEST
 from ...notes.notes import Note
 from ...notes.words import counted, option
 from ...scene.cloud import Up
-from ...scene.dense_part import STRAY, main_points
+from ...scene.dense_part import STRAY, dense_part, main_points
 from ...scene.values import linear_to_bytes
 from ..depth.depth_files import ramp
 from .cloud_columns import COLOR_BY, ColorBy, FoundPoints
@@ -35,6 +36,74 @@ def drop_invalid(found: FoundPoints, name: str, note: Note) -> None:
     lost = counted(int(np.count_nonzero(~good)), "point")
     note(f"{name}: {lost} of {len(at)} lie nowhere (NaN or infinite): left out")
     found.select(good)
+
+
+def keep_box(found: FoundPoints, crop: Any, name: str, note: Note) -> None:
+    """Keep what lies between two opposite corners. Raises ValueError if nothing does."""
+    if crop is None:
+        return
+    low, high = np.sort(np.reshape(crop, (2, 3)), axis=0)
+    inside = ((found.positions >= low) & (found.positions <= high)).all(1)
+    kept, count = int(np.count_nonzero(inside)), len(found)
+    if not kept and count:
+        low, high = (", ".join(f"{one:.10g}" for one in end) for end in main_box(found.positions))
+        raise ValueError(f"{name} has no point in the box of {option('crop')}: its points lie from {low} to {high}")
+    note(f"{name}: {kept} of its {counted(count, 'point')} lie in the box of {option('crop')}")
+    found.select(inside)
+
+
+def drop_strays(found: FoundPoints, name: str, note: Note) -> None:
+    """Leave out points that lie far from all others."""
+    strays = strays_of(found.positions)
+    lost, count = int(np.count_nonzero(strays)), len(found)
+    note(f"{name}: {lost} of its {counted(count, 'point')} lie far from all others: left out")
+    found.select(~strays)
+
+
+_PART = 1 << 20  # points at a time
+
+
+def strays_of(positions: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Which points lie far from all others, few as they are."""
+    part = dense_part(positions)
+    if part is None:
+        return np.zeros(len(positions), np.bool_)
+    starts = range(0, len(positions), _PART)
+    return ~np.concatenate([part.holds(positions[k : k + _PART]) for k in starts])
+
+
+_DIRECTIONS = 90, 180  # rows and columns of what is seen from a place
+_BEHIND = 1.15  # times as far as the nearest there: it is hidden
+_WORSE = 1e6  # times: where all places are hidden, the nearest counts
+
+
+def places_of(positions: NDArray[np.floating], places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """From which of several places (k, 3) each point is seen, (n, 3): the nearest that nothing hides. Of one (3,)."""
+    if len(places) == 1:
+        return places[0].astype(np.float64)
+    chosen = np.empty(len(positions), np.int64)
+    nearest = np.empty((len(places), math.prod(_DIRECTIONS)), np.float32)
+    for k, place in enumerate(places):
+        nearest[k] = np.inf
+        cells, away = _seen_at(positions, place)
+        np.minimum.at(nearest[k], cells, away)
+    best = np.full(len(positions), np.inf)
+    for k, place in enumerate(places):
+        cells, away = _seen_at(positions, place)
+        cost = np.where(away > _BEHIND * nearest[k, cells], _WORSE, 1) * away
+        better = cost < best
+        best[better], chosen[better] = cost[better], k
+    return places[chosen]
+
+
+def _seen_at(positions: NDArray[np.floating], place: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[Any]]:
+    """In which direction each point is seen from a place, as the number of a cell, and how far away."""
+    rows, columns = _DIRECTIONS
+    x, y, z = (positions - place).T
+    level = np.hypot(x, y)
+    row = ((np.arctan2(z, level) / np.pi + 0.5) * rows).astype(np.int64).clip(0, rows - 1)
+    column = ((np.arctan2(y, x) / (2 * np.pi) + 0.5) * columns).astype(np.int64).clip(0, columns - 1)
+    return row * columns + column, np.hypot(level, z)
 
 
 def keep_most(found: FoundPoints, most: int | None, name: str, note: Note) -> None:

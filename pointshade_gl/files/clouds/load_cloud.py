@@ -228,7 +228,8 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
     notes: list[str] = []
     cloud, found = read_cloud(check_path(path), CloudOptions(**options), notes.append)
     low, high = ((end + cloud.origin).tolist() for end in main_box(cloud.positions)) if len(cloud) else ([], [])
-    places = [] if cloud.seen_from is None else np.unique(np.atleast_2d(cloud.seen_from), axis=0) + cloud.origin
+    places = [] if cloud.seen_from is None else np.unique(sample_of(np.atleast_2d(cloud.seen_from)), axis=0)
+    places = [place + cloud.origin for place in places[:: -(-len(places) // _MOST_PLACES) or 1]]
     with_normal = 0.0 if cloud.normals is None else float(cloud.normals.any(1).mean())
     return {
         "file": str(path),
@@ -245,7 +246,7 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
         "colors": cloud.colors is not None,
         "normals": round(with_normal, 4),  # the share of points that have one
         "sizes": cloud.sizes is not None,
-        "seen_from": np.asarray(places).tolist(),  # where scanners stood, in the file's coordinates
+        "seen_from": np.asarray(places).tolist(),  # where scanners stood, in the file's coordinates; of a path a part
         "color_by": choices(found),
         "assumed": notes,
     }

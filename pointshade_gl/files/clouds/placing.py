@@ -75,25 +75,46 @@ def strays_of(positions: NDArray[np.floating]) -> NDArray[np.bool_]:
 _DIRECTIONS = 90, 180  # rows and columns of what is seen from a place
 _BEHIND = 1.15  # times as far as the nearest there: it is hidden
 _WORSE = 1e6  # times: where all places are hidden, the nearest counts
+_RUNS = 8  # of points that follow each other, for each place
+_UNEVEN = 10  # times as uneven as chance are runs of files that hold one scan after the other
 
 
 def places_of(positions: NDArray[np.floating], places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """From which of several places (k, 3) each point is seen, (n, 3): the nearest that nothing hides. Of one (3,)."""
+    """From which of several places (k, 3) each point is seen, (n, 3): the nearest that nothing hides. Of one (3,).
+
+    In a file that holds one scan after the other it is the one from which most points beside it are.
+    """
     if len(places) == 1:
         return places[0].astype(np.float64)
-    chosen = np.empty(len(positions), np.int64)
-    nearest = np.empty((len(places), math.prod(_DIRECTIONS)), np.float32)
+    chosen, best = np.zeros(len(positions), np.int64), np.full(len(positions), np.inf)
+    nearest = np.full((len(places), math.prod(_DIRECTIONS)), np.inf)
     for k, place in enumerate(places):
-        nearest[k] = np.inf
         cells, away = _seen_at(positions, place)
         np.minimum.at(nearest[k], cells, away)
-    best = np.full(len(positions), np.inf)
-    for k, place in enumerate(places):
-        cells, away = _seen_at(positions, place)
         cost = np.where(away > _BEHIND * nearest[k, cells], _WORSE, 1) * away
         better = cost < best
         best[better], chosen[better] = cost[better], k
+    wanted = _of_runs(chosen, len(places))
+    for k, place in enumerate(places):
+        others = np.flatnonzero((wanted == k) & (chosen != k))
+        cells, away = _seen_at(positions[others], place)
+        chosen[others[away <= _BEHIND * nearest[k, cells]]] = k
     return places[chosen]
+
+
+def _of_runs(chosen: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+    """What most points of the run round each one have, where runs differ; else what each one has."""
+    length = len(chosen) // (_RUNS * count)
+    if length < _RUNS:
+        return chosen
+    shares = np.stack(
+        [(chosen[: len(chosen) // length * length] == k).reshape(-1, length).mean(1) for k in range(count)]
+    )
+    usual = shares.mean(1)
+    if (shares.var(1) <= _UNEVEN * usual * (1 - usual) / length).all():
+        return chosen
+    most = np.repeat(shares.argmax(0), length)
+    return np.append(most, chosen[len(most) :])
 
 
 def _seen_at(positions: NDArray[np.floating], place: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[Any]]:

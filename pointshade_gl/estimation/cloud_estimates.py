@@ -127,7 +127,8 @@ def outward(positions: Positions, normals: Normals, up: NDArray[np.float64]) -> 
 
 
 BESIDE = 8  # the number of the neighbour whose distance shows how dense points are
-LIKE, STEEP, FLAT = 0.7, 0.75, 0.4  # a scan's spacing grows with the distance: correlation, power, spread of logarithms
+LIKE, FLAT = 0.7, 0.4  # a scan's spacing grows with the distance: correlation, spread of logarithms,
+POWER = 0.75, 1.7  # and how fast
 OVER_EACH_OTHER, FARTHER, ALONG = 0.15, 0.2, 4  # share of its points, logarithm of distances, neighbours by direction
 
 
@@ -151,7 +152,7 @@ def is_scan(positions: Positions, place: NDArray[np.float64]) -> bool:
     x, y = np.log(away[asked[known]]), np.log(beside[known]) / 2
     x, y = x - x.mean(), y - y.mean()
     xx, xy, yy = (float(one.mean()) for one in (x * x, x * y, y * y))
-    if yy < FLAT**2 or xy < max(LIKE * math.sqrt(xx * yy), STEEP * xx):
+    if yy < FLAT**2 or xy < LIKE * math.sqrt(xx * yy) or not POWER[0] * xx < xy < POWER[1] * xx:
         return False
     ways = offsets / away[:, None]
     cosines = ways[asked] @ ways.T

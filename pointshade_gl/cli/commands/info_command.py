@@ -193,6 +193,6 @@ def _cloud_sentences(found: dict[str, Any]) -> Facts:
         "color": [f"{'yes' if found['colors'] else 'none'}; {option('color_by')} {', '.join(found['color_by'])}"],
         "normals": ["none" if not share else "yes" if share == 1 else f"of {share:.0%} of the points"],
         "sizes": ["yes" if found["sizes"] else "none"],
-        "seen from": [", ".join(f"{one:g}" for one in place) for place in places[:_FEW]] + path or ["unknown"],
+        "seen from": [", ".join(f"{one:.10g}" for one in place) for place in places[:_FEW]] + path or ["unknown"],
         "notes": found["assumed"] or ["none"],
     }

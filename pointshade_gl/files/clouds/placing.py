@@ -72,8 +72,9 @@ def strays_of(positions: NDArray[np.floating]) -> NDArray[np.bool_]:
     return ~np.concatenate([part.holds(positions[k : k + _PART]) for k in starts])
 
 
-_DIRECTIONS = 90, 180  # rows and columns of what is seen from a place
-_BEHIND = 1.15  # times as far as the nearest there: it is hidden
+_ROWS = 16, 180  # of directions from a place, and twice as many columns: so many that most hold points
+_PER_ROOT = 0.5  # rows for the root of the number of points
+_BEHIND = 1.06  # times as far as the nearest there: it is hidden
 _WORSE = 1e6  # times: where all places are hidden, the nearest counts
 _RUNS = 8  # of points that follow each other, for each place
 _UNEVEN = 10  # times as uneven as chance are runs of files that hold one scan after the other
@@ -87,9 +88,10 @@ def places_of(positions: NDArray[np.floating], places: NDArray[np.float64]) -> N
     if len(places) == 1:
         return places[0].astype(np.float64)
     chosen, best = np.zeros(len(positions), np.int64), np.full(len(positions), np.inf)
-    nearest = np.full((len(places), math.prod(_DIRECTIONS)), np.inf)
+    rows = int(np.clip(_PER_ROOT * math.sqrt(len(positions)), *_ROWS))
+    nearest = np.full((len(places), 2 * rows * rows), np.inf)
     for k, place in enumerate(places):
-        cells, away = _seen_at(positions, place)
+        cells, away = _seen_at(positions, place, rows)
         np.minimum.at(nearest[k], cells, away)
         cost = np.where(away > _BEHIND * nearest[k, cells], _WORSE, 1) * away
         better = cost < best
@@ -97,7 +99,7 @@ def places_of(positions: NDArray[np.floating], places: NDArray[np.float64]) -> N
     wanted = _of_runs(chosen, len(places))
     for k, place in enumerate(places):
         others = np.flatnonzero((wanted == k) & (chosen != k))
-        cells, away = _seen_at(positions[others], place)
+        cells, away = _seen_at(positions[others], place, rows)
         chosen[others[away <= _BEHIND * nearest[k, cells]]] = k
     return places[chosen]
 
@@ -117,9 +119,11 @@ def _of_runs(chosen: NDArray[np.int64], count: int) -> NDArray[np.int64]:
     return np.append(most, chosen[len(most) :])
 
 
-def _seen_at(positions: NDArray[np.floating], place: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[Any]]:
+def _seen_at(
+    positions: NDArray[np.floating], place: NDArray[np.float64], rows: int
+) -> tuple[NDArray[np.int64], NDArray[Any]]:
     """In which direction each point is seen from a place, as the number of a cell, and how far away."""
-    rows, columns = _DIRECTIONS
+    columns = 2 * rows
     x, y, z = (positions - place).T
     level = np.hypot(x, y)
     row = ((np.arctan2(z, level) / np.pi + 0.5) * rows).astype(np.int64).clip(0, rows - 1)

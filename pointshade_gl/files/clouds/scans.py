@@ -78,7 +78,8 @@ def read_las_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoint
                     _check_packed(header, path)
                 found = _read(reader, f"LAS {header.version}, point format {header.point_format.id}")
     if found.seen_from is not None:
-        note(f"{path}: it is taken as seen from an aircraft, by its scan angles; {option('seen_from')} names a place")
+        why = "where its scan angles show an aircraft" if found.seen_from.ndim == 2 else "above, as it is flat"
+        note(f"{path}: normals that are estimated point to {why}; {option('seen_from')} names another place")
     return found
 
 
@@ -122,7 +123,7 @@ _FEWEST = 50  # at least
 _STEEPEST = 65  # degrees: the mirrors of aircraft turn no further, those of cars do
 _FITS = 0.5  # of the angles' variance is explained by where the points lie
 _HEIGHTS = 50.0, 10_000.0  # of flight
-_FLAT = 0.4  # of its sides is the height of what is seen from above
+_FLAT, _ABOVE = 0.4, 100.0  # of its sides is the height of what is seen from above, and from how far
 
 
 def _passes(chunk: Any, names: set[str]) -> np.ndarray:
@@ -140,18 +141,20 @@ def _scan_angle(chunk: Any, names: set[str]) -> np.ndarray:
 
 
 def seen_from_above(positions: np.ndarray, passes: np.ndarray, angles: np.ndarray) -> np.ndarray | None:
-    """Where an aircraft was when it saw each point, (n, 3); None if the points do not look like those of one.
+    """Where an aircraft was when it saw each point, (n, 3); without angles far above flat points, (3,); else None.
 
     The angle grows across the line of flight, by more the lower that is: so both are known without its path.
     """
-    sides = np.ptp(positions, axis=0)
-    largest = np.abs(angles).max()
-    if largest > _STEEPEST or (not largest and sides[2] > _FLAT * sides[:2].min()):
+    sides, largest = np.ptp(positions, axis=0), np.abs(angles).max()
+    if largest > _STEEPEST:
         return None
+    if not largest:
+        x, y, z = np.median(positions, axis=0)
+        return np.array([x, y, z + _ABOVE * sides.max()]) if sides[2] < _FLAT * sides[:2].min() else None
     aside, height = np.zeros((len(positions), 2), np.float32), np.full(len(positions), sides.max() + 1000, np.float32)
     _, number, counts = np.unique(passes, return_inverse=True, return_counts=True)
-    order = np.argsort(number, kind="stable") if largest else np.zeros(0, np.int64)
-    for own in np.split(order, np.cumsum(counts)[:-1]) if largest else ():
+    order = np.argsort(number, kind="stable")
+    for own in np.split(order, np.cumsum(counts)[:-1]):
         some = own[:: -(-len(own) // _FITTED)]
         tangents = np.tan(np.radians(angles[some].astype(np.float64)))
         middle = positions[some].mean(0)[:2]

@@ -226,7 +226,7 @@ class TestSeenFrom:
         assert (cloud.seen_from == expected).all(1).mean() > 0.99
 
     def test_points_of_one_scan_after_the_other_keep_together(self, tmp_path):
-        places, rng = np.array([(0, 0, 2.0), (10, 0, 2.0)]), np.random.default_rng(8)
+        places, rng = np.array([(0, 0, 30.0), (10, 0, 30.0)]), np.random.default_rng(8)
         scans = [np.c_[rng.normal(place[:2], 6, (4000, 2)), np.zeros(4000)] for place in places]
         cloud = saved(tmp_path, np.concatenate(scans), seen_from=places)
         assert (cloud.seen_from == np.repeat(places, 4000, 0)).all(1).mean() > 0.97

@@ -294,7 +294,8 @@ def surface_of(look: Appearance) -> Appearance:
 def read_cloud_normals(context: moderngl.Context, cloud: PointCloud, noise: float | None = None) -> CloudNormals:
     """Return what is known of each point. The cloud's own normals stay as they are, at unit length.
 
-    Others point to `seen_from`; without one to where the surface is seen from outside, and those of a sheet up.
+    Others point to `seen_from`, without one to a scanner at zero that shows in how points are spread, else to where the
+    surface is seen from outside, and those of a sheet up.
     """
     found = planes_of_slabs(context, cloud.positions, cloud.normals, noise)
     given = np.zeros(len(cloud), np.bool_) if cloud.normals is None else np.any(cloud.normals, axis=1)

@@ -77,19 +77,24 @@ def dense_part(positions: Points, share: float = 0.0) -> DensePart | None:
         before, lost = lost, float(np.count_nonzero(~parts[0].holds(some)) / len(some))
         if last is not None and lost > STABLE * before:  # the edge of a shape that fades comes nearer each time
             found = _with_fringe(*last, sample_of(positions))
-            return found if _shrinks(some[found.holds(some)], high - low, share) else None
+            return found if found and _shrinks(some[found.holds(some)], high - low, share) else None
         last = parts if lost <= MOST else None
     return None
 
 
-def _with_fringe(part: DensePart, clumps: DensePart, some: Points) -> DensePart:
-    """Return the dense part with what lies beside it in lines, as far points of a scan do: each near the next."""
+def _with_fringe(part: DensePart, clumps: DensePart, some: Points) -> DensePart | None:
+    """Return the dense part with what lies beside it in lines, as far points of a scan do: each near the next.
+
+    None if more lies outside than chance explains: the order of the points is no random one.
+    """
     is_held = part.holds(some)
+    if np.count_nonzero(~is_held) > 2 * MOST * len(some):
+        return None
     held, rest = some[is_held], some[~is_held]
     gap = _gap(rest, rest, held.min(0), held.max(0))
     rest = rest[~clumps.holds(rest) & (gap <= GAP)]
     rest = (rest - part.low).astype(np.float32)
-    squares = sum((axis[:, None] - axis) ** 2 for axis in rest.T)
+    squares = sum(((axis[:, None] - axis) ** 2 for axis in rest.T), np.zeros((len(rest), len(rest)), np.float32))
     np.fill_diagonal(squares, np.inf)
     is_near = squares.min(1, initial=np.inf) < ALONE**2 * np.einsum("nk,nk->n", rest, rest)
     cells = _numbers(_places(rest[is_near], np.zeros(3), part.side))
@@ -112,7 +117,8 @@ def _parts_in_cells(some: Points, middle: NDArray[np.float64], side: float) -> t
     groups = _groups(places, numbers)
     sizes = np.bincount(groups, counts)
     kept = _together(places, groups, sizes, len(some))
-    return tuple(_round(places[which[groups]], middle, side) for which in (kept, ~kept & (sizes >= LEAST)))
+    dense, clumps = (_round(places[which[groups]], middle, side) for which in (kept, ~kept & (sizes >= LEAST)))
+    return dense, clumps
 
 
 def _round(places: NDArray[np.int64], middle: NDArray[np.float64], side: float) -> DensePart:
@@ -137,7 +143,7 @@ def _groups(places: NDArray[np.int64], numbers: NDArray[np.int64]) -> NDArray[np
 
 
 def _together(
-    places: NDArray[np.int64], groups: NDArray[np.integer], sizes: NDArray[np.floating[Any]], total: int
+    places: NDArray[np.int64], groups: NDArray[np.integer], sizes: NDArray[Any], total: int
 ) -> NDArray[np.bool_]:
     """Return which groups belong to the dense part: large ones, and what lies not far from these."""
     low, high = np.full((len(sizes), 3), np.inf), np.full((len(sizes), 3), -np.inf)

@@ -160,7 +160,7 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
     up = _up(found, positions, origin, options.up, name, note)
     colors = colors_of(found, options.color_by, up, name)
     if options.seen_from is not None:
-        found.seen_from = places_of(positions + origin, np.reshape(options.seen_from, (-1, 3)))
+        found.seen_from = places_of(positions + origin, as_array(options.seen_from, _PLACES).reshape(-1, 3))
     seen_from = None if found.seen_from is None else found.seen_from - origin
     front = found.front if up == found.up else None
     sizes, shares = found.sizes, None

@@ -140,21 +140,24 @@ def is_scan(positions: Positions, place: NDArray[np.float64]) -> bool:
     rng = np.random.default_rng(0)
     count = len(positions)
     part = positions if count <= SPACING_SAMPLE else positions[np.unique(rng.integers(0, count, SPACING_SAMPLE))]
-    offsets = (part - place).astype(np.float32)
-    away = np.sqrt(np.einsum("nk,nk->n", offsets, offsets))
-    offsets, away = offsets[away > 0], away[away > 0]
-    if len(away) < ASKED:
+    part = part[(part != place).any(1)].astype(np.float64)
+    if len(part) < ASKED:
         return False
-    asked = rng.choice(len(away), 2 * ASKED, replace=False) if len(away) > 2 * ASKED else np.arange(len(away))
-    squares = sum((offsets[asked, k, None] - offsets[:, k]) ** 2 for k in range(3))
+    asked = rng.choice(len(part), min(2 * ASKED, len(part)), replace=False)
+    local = (part - np.median(part, axis=0)).astype(np.float32)
+    squares = sum((local[asked, k, None] - local[:, k]) ** 2 for k in range(3))
     beside = np.partition(squares, BESIDE, axis=1)[:, BESIDE]
-    known = beside > 0
-    x, y = np.log(away[asked[known]]), np.log(beside[known]) / 2
+    asked, beside = asked[beside > 0], beside[beside > 0]
+    if len(asked) < ASKED / 2:
+        return False
+    offsets = part - place
+    away = np.linalg.norm(offsets, axis=1)
+    x, y = np.log(away[asked]), np.log(beside) / 2
     x, y = x - x.mean(), y - y.mean()
     xx, xy, yy = (float(one.mean()) for one in (x * x, x * y, y * y))
     if yy < FLAT**2 or xy < LIKE * math.sqrt(xx * yy) or not POWER[0] * xx < xy < POWER[1] * xx:
         return False
-    ways = offsets / away[:, None]
+    ways = (offsets / away[:, None]).astype(np.float32)
     cosines = ways[asked] @ ways.T
     cosines[np.arange(len(asked)), asked] = -2
     near = np.argpartition(-cosines, ALONG, axis=1)[:, :ALONG]

@@ -85,6 +85,7 @@ def test_lattices_that_become_finer_inwards_are_no_scans():
     for height in (0 * away, -away, np.sin(3 * away)):
         assert not is_scan(np.stack([away * np.cos(turn), away * np.sin(turn), height], -1).reshape(-1, 3), np.zeros(3))
     assert not is_scan(np.random.default_rng(1).normal(size=(20_000, 3)), np.zeros(3))
+    assert not is_scan(cloud("box", 5000, 56).positions, np.array([4.8e6, 5.4e6, 200]))
     assert not is_scan(np.zeros((5000, 3)), np.zeros(3)) and not is_scan(np.zeros((0, 3)), np.zeros(3))
 
 

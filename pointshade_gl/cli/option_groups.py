@@ -357,6 +357,13 @@ def pose_from(text: str) -> NDArray[np.float64]:
     return load_pose(text)
 
 
+def places_from(text: str | Sequence[str], name: str) -> Any:
+    """The two corners of a text, or the place of each of several texts. Raises ValueError for other texts."""
+    if isinstance(text, str):
+        return _numbers(text, 6, ",", f"{option(name)} takes two corners, as in {option(name)} -1,-1,0,1,1,2")
+    return [_numbers(one, 3, ",", f"{option(name)} takes X,Y,Z") for one in text]
+
+
 def rates_from(text: str, count: int) -> list[float]:
     """Frames per second of each of `count` inputs: one number for all, or one for each."""
     expected = f"{option('fps')} must be a number of frames per second"

@@ -183,10 +183,27 @@ class CloudGroup:
         "Of a point cloud: read N points at most, an even sample.", Cli(panels.CLOUD, "N"), min=1
     )
 
+    crop: str | None = cli_option(
+        "Of a point cloud: two opposite corners of a box, in the file's coordinates; what lies outside is left out.",
+        Cli(panels.CLOUD, "X,Y,Z,X,Y,Z"),
+    )
+    clean: bool = cli_option(
+        "Of a point cloud: leave out stray points, which are few and far from all others.",
+        Cli(panels.CLOUD),
+        default=False,
+    )
+    seen_from: list[str] | None = cli_option(
+        "Of a point cloud: where its scanner stood, in the file's coordinates; estimated normals point there. "
+        "Repeatable.",
+        Cli(panels.CLOUD, "X,Y,Z"),
+    )
+
     @property
     def cloud_options(self) -> dict[str, Any]:
-        """Those that were typed, by name."""
-        return {one.name: value for one in fields(CloudGroup) if (value := getattr(self, one.name)) is not None}
+        """Those that were typed, by name. Raises ValueError for texts that are no places."""
+        typed = {one.name: getattr(self, one.name) for one in fields(CloudGroup)}
+        given = {name: value for name, value in typed.items() if value not in (None, False)}
+        return given | {name: groups.places_from(given[name], name) for name in ("crop", "seen_from") if name in given}
 
 
 @dataclass(frozen=True)

@@ -126,6 +126,45 @@ def outward(positions: Positions, normals: Normals, up: NDArray[np.float64]) -> 
     return oriented, is_sheet
 
 
+BESIDE = 8  # the number of the neighbour whose distance shows how dense points are
+LIKE, FLAT = 0.7, 0.4  # a scan's spacing grows with the distance: correlation, spread of logarithms,
+POWER = 0.75, 1.7  # and how fast
+OVER_EACH_OTHER, FARTHER, ALONG = 0.15, 0.2, 4  # share of its points, logarithm of distances, neighbours by direction
+
+
+def is_scan(positions: Positions, place: NDArray[np.float64]) -> bool:
+    """Return whether points are spread as a scanner at a place, (3,), sees them.
+
+    Their spacing grows with their distance, and in each direction there is one surface.
+    """
+    rng = np.random.default_rng(0)
+    count = len(positions)
+    part = positions if count <= SPACING_SAMPLE else positions[np.unique(rng.integers(0, count, SPACING_SAMPLE))]
+    part = part[(part != place).any(1)].astype(np.float64)
+    if len(part) < ASKED:
+        return False
+    asked = rng.choice(len(part), min(2 * ASKED, len(part)), replace=False)
+    local = (part - np.median(part, axis=0)).astype(np.float32)
+    squares = sum((local[asked, k, None] - local[:, k]) ** 2 for k in range(3))
+    beside = np.partition(squares, BESIDE, axis=1)[:, BESIDE]
+    asked, beside = asked[beside > 0], beside[beside > 0]
+    if len(asked) < ASKED / 2:
+        return False
+    offsets = part - place
+    away = np.linalg.norm(offsets, axis=1)
+    x, y = np.log(away[asked]), np.log(beside) / 2
+    x, y = x - x.mean(), y - y.mean()
+    xx, xy, yy = (float(one.mean()) for one in (x * x, x * y, y * y))
+    if yy < FLAT**2 or xy < LIKE * math.sqrt(xx * yy) or not POWER[0] * xx < xy < POWER[1] * xx:
+        return False
+    ways = (offsets / away[:, None]).astype(np.float32)
+    cosines = ways[asked] @ ways.T
+    cosines[np.arange(len(asked)), asked] = -2
+    near = np.argpartition(-cosines, ALONG, axis=1)[:, :ALONG]
+    differs = np.abs(np.log(away[near] / away[asked, None])) > FARTHER
+    return float(differs.mean()) < OVER_EACH_OTHER
+
+
 def facing(positions: Positions, normals: Normals, seen_from: NDArray[np.float64]) -> Normals:
     """Return normals that point to where a scanner stood: (3,), or (n, 3) for each point."""
     away = np.einsum("nk,nk->n", normals, seen_from - positions) < 0

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.cloud import SAMPLE, PointCloud
+from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, unit
@@ -257,9 +257,8 @@ def _lowest(points: PointObject, along: Array) -> float:
 def _(cloud: PointCloud, along: Array) -> float:
     if not len(cloud):
         return 0.0
-    some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
     below = cloud.reach(0.5) * float(np.linalg.norm(along)) if cloud.splat == "ball" else 0.0
-    return float(np.quantile(some @ along, SUNK) + cloud.origin @ along) - below
+    return float(np.quantile(cloud.main_points @ along, SUNK) + cloud.origin @ along) - below
 
 
 @_lowest.register

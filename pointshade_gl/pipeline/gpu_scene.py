@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checks.arguments import Count
-from ..estimation.cloud_estimates import facing, outward
+from ..estimation.cloud_estimates import facing, is_scan, outward
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.clouds.cloud_store import CloudNormals, CloudStore, planes_of_slabs
 from ..gpu.core.frame_textures import FrameTextures, PointSurface
@@ -294,7 +294,8 @@ def surface_of(look: Appearance) -> Appearance:
 def read_cloud_normals(context: moderngl.Context, cloud: PointCloud, noise: float | None = None) -> CloudNormals:
     """Return what is known of each point. The cloud's own normals stay as they are, at unit length.
 
-    Others point to `seen_from`; without one to where the surface is seen from outside, and those of a sheet up.
+    Others point to `seen_from`, without one to a scanner at zero that shows in how points are spread, else to where the
+    surface is seen from outside, and those of a sheet up.
     """
     found = planes_of_slabs(context, cloud.positions, cloud.normals, noise)
     given = np.zeros(len(cloud), np.bool_) if cloud.normals is None else np.any(cloud.normals, axis=1)
@@ -302,8 +303,15 @@ def read_cloud_normals(context: moderngl.Context, cloud: PointCloud, noise: floa
         found = found._replace(confidence=np.where(given, cloud.confidence, found.confidence))
     if given.all():
         return found
-    if cloud.seen_from is not None:
-        normals = facing(cloud.positions, found.normals, cloud.seen_from)
+    seen_from = cloud.seen_from
+    if seen_from is None and is_scan(cloud.positions, -cloud.origin):
+        seen_from = -cloud.origin
+        print_note(
+            "the points are spread as a scanner at 0, 0, 0 sees them: their normals point there; "
+            f"{option('seen_from')} names another place"
+        )
+    if seen_from is not None:
+        normals = facing(cloud.positions, found.normals, seen_from)
     else:
         normals, is_sheet = outward(cloud.positions, found.normals, cloud.up_direction)
         if is_sheet:

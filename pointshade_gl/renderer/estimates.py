@@ -47,9 +47,10 @@ class Estimates:
     ) -> NDArray[np.float32]:  # fmt: skip
         """Estimate the normals of a frame, or of its folder, or of a point cloud.
 
-        Of a cloud the normals that it has are kept. The others point to its `seen_from`, or else outwards; those of an
-        open sheet, which has no outside, point up. Its only option is `noise`, in world units; without it the noise is
-        measured. See `with_normals` for a cloud that has them.
+        Of a cloud the normals that it has are kept. The others point to its `seen_from`, to 0, 0, 0 where points are
+        spread as a scanner there sees them, or else outwards; those of an open sheet, which has no outside, point up.
+        Its only option is `noise`, in world units; without it the noise is measured. See `with_normals` for a cloud
+        that has them.
 
         Parameters
         ----------

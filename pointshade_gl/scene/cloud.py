@@ -17,6 +17,7 @@ from ..checks.foreign_arrays import Numbers
 from ..notes.words import counted, option
 from .appearance import CLOUD_SPLATS, Material, check_cloud_size, parse_cloud_size
 from .camera import moved
+from .dense_part import STRAY, main_points
 from .frame import Frame
 from .values import DrawnValue, box_corners, frozen, linear_to_bytes
 
@@ -28,9 +29,7 @@ CloudShading = Literal["none", "phong", "edl"]
 CloudSplat = Literal["disc", "ball"]
 UPS: tuple[Up, ...] = get_args(Up)
 CLOUD_SHADINGS: tuple[CloudShading, ...] = get_args(CloudShading)
-STRAY = 0.001  # share of the points on each side of an axis that bounds leave out
 ARRAYS = "positions", "normals", "colors", "sizes", "confidence", "seen_from"
-SAMPLE = 1 << 16  # points that bounds are taken from
 
 
 class CloudStyle(TypedDict, total=False):
@@ -168,6 +167,8 @@ class PointCloud(DrawnValue):
         made = PointCloud(np.empty((0, 3)), **(kept | look))
         for name in ("origin", "up", "front", *ARRAYS):
             object.__setattr__(made, name, getattr(self, name))
+        if (known := vars(self).get("main_points")) is not None:
+            vars(made)["main_points"] = known
         return made
 
     def _shaded(self, shading: str) -> PointCloud:
@@ -212,8 +213,12 @@ class PointCloud(DrawnValue):
     @cached_property
     def _main_box(self) -> NDArray[np.floating[Any]]:
         """Two corners, (2, 3), of the box round all but stray points."""
-        some = self.positions[:: -(-len(self) // SAMPLE) or 1]
-        return np.quantile(some, (STRAY, 1 - STRAY), axis=0) if len(self) else np.zeros((2, 3))
+        return np.quantile(self.main_points, (STRAY, 1 - STRAY), axis=0) if len(self) else np.zeros((2, 3))
+
+    @cached_property
+    def main_points(self) -> NDArray[np.floating[Any]]:
+        """Return a sample of the positions, (m, 3), without stray points: few, and far from all others."""
+        return main_points(self.positions)
 
     @property
     def up_direction(self) -> NDArray[np.float64]:

@@ -17,7 +17,8 @@ from ..notes.notes import note_new_name
 from ..notes.words import counted, option
 from .appearance import Appearance
 from .camera import IDENTITY, Camera, check_pose, orbit_pose
-from .cloud import SAMPLE, STRAY, USUAL_FRONT, CloudStyle, PointCloud, direction_of
+from .cloud import USUAL_FRONT, CloudStyle, PointCloud, direction_of
+from .dense_part import STRAY
 from .environment import Environment, EnvironmentName, check_environment
 from .frame import Preview
 from .light import Light, transformed
@@ -337,8 +338,7 @@ def check_of_clouds(given: Iterable[str]) -> None:
 
 def _away(cloud: PointCloud, camera: Camera, turn: NDArray[np.float64], middle: NDArray[np.float64]) -> float:
     """Return how far before the middle one sees all of a cloud but stray points."""
-    some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
-    x, y, z = ((some + (cloud.origin - middle)) @ turn).T
+    x, y, z = ((cloud.main_points + (cloud.origin - middle)) @ turn).T
     reach = cloud.reach(1 - STRAY)
     half = (camera.width - 1) / 2 / camera.fx, (camera.height - 1) / 2 / camera.fy  # of the picture, at depth 1
     across = [(np.abs(one) + reach * math.hypot(1, side)) / side for one, side in zip((x, y), half, strict=True)]

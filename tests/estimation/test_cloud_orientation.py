@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from pointshade_gl.estimation import cloud_estimates as cloud_orientation
-from pointshade_gl.estimation.cloud_estimates import facing, fibonacci_sphere, outward
+from pointshade_gl.estimation.cloud_estimates import facing, fibonacci_sphere, is_scan, outward
 
 from ..support.clouds import cloud
+from ..support.streets import EYES, street
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -55,6 +56,37 @@ def test_unknown_normals_stay_unknown():
     nothing, is_sheet = outward(made.positions, 0 * normals, UP)
     assert not nothing.any() and not is_sheet
     assert outward(np.zeros((0, 3)), np.zeros((0, 3), np.float32), UP)[0].shape == (0, 3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("beams", [16, 32, 64])
+def test_a_scan_is_known_by_its_place(beams, seed):
+    scan = street(beams, seed)
+    assert is_scan(scan, EYES[0])
+    for place in ((0, 0, 0), (0, 0, 30), (15, 9, 0)):  # the ground below it, far above, the side of the street
+        assert not is_scan(scan, np.array(place))
+
+
+def test_so_is_one_from_a_tripod_in_any_order():
+    scan = street(grid=True)
+    assert is_scan(np.random.default_rng(0).permutation(scan), EYES[0])
+
+
+@pytest.mark.parametrize("shape", ["sphere", "torus", "box", "stairs"])
+@pytest.mark.parametrize("uneven", [False, True])
+def test_objects_are_no_scans_from_within_or_beside(shape, uneven):
+    made = cloud(shape, 20_000, 55, uneven=uneven)
+    for place in ((0, 0, 0), (0.5, 0, 0), (1.5, 0, 0), (0, 0, 2.5), (0.8, 0.8, 0.8)):
+        assert not is_scan(made.positions, np.array(place))
+
+
+def test_lattices_that_become_finer_inwards_are_no_scans():
+    away, turn = np.meshgrid(np.linspace(0.01, 1, 100), np.linspace(0, 2 * np.pi, 200, endpoint=False))
+    for height in (0 * away, -away, np.sin(3 * away)):
+        assert not is_scan(np.stack([away * np.cos(turn), away * np.sin(turn), height], -1).reshape(-1, 3), np.zeros(3))
+    assert not is_scan(np.random.default_rng(1).normal(size=(20_000, 3)), np.zeros(3))
+    assert not is_scan(cloud("box", 5000, 56).positions, np.array([4.8e6, 5.4e6, 200]))
+    assert not is_scan(np.zeros((5000, 3)), np.zeros(3)) and not is_scan(np.zeros((0, 3)), np.zeros(3))
 
 
 @pytest.mark.parametrize("each", [False, True])

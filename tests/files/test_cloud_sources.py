@@ -160,10 +160,10 @@ class TestInfo:
         assert status == 0
         for line in (
             "points    300 points, LAS 1.2, point format 3", "up        z (always so in LAS)",
-            "color     yes; --color-by intensity, class, height", "normals   none", "seen from unknown",
-            "notes     none",
+            "color     yes; --color-by intensity, class, height", "normals   none",
         ):  # fmt: skip
             assert f"{line}\n" in out
+        assert "seen from " in out and "normals that are estimated point to above, as it is flat" in out
         assert "extent    99." in out and "; positions are float32\n" in out
 
     def test_as_json(self, tmp_path):
@@ -172,6 +172,14 @@ class TestInfo:
         found = json.loads(out)
         assert status == 0 and found["points"] == 50 and found["seen_from"] == [[1, 2, 3]] and not found["colors"]
         assert found["up"] == {"axis": "z", "why": "usual in PCD files"} and len(found["assumed"]) == 2
+
+    def test_stray_points_are_counted_and_leave_on_demand(self, tmp_path):
+        made.write_with_strays(tmp_path / "a.ply", 9)
+        status, out, _ = self.run(tmp_path / "a.ply")
+        assert status == 0 and "          9 stray points, far from all others; --clean leaves out such\n" in out
+        assert "a.ply: 9 points lie far from all others: pictures are framed without, --clean leaves out such" in out
+        _, out, _ = self.run(tmp_path / "a.ply", "--clean")
+        assert "stray points, far" not in out and "9 of its 2 009 points lie far from all others: left out" in out
 
     @pytest.mark.parametrize("count", [0, 1, 2])
     def test_hardly_any_points(self, tmp_path, count):
@@ -183,6 +191,10 @@ class TestInfo:
         [
             ("{cloud} --fov 50", "is a point cloud, and no frame: leave out --fov"),
             ("{cloud} --up q", "unknown --up 'q': known are x, y, z, -x, -y, -z"),
+            ("{cloud} --crop 1,2,3", "--crop takes two corners, as in --crop -1,-1,0,1,1,2, got '1,2,3'"),
+            ("{cloud} --crop 1,2,3,1,2,3", "has no point in the box of --crop: its points lie from"),
+            ("{cloud} --seen-from 1,2", "--seen-from takes X,Y,Z, got '1,2'"),
+            ("vase --clean", "vase is no point cloud: leave out --clean"),
             ("{cloud} --color-by class", "has no class for --color-by, only height"),
             ("{cloud} -o out.png", "a contact sheet shows a frame"),
             ("vase --up z", "vase is no point cloud: leave out --up"),

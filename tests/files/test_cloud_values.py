@@ -157,6 +157,86 @@ class TestMost:
             saved(tmp_path, POINTS, most=most)
 
 
+class TestCropAndClean:
+    def test_points_in_the_box_are_kept_with_all_they_have(self, tmp_path):
+        told, table = [], np.concatenate([POINTS, COLORS], 1)
+        low, high = np.quantile(POINTS, (0.2, 0.8), axis=0)
+        inside = ((low <= POINTS) & (high >= POINTS)).all(1)
+        for box in ((*low, *high), (high, low)):
+            cloud = saved(tmp_path, table, crop=box, up="z", notes=told.append)
+            np.testing.assert_allclose(world(cloud), POINTS[inside], atol=1e-6)
+            assert (cloud.colors == COLORS[inside]).all()
+        assert told[0] == f"{tmp_path / 'a.npy'}: {inside.sum()} of its 400 points lie in the box of crop"
+
+    def test_the_box_is_in_the_coordinates_of_the_file(self, tmp_path):
+        on_map = made.on_map()
+        middle = np.median(on_map, axis=0)
+        cloud = saved(tmp_path, on_map, crop=(middle - 20, middle + 20))
+        assert 5 < len(cloud) < 100 and (np.abs(world(cloud) - middle) <= 20.001).all()
+
+    @pytest.mark.parametrize("box", [(0, 0, 0, 1, 1), (0, 0, 0, 1, 1, np.nan), "123456", [[0, 1], [0, 1], [0, 1]]])
+    def test_what_is_no_box(self, tmp_path, box):
+        with pytest.raises((ValueError, TypeError), match="crop must be two opposite corners of a box"):
+            saved(tmp_path, POINTS, crop=box)
+
+    def test_an_empty_box_is_refused_with_where_points_are(self, tmp_path):
+        with pytest.raises(ValueError, match="has no point in the box of crop: its points lie from"):
+            saved(tmp_path, POINTS, crop=(50, 50, 50, 60, 60, 60))
+
+    def test_stray_points_are_left_out_and_told(self, tmp_path):
+        told, way = [], made.write_with_strays(tmp_path / "a.ply", 30)
+        cloud = ps.load_cloud(tmp_path / "a.ply", clean=True, up="z", notes=told.append)
+        np.testing.assert_allclose(cloud.positions, way[:2000], atol=1e-5)
+        assert told == [f"{tmp_path / 'a.ply'}: 30 of its 2 030 points lie far from all others: left out"]
+        del told[:]
+        assert len(ps.load_cloud(tmp_path / "a.ply", up="z", notes=told.append)) == 2030
+        assert (
+            len(told) == 1 and "30 points lie far from all others: pictures are framed without, clean=True" in told[0]
+        )
+
+    def test_stray_points_of_a_map_cost_no_millimetres(self, tmp_path):
+        on_map = np.concatenate([made.on_map(3000), np.zeros((30, 3))])
+        cloud = saved(tmp_path, on_map)
+        assert np.abs(world(cloud) - on_map)[:3000].max() < 1e-4
+
+    def test_nothing_is_left_out_of_what_has_none(self, tmp_path):
+        assert len(saved(tmp_path, POINTS, clean=True)) == 400
+        with pytest.raises(TypeError, match="clean must be True or False"):
+            saved(tmp_path, POINTS, clean="yes")
+
+
+class TestSeenFrom:
+    def test_a_place_is_in_the_coordinates_of_the_file(self, tmp_path):
+        on_map = made.on_map()
+        cloud = saved(tmp_path, on_map, seen_from=on_map[0])
+        assert cloud.seen_from.shape == (3,) and (cloud.seen_from + cloud.origin == on_map[0]).all()
+
+    @pytest.mark.parametrize("mixed", [False, True])
+    def test_of_several_places_each_point_takes_one_that_sees_it(self, tmp_path, mixed):
+        """A wall between two scanners hides each side of it from the other."""
+        aside = np.stack(np.meshgrid(np.linspace(-1, 1, 90), np.linspace(-1, 1, 90)), -1).reshape(-1, 2)
+        walls = [  # as wide as they hide those behind
+            np.c_[np.full(8100, x), (1.5 if x < 0 else 1) * abs(x - eye) * aside]
+            for x, eye in ((-0.1, -2), (0.1, 3), (-6, -2), (6, 3))
+        ]
+        at = np.concatenate(walls)
+        at = np.random.default_rng(7).permutation(at) if mixed else at
+        cloud = saved(tmp_path, at, seen_from=[(-2, 0, 0), (3, 0, 0)])
+        expected = np.where(at[:, :1] < 0, (-2, 0, 0), (3, 0, 0))
+        assert (cloud.seen_from == expected).all(1).mean() > 0.99
+
+    def test_points_of_one_scan_after_the_other_keep_together(self, tmp_path):
+        places, rng = np.array([(0, 0, 30.0), (10, 0, 30.0)]), np.random.default_rng(8)
+        scans = [np.c_[rng.normal(place[:2], 6, (4000, 2)), np.zeros(4000)] for place in places]
+        cloud = saved(tmp_path, np.concatenate(scans), seen_from=places)
+        assert (cloud.seen_from == np.repeat(places, 4000, 0)).all(1).mean() > 0.97
+
+    @pytest.mark.parametrize("places", [(0, 0), [], [[0, 0, np.inf]], "here", np.zeros((101, 3))])
+    def test_what_is_no_place(self, tmp_path, places):
+        with pytest.raises((ValueError, TypeError), match="seen_from must be a place"):
+            saved(tmp_path, POINTS, seen_from=places)
+
+
 class TestLimits:
     def test_more_points_than_allowed(self, tmp_path, monkeypatch):
         np.save(tmp_path / "a.npy", POINTS)

@@ -8,6 +8,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.files.arrays.compression import unpack_lzf
+from pointshade_gl.files.clouds.load_cloud import cloud_facts
 
 from ..support import cloud_files as made
 
@@ -268,6 +269,31 @@ class TestLas:
         assert grey.min() < 90 and grey.max() == 255 and (np.diff(grey[:, 0].astype(int)) >= 0).all()
         of_class = ps.load_cloud(tmp_path / "a.las", color_by="class").colors
         assert len(np.unique(of_class, axis=0)) == 3 and (of_class[:100] == of_class[0]).all()
+
+    @pytest.mark.parametrize("form", [1, 6])
+    def test_scan_angles_show_where_the_aircraft_was(self, tmp_path, form):
+        """Two lines of flight, one north, one east, 800 and 1500 above the ground."""
+        rng, notes = np.random.default_rng(6), []
+        ground = np.round(made.MAP + rng.uniform(0, 1, (4000, 3)) * (300, 300, 20), 3)
+        path = np.where(np.arange(4000)[:, None] < 2000, (100, np.nan, 800), (np.nan, 400, 1500)) + made.MAP
+        path = np.where(np.isnan(path), ground, path)  # straight aside of each point
+        aside = (ground - path)[:, :2].sum(1)
+        angle = np.degrees(np.arctan2(aside, path[:, 2] - ground[:, 2]))
+        named = {"scan_angle": np.rint(angle / 0.006).astype(np.int16)}
+        named = named if form == 6 else {"scan_angle_rank": np.rint(angle).astype(np.int8)}
+        times = np.repeat([100.0, 900.0], 2000) + np.tile(np.linspace(0, 3, 2000), 2)
+        made.las(tmp_path / "a.las", ground, "1.4", form, gps_time=times, **named)
+        cloud = ps.load_cloud(tmp_path / "a.las", notes=notes.append)
+        found, true = cloud.seen_from - cloud.positions, path - ground
+        cosine = (found * true).sum(1) / np.linalg.norm(found, axis=1) / np.linalg.norm(true, axis=1)
+        assert np.degrees(np.arccos(cosine.min())) < 2
+        assert len(notes) == 1 and "scan angles show an aircraft; seen_from names another place" in notes[0]
+        assert 8 < len(cloud_facts(tmp_path / "a.las")["seen_from"]) <= 100
+
+    def test_scan_angles_of_a_car_are_none_of_an_aircraft(self, tmp_path):
+        angle = np.random.default_rng(7).integers(-89, 90, 300).astype(np.int8)
+        made.las(tmp_path / "a.las", made.on_map(), scan_angle_rank=angle)
+        assert ps.load_cloud(tmp_path / "a.las", **SOME).seen_from is None
 
     def test_no_points(self, tmp_path):
         made.las(tmp_path / "a.las", np.empty((0, 3)))

@@ -6,6 +6,7 @@ import pytest
 import pointshade_gl as ps
 
 from ..support.clouds import cloud
+from ..support.streets import EYES, street
 
 
 def test_normals_of_a_cloud_point_outwards(renderer):
@@ -48,6 +49,31 @@ def test_normals_point_to_the_scanner(renderer):
     made = cloud("sphere", 3000, 64)
     normals = renderer.estimate_normals(ps.PointCloud(made.positions, seen_from=(0, 0, 0)))
     assert ((normals * made.normals).sum(-1) < -0.99).all()
+
+
+def away_from(normals, positions, eye):
+    """Return the share of the known normals that point away from a scanner."""
+    known = np.isfinite(normals).all(1)
+    return ((normals * (eye - positions)).sum(1)[known] < 0).mean()
+
+
+@pytest.mark.parametrize("beams", [16, 32, pytest.param(64, marks=pytest.mark.system)])
+def test_a_scanner_at_zero_is_found_with_a_note(renderer, beams):
+    scan, notes = street(beams) - EYES[0], []
+    normals = renderer.estimate_normals(ps.PointCloud(scan, up="z"), notes=notes.append)
+    assert away_from(normals, scan, np.zeros(3)) < 0.01
+    assert len(notes) == 1 and "as a scanner at 0, 0, 0 sees them" in notes[0] and "seen_from names another" in notes[0]
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("beams", [16, 32, 64])
+def test_of_two_scanners_each_point_takes_its_own(renderer, tmp_path, beams):
+    scans = [street(beams, 1, eye) for eye in EYES]
+    both, eyes = np.concatenate(scans), np.repeat(EYES, [len(scan) for scan in scans], 0)
+    np.save(tmp_path / "a.npy", both)
+    found = ps.load_cloud(tmp_path / "a.npy", up="z", seen_from=EYES, notes=lambda _: None)
+    assert away_from(renderer.estimate_normals(found), both, eyes) < 0.01
+    assert away_from(renderer.estimate_normals(ps.PointCloud(both, seen_from=eyes)), both, eyes) == 0
 
 
 def test_a_sheet_is_said_to_have_no_outside(renderer):

@@ -24,6 +24,16 @@ def on_map(count=300, seed=2):
     return np.round(rng.uniform((0, 0, 0), (100, 80, 5), (count, 3)) + MAP, 3)
 
 
+def write_with_strays(path, count):
+    """A PLY file of a ball of 2000 points and some far away, the last ones."""
+    rng = np.random.default_rng(9)
+    way = rng.normal(size=(2000 + count, 3))
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    way[2000:] *= np.geomspace(20, 2000, count)[:, None]
+    path.write_bytes(ply_text({name: way[:, k].astype(np.float32) for k, name in enumerate("xyz")}))
+    return way
+
+
 def ply_text(columns, comments=(), form="ascii", faces=()):
     """A PLY file of float columns, written by hand; uchar where they are."""
     names = {"u1": "uchar", "f4": "float", "f8": "double", "i4": "int"}

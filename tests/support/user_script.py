@@ -209,12 +209,13 @@ point_cloud = ps.render_points(folder, light, shading="none", pose=rows)
 cloud = ps.PointCloud([(0, 0, 0)], np.ones((1, 3)), np.zeros((1, 3), np.uint8))
 of_cloud = point_cloud.positions, point_cloud.normals, point_cloud.colors, len(point_cloud)
 scanned = ps.load_cloud("scan.laz", up="z", most=1_000_000, color_by="class", max_pixels=1e8, notes=print)
-scanned = ps.load_cloud(folder / "scan.ply")
+scanned = ps.load_cloud(folder / "scan.ply", crop=((-1, -1, 0), (1, 1, 2)), clean=True, seen_from=(0, 0, 1.7))
 of_points = point_cloud.sizes, point_cloud.confidence, point_cloud.origin, point_cloud.up, point_cloud.seen_from
 of_drawing = point_cloud.material, point_cloud.shading, point_cloud.splat, point_cloud.point_size
 of_place = (
     point_cloud.corners,
     point_cloud.main_corners,
+    point_cloud.main_points,
     point_cloud.radius_rule,
     point_cloud.rough_spacing,
     point_cloud.up_direction,

@@ -182,11 +182,17 @@ def show_cloud(frame: options.FrameOptions, output: Path | None, as_json: bool) 
     _print_facts(found, _cloud_sentences(found), as_json)
 
 
+_FEW = 8  # places that are listed
+
+
 def _cloud_sentences(found: dict[str, Any]) -> Facts:
     share, places, up = found["normals"], found["seen_from"], found["up"]
     low, high = (", ".join(f"{one:.10g}" for one in corner) for corner in found["box"])
     sides = " x ".join(f"{side:g}" for side in found["extent"])
     extent = [f"{sides}, spacing about {found['spacing']:g}", f"from {low} to {high}, without stray points"]
+    if strays := found["strays"]:
+        extent.append(f"{counted(strays, 'stray point')}, far from all others; {option('clean', True)} leaves out such")
+    path = [f"and {counted(len(places) - _FEW, 'more place')}"] if len(places) > _FEW else []
     return {
         "points": [f"{counted(found['points'], 'point')}, {found['format']}"],
         "extent": extent if found["points"] else ["none"],
@@ -196,6 +202,6 @@ def _cloud_sentences(found: dict[str, Any]) -> Facts:
         "color": [f"{'yes' if found['colors'] else 'none'}; {option('color_by')} {', '.join(found['color_by'])}"],
         "normals": ["none" if not share else "yes" if share == 1 else f"of {share:.0%} of the points"],
         "sizes": ["yes" if found["sizes"] else "none"],
-        "seen from": [", ".join(f"{one:g}" for one in place) for place in places] or ["unknown"],
+        "seen from": [", ".join(f"{one:.10g}" for one in place) for place in places[:_FEW]] + path or ["unknown"],
         "notes": found["assumed"] or ["none"],
     }

@@ -11,10 +11,20 @@ from typing import Any, TypeGuard
 
 import numpy as np
 
-from ...checks.arguments import check_choice, check_count, check_path, check_positive
+from ...checks.arguments import (
+    as_array,
+    check_choice,
+    check_count,
+    check_flag,
+    check_numbers,
+    check_path,
+    check_positive,
+)  # fmt: skip
+from ...checks.foreign_arrays import Numbers
 from ...notes.notes import Note, print_note
-from ...notes.words import option
+from ...notes.words import counted, option
 from ...scene.cloud import UPS, PointCloud, Up
+from ...scene.dense_part import sample_of
 from ..access.content import MAX_PIXELS, FilePath, naming, read_head
 from ..access.known_names import NOT_PICTURES, builtin_name
 from ..arrays.compression import ZIP, Archive
@@ -33,9 +43,25 @@ from .cloud_columns import (
     read_text_head,
     read_text_points,
 )  # fmt: skip
-from .placing import choices, colors_of, drop_invalid, guess_up, keep_most, main_box, placed, spacing_of
+from .placing import (
+    choices,
+    colors_of,
+    drop_invalid,
+    drop_strays,
+    guess_up,
+    keep_box,
+    keep_most,
+    main_box,
+    placed,
+    places_of,
+    spacing_of,
+    strays_of,
+)  # fmt: skip
 from .scans import E57, LAS, read_e57_points, read_las_points
 
+_BOX = "crop must be two opposite corners of a box, six finite numbers"
+_MOST_PLACES = 100
+_PLACES = f"seen_from must be a place (3,), or up to {_MOST_PLACES} of them (k, 3), of finite numbers"
 _OTHER = {"x": "z", "y": "z", "z": "y"}  # what is most likely if it is not that
 _Reader = Callable[[FilePath, Note, float], FoundPoints]
 
@@ -48,9 +74,21 @@ class CloudOptions:
     most: int | None = None
     color_by: ColorBy | None = None
     max_pixels: float = MAX_PIXELS
+    crop: Numbers | None = None
+    clean: bool = False
+    seen_from: Numbers | None = None
 
     def __post_init__(self) -> None:
         check_positive(self.max_pixels, option("max_pixels", beside_file=True))
+        check_flag(self.clean, option("clean"))
+        if self.crop is not None:
+            numbers = as_array(self.crop, _BOX)
+            check_numbers(numbers.reshape(-1) if numbers.shape == (2, 3) else numbers, 6, _BOX)
+        if self.seen_from is not None:
+            places = as_array(self.seen_from, _PLACES)
+            if places.shape[-1:] != (3,) or not 0 < places.size <= 3 * _MOST_PLACES:
+                raise ValueError(f"{_PLACES}, got shape {places.shape}")
+            check_numbers(places.reshape(-1), places.size, _PLACES)
         if self.up is not None:
             check_choice(option("up"), self.up, UPS)
         if self.most is not None:
@@ -61,7 +99,8 @@ class CloudOptions:
 
 def load_cloud(
     path: FilePath, *, up: Up | None = None, most: int | None = None, color_by: ColorBy | None = None,
-    max_pixels: float = MAX_PIXELS, notes: Note | None = None
+    max_pixels: float = MAX_PIXELS, crop: Numbers | None = None, clean: bool = False,
+    seen_from: Numbers | None = None, notes: Note | None = None
 ) -> PointCloud:  # fmt: skip
     """Read a point cloud from a file.
 
@@ -78,6 +117,14 @@ def load_cloud(
         Where the colours are from. The default is the file's colours, else its intensity as grey.
     max_pixels : float
         Limit for the number of points; other limits follow from it, see files/access/content.py.
+    crop : (6,) or (2, 3), optional
+        Two opposite corners of a box, in the file's coordinates: what lies outside is left out.
+    clean : bool
+        Leave out stray points: few, and far from all others. Otherwise they are only no part of what pictures are
+        framed by.
+    seen_from : (3,) or (k, 3), optional
+        Where the scanner stood, in the file's coordinates: normals that are estimated point there. Of several places
+        each point takes the nearest from which it is not hidden. The default is what the file says.
     notes : callable, optional
         Called with one sentence for every guess; the default prints it to stderr.
 
@@ -91,7 +138,9 @@ def load_cloud(
     ValueError, TypeError, OSError
         In one sentence, for a file that cannot be read right, or without the extra that it needs.
     """
-    return read_cloud(check_path(path), CloudOptions(up, most, color_by, max_pixels), notes or print_note)[0]
+    return read_cloud(
+        check_path(path), CloudOptions(up, most, color_by, max_pixels, crop, clean, seen_from), notes or print_note
+    )[0]
 
 
 @np.errstate(all="ignore")  # numbers of broken files are of any size; positions are checked
@@ -103,10 +152,15 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
     read = read or (cloud_arrays.read_lidar_points if is_bare else read_text_points)
     found = read(path, note, options.max_pixels)
     drop_invalid(found, name, note)
+    keep_box(found, options.crop, name, note)
+    if options.clean:
+        drop_strays(found, name, note)
     keep_most(found, options.most, name, note)
     positions, origin = placed(found)
     up = _up(found, positions, origin, options.up, name, note)
     colors = colors_of(found, options.color_by, up, name)
+    if options.seen_from is not None:
+        found.seen_from = places_of(positions + origin, as_array(options.seen_from, _PLACES).reshape(-1, 3))
     seen_from = None if found.seen_from is None else found.seen_from - origin
     front = found.front if up == found.up else None
     sizes, shares = found.sizes, None
@@ -114,7 +168,19 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
         sizes = np.nan_to_num(sizes.astype(np.float32), posinf=0, neginf=0).clip(0, None)
     if found.confidence is not None and found.normals is not None:  # how sure each normal is, 0 to 1
         shares = np.nan_to_num(found.confidence.astype(np.float32), posinf=1).clip(0, 1)
-    return PointCloud(positions, _units(found), colors, sizes, shares, origin, up, seen_from, front=front), found
+    cloud = PointCloud(positions, _units(found), colors, sizes, shares, origin, up, seen_from, front=front)
+    _note_strays(cloud, name, note)
+    return cloud, found
+
+
+def _note_strays(cloud: PointCloud, name: str, note: Note) -> None:
+    """A note where pictures are not framed by all points."""
+    some = len(sample_of(cloud.positions))
+    if lost := some - len(cloud.main_points):
+        count = counted(lost, "point") if some == len(cloud) else f"{lost / some:.1%} of the points"
+        are = "lies" if count == "1 point" else "lie"
+        clean = option("clean", True)
+        note(f"{name}: {count} {are} far from all others: pictures are framed without, {clean} leaves out such")
 
 
 _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (
@@ -162,7 +228,8 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
     notes: list[str] = []
     cloud, found = read_cloud(check_path(path), CloudOptions(**options), notes.append)
     low, high = ((end + cloud.origin).tolist() for end in main_box(cloud.positions)) if len(cloud) else ([], [])
-    places = [] if cloud.seen_from is None else np.unique(np.atleast_2d(cloud.seen_from), axis=0) + cloud.origin
+    places = [] if cloud.seen_from is None else np.unique(sample_of(np.atleast_2d(cloud.seen_from)), axis=0)
+    places = [place + cloud.origin for place in places[:: -(-len(places) // _MOST_PLACES) or 1]]
     with_normal = 0.0 if cloud.normals is None else float(cloud.normals.any(1).mean())
     return {
         "file": str(path),
@@ -170,6 +237,7 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
         "points": len(cloud),
         "extent": [_rounded(b - a) for a, b in zip(low, high, strict=True)],
         "box": [low, high],
+        "strays": int(np.count_nonzero(strays_of(cloud.positions))),  # points far from all others
         "spacing": _rounded(spacing_of(cloud.positions)),
         "stored_as": str(cloud.positions.dtype),
         "origin": cloud.origin.tolist(),
@@ -178,7 +246,7 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
         "colors": cloud.colors is not None,
         "normals": round(with_normal, 4),  # the share of points that have one
         "sizes": cloud.sizes is not None,
-        "seen_from": np.asarray(places).tolist(),  # where scanners stood, in the file's coordinates
+        "seen_from": np.asarray(places).tolist(),  # where scanners stood, in the file's coordinates; of a path a part
         "color_by": choices(found),
         "assumed": notes,
     }
@@ -189,7 +257,7 @@ def _rounded(number: float) -> float:
 
 
 _LIMITS = ("allow_outside", "max_pixels", "notes")  # that frames, scenes and clouds share
-_OF_CLOUDS = ("up", "most", "color_by")
+_OF_CLOUDS = ("up", "most", "color_by", "crop", "clean", "seen_from")
 
 
 class AnyOptions(LoadOptions, total=False):
@@ -198,6 +266,9 @@ class AnyOptions(LoadOptions, total=False):
     up: Up | None
     most: int | None
     color_by: ColorBy | None
+    crop: Numbers | None
+    clean: bool | None
+    seen_from: Numbers | None
 
 
 def check_cloud_options(options: Iterable[str], source: FilePath) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -11,7 +12,8 @@ from numpy.typing import NDArray
 from ...checks.arguments import LARGEST
 from ...notes.notes import Note
 from ...notes.words import counted, option
-from ...scene.cloud import STRAY, Up
+from ...scene.cloud import Up
+from ...scene.dense_part import STRAY, dense_part, main_points
 from ...scene.values import linear_to_bytes
 from ..depth.depth_files import ramp
 from .cloud_columns import COLOR_BY, ColorBy, FoundPoints
@@ -20,7 +22,6 @@ _LOSS = 1e-3  # of the points' spacing may be lost by float32
 _COARSE = 5e-4  # units that float32 may be off in any case: half a millimetre
 _FAR = 2.0  # sizes of a cloud from zero: nearer, another origin gains nothing
 _HALF_STEP = 2.0**-24  # of a number: what float32 rounds it by at most
-_BOX_SAMPLE = 1 << 16  # points that the box is taken from
 _NEIGHBOURS = 1500  # points that are compared with each other
 _NEAREST = 0.47  # of sqrt(area / n) is the median way to the nearest of points that lie at random
 _SEED = 31
@@ -35,6 +36,99 @@ def drop_invalid(found: FoundPoints, name: str, note: Note) -> None:
     lost = counted(int(np.count_nonzero(~good)), "point")
     note(f"{name}: {lost} of {len(at)} lie nowhere (NaN or infinite): left out")
     found.select(good)
+
+
+def keep_box(found: FoundPoints, crop: Any, name: str, note: Note) -> None:
+    """Keep what lies between two opposite corners. Raises ValueError if nothing does."""
+    if crop is None:
+        return
+    low, high = np.sort(np.reshape(crop, (2, 3)), axis=0)
+    inside = ((found.positions >= low) & (found.positions <= high)).all(1)
+    kept, count = int(np.count_nonzero(inside)), len(found)
+    if not kept and count:
+        low, high = (", ".join(f"{one:.10g}" for one in end) for end in main_box(found.positions))
+        raise ValueError(f"{name} has no point in the box of {option('crop')}: its points lie from {low} to {high}")
+    note(f"{name}: {kept} of its {counted(count, 'point')} lie in the box of {option('crop')}")
+    found.select(inside)
+
+
+def drop_strays(found: FoundPoints, name: str, note: Note) -> None:
+    """Leave out points that lie far from all others."""
+    strays = strays_of(found.positions)
+    lost, count = int(np.count_nonzero(strays)), len(found)
+    note(f"{name}: {lost} of its {counted(count, 'point')} lie far from all others: left out")
+    found.select(~strays)
+
+
+_PART = 1 << 20  # points at a time
+
+
+def strays_of(positions: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Which points lie far from all others, few as they are."""
+    part = dense_part(positions)
+    if part is None:
+        return np.zeros(len(positions), np.bool_)
+    starts = range(0, len(positions), _PART)
+    return ~np.concatenate([part.holds(positions[k : k + _PART]) for k in starts])
+
+
+_ROWS = 16, 180  # of directions from a place, and twice as many columns: so many that most hold points
+_PER_ROOT = 0.5  # rows for the root of the number of points
+_BEHIND = 1.06  # times as far as the nearest there: it is hidden
+_WORSE = 1e6  # times: where all places are hidden, the nearest counts
+_RUNS = 8  # of points that follow each other, for each place
+_UNEVEN = 10  # times as uneven as chance are runs of files that hold one scan after the other
+
+
+def places_of(positions: NDArray[np.floating], places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """From which of several places (k, 3) each point is seen, (n, 3): the nearest that nothing hides. Of one (3,).
+
+    In a file that holds one scan after the other it is the one from which most points beside it are.
+    """
+    if len(places) == 1:
+        return places[0].astype(np.float64)
+    chosen, best = np.zeros(len(positions), np.int64), np.full(len(positions), np.inf)
+    rows = int(np.clip(_PER_ROOT * math.sqrt(len(positions)), *_ROWS))
+    nearest = np.full((len(places), 2 * rows * rows), np.inf)
+    for k, place in enumerate(places):
+        cells, away = _seen_at(positions, place, rows)
+        np.minimum.at(nearest[k], cells, away)
+        cost = np.where(away > _BEHIND * nearest[k, cells], _WORSE, 1) * away
+        better = cost < best
+        best[better], chosen[better] = cost[better], k
+    wanted = _of_runs(chosen, len(places))
+    for k, place in enumerate(places):
+        others = np.flatnonzero((wanted == k) & (chosen != k))
+        cells, away = _seen_at(positions[others], place, rows)
+        chosen[others[away <= _BEHIND * nearest[k, cells]]] = k
+    return places[chosen]
+
+
+def _of_runs(chosen: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+    """What most points of the run round each one have, where runs differ; else what each one has."""
+    length = len(chosen) // (_RUNS * count)
+    if length < _RUNS:
+        return chosen
+    shares = np.stack(
+        [(chosen[: len(chosen) // length * length] == k).reshape(-1, length).mean(1) for k in range(count)]
+    )
+    usual = shares.mean(1)
+    if (shares.var(1) <= _UNEVEN * usual * (1 - usual) / length).all():
+        return chosen
+    most = np.repeat(shares.argmax(0), length)
+    return np.append(most, chosen[len(most) :])
+
+
+def _seen_at(
+    positions: NDArray[np.floating], place: NDArray[np.float64], rows: int
+) -> tuple[NDArray[np.int64], NDArray[Any]]:
+    """In which direction each point is seen from a place, as the number of a cell, and how far away."""
+    columns = 2 * rows
+    x, y, z = (positions - place).T
+    level = np.hypot(x, y)
+    row = ((np.arctan2(z, level) / np.pi + 0.5) * rows).astype(np.int64).clip(0, rows - 1)
+    column = ((np.arctan2(y, x) / (2 * np.pi) + 0.5) * columns).astype(np.int64).clip(0, columns - 1)
+    return row * columns + column, np.hypot(level, z)
 
 
 def keep_most(found: FoundPoints, most: int | None, name: str, note: Note) -> None:
@@ -81,8 +175,7 @@ def _is_lost(positions: NDArray[np.floating]) -> bool:
 
 def main_box(positions: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Lower and upper corner (3,) of the box of all points but stray ones."""
-    some = positions[:: -(-len(positions) // _BOX_SAMPLE)].astype(np.float64)
-    low, high = np.quantile(some, (STRAY, 1 - STRAY), axis=0)
+    low, high = np.quantile(main_points(positions).astype(np.float64), (STRAY, 1 - STRAY), axis=0)
     return low, high
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...notes.notes import Note
-from ...notes.words import counted
+from ...notes.words import counted, option
 from ..access.content import FilePath, check_size, import_extra, naming, open_regular
 from .cloud_columns import FoundPoints, check_points
 
@@ -76,7 +76,11 @@ def read_las_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoint
                 check_points(header.point_count, path, max_pixels)
                 if header.are_points_compressed:
                     _check_packed(header, path)
-                return _read(reader, f"LAS {header.version}, point format {header.point_format.id}")
+                found = _read(reader, f"LAS {header.version}, point format {header.point_format.id}")
+    if found.seen_from is not None:
+        why = "where its scan angles show an aircraft" if found.seen_from.ndim == 2 else "above, as it is flat"
+        note(f"{path}: normals that are estimated point to {why}; {option('seen_from')} names another place")
+    return found
 
 
 def _check_packed(header: Any, path: FilePath) -> None:
@@ -92,10 +96,13 @@ def _read(reader: Any, form: str) -> FoundPoints:
     has_color = {"red", "green", "blue"} <= names
     count, done = reader.header.point_count, 0
     parts: dict[str, list[np.ndarray]] = {"positions": [], "colors": [], "intensity": [], "classes": []}
+    lines, angles = list[np.ndarray](), list[np.ndarray]()
     for chunk in reader.chunk_iterator(_AT_A_TIME):
         parts["positions"].append(np.stack([chunk.x, chunk.y, chunk.z], -1))
         parts["intensity"].append(np.array(chunk.intensity))
         parts["classes"].append(np.array(chunk.classification, np.uint8))
+        lines.append(_passes(chunk, names))
+        angles.append(_scan_angle(chunk, names))
         if has_color:
             parts["colors"].append(np.stack([chunk.red, chunk.green, chunk.blue], -1))
         done += len(chunk)
@@ -105,7 +112,61 @@ def _read(reader: Any, form: str) -> FoundPoints:
     positions = found.pop("positions", np.empty((0, 3)))
     if "colors" in found and not found["colors"].any():
         del found["colors"]  # a format with colours, and nobody wrote any
+    if count:
+        found["seen_from"] = seen_from_above(positions, np.concatenate(lines), np.concatenate(angles))
     return FoundPoints(form, positions, **found, up="z", up_from="always so in LAS")
+
+
+_PASS = 5.0  # seconds in which an aircraft flies straight on
+_FITTED = 2000  # points of a pass that its line is found from,
+_FEWEST = 50  # at least
+_STEEPEST = 65  # degrees: the mirrors of aircraft turn no further, those of cars do
+_FITS = 0.5  # of the angles' variance is explained by where the points lie
+_HEIGHTS = 50.0, 10_000.0  # of flight
+_FLAT, _ABOVE = 0.4, 100.0  # of its sides is the height of what is seen from above, and from how far
+
+
+def _passes(chunk: Any, names: set[str]) -> np.ndarray:
+    """A number for each time that the scanner flew past."""
+    seconds = np.asarray(chunk.gps_time) if "gps_time" in names else np.zeros(len(chunk))
+    times = np.nan_to_num(seconds / _PASS).clip(-1e12, 1e12).astype(np.int64)
+    return (times << 16) + np.asarray(chunk.point_source_id)
+
+
+def _scan_angle(chunk: Any, names: set[str]) -> np.ndarray:
+    """Degrees to the side of straight down."""
+    if "scan_angle" in names:
+        return np.asarray(chunk.scan_angle, np.float32) * np.float32(0.006)
+    return np.asarray(chunk.scan_angle_rank, np.float32)
+
+
+def seen_from_above(positions: np.ndarray, passes: np.ndarray, angles: np.ndarray) -> np.ndarray | None:
+    """Where an aircraft was when it saw each point, (n, 3); without angles far above flat points, (3,); else None.
+
+    The angle grows across the line of flight, by more the lower that is: so both are known without its path.
+    """
+    sides, largest = np.ptp(positions, axis=0), np.abs(angles).max()
+    if largest > _STEEPEST:
+        return None
+    if not largest:
+        x, y, z = np.median(positions, axis=0)
+        return np.array([x, y, z + _ABOVE * sides.max()]) if sides[2] < _FLAT * sides[:2].min() else None
+    aside, height = np.zeros((len(positions), 2), np.float32), np.full(len(positions), sides.max() + 1000, np.float32)
+    _, number, counts = np.unique(passes, return_inverse=True, return_counts=True)
+    order = np.argsort(number, kind="stable")
+    for own in np.split(order, np.cumsum(counts)[:-1]):
+        some = own[:: -(-len(own) // _FITTED)]
+        tangents = np.tan(np.radians(angles[some].astype(np.float64)))
+        middle = positions[some].mean(0)[:2]
+        terms = np.c_[positions[some, :2] - middle, np.ones(len(some))]
+        slope = np.linalg.lstsq(terms, tangents, rcond=None)[0]
+        rest, steep = tangents - terms @ slope, float(np.hypot(*slope[:2]))
+        fits = len(some) >= _FEWEST and rest.var() < (1 - _FITS) * tangents.var()
+        if not (fits and 1 / _HEIGHTS[1] < steep < 1 / _HEIGHTS[0]):
+            continue
+        tangent = (positions[own, :2] - middle) @ slope[:2] + slope[2]
+        aside[own], height[own] = -tangent[:, None] * slope[:2] / steep, 1 / steep
+    return positions + np.c_[aside, np.ones(len(aside), np.float32)] * height[:, None]
 
 
 class _no_panic:

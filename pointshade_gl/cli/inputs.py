@@ -93,6 +93,8 @@ class Inputs:
         if self.others.views is not None:
             return self._load_views(look, self.others.views)
         found = load(self.frame, sequence, scene=True)
+        if is_mesh(self.frame.input):
+            return Loaded(dressed(found, given_by(look, plain)))
         return Loaded(shaded(found, check_look(look, plain)) if self.kind is Kind.SCENE else found)
 
     def _load_together(self, look: Appearance) -> Loaded:

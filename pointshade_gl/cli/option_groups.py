@@ -347,6 +347,15 @@ def frames_from(text: str, count: int) -> list[int]:
     return _whole_numbers(text, count, ",", 0, expected)
 
 
+def range_from(text: str, name: str) -> tuple[float, float]:
+    """The lower and the upper number."""
+    expected = f"{option(name)} takes two numbers, the lower first, such as 0,1"
+    low, high = _numbers(text, 2, ",", expected)
+    if not low < high:
+        raise ValueError(f"{expected}, got {text!r}")
+    return low, high
+
+
 def pose_from(text: str) -> NDArray[np.float64]:
     """(4, 4) from numbers, or from a file that holds them. Raises OSError or ValueError."""
     from ..files.cameras.pose_files import load_pose, pose_of

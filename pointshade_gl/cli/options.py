@@ -177,7 +177,22 @@ class CloudGroup:
 
     up: str | None = cli_option("Of a point cloud: which axis points up.", Cli(panels.CLOUD, "AXIS", UPS))
     color_by: str | None = cli_option(
-        f"Of a point cloud: where its colours are from, {', '.join(COLOR_BY)}.", Cli(panels.CLOUD, "WHAT", COLOR_BY)
+        f"Of a point cloud: where its colours are from, {', '.join(COLOR_BY)} or any field of the file, which "
+        "`pointshade info` lists; a picture gets a legend.",
+        Cli(panels.CLOUD, "FIELD"),
+    )
+    color_range: str | None = cli_option(
+        "Of a point cloud: the numbers that get the first and the last colour of --color-by.",
+        Cli(panels.CLOUD, "LOW,HIGH"),
+    )
+    columns: str | None = cli_option(
+        "Of a point cloud: what the columns of its file are, such as x,y,z,nx,ny,nz,label; _ passes one over.",
+        Cli(panels.CLOUD, "NAME,NAME..."),
+    )
+    all_points: bool = cli_option(
+        "Of a point cloud: keep what the file marks as noise or withheld, and returns at 0,0,0 that never came.",
+        Cli(panels.CLOUD),
+        default=False,
     )
     most: int | None = cli_option(
         "Of a point cloud: read N points at most, an even sample.", Cli(panels.CLOUD, "N"), min=1
@@ -185,8 +200,11 @@ class CloudGroup:
 
     @property
     def cloud_options(self) -> dict[str, Any]:
-        """Those that were typed, by name."""
-        return {one.name: value for one in fields(CloudGroup) if (value := getattr(self, one.name)) is not None}
+        """Those that were typed, by name. Raises ValueError for a range that is none."""
+        given = {one.name: getattr(self, one.name) for one in fields(CloudGroup)}
+        if self.color_range is not None:
+            given["color_range"] = groups.range_from(self.color_range, "color_range")
+        return {name: value for name, value in given.items() if value not in (None, False)}
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from ..notes.notes import note_new_name
 from ..notes.words import counted, option
 from .appearance import Appearance
 from .camera import IDENTITY, Camera, check_pose, orbit_pose
-from .cloud import SAMPLE, STRAY, USUAL_FRONT, CloudStyle, PointCloud, direction_of
+from .cloud import SAMPLE, STRAY, USUAL_FRONT, CloudStyle, PointCloud, Up, direction_of
 from .environment import Environment, EnvironmentName, check_environment
 from .frame import Preview
 from .light import Light, transformed
@@ -301,7 +301,7 @@ def scene_of(*clouds: PointCloud, names: Sequence[str] = ()) -> Scene:
 
     One that has a front, or y down (as a camera's), is seen from the front, others from above. names: of their nodes.
     """
-    camera, pose = Camera.from_fov(FOV, 640, 480), _facing(clouds[0])
+    camera, pose = Camera.from_fov(FOV, 640, 480), _facing(clouds[0].up, clouds[0].front)
     if some := [cloud for cloud in clouds if len(cloud)]:
         corners = np.concatenate([cloud.main_corners for cloud in some])
         middle = (corners.min(0) + corners.max(0)) / 2
@@ -345,9 +345,14 @@ def _away(cloud: PointCloud, camera: Camera, turn: NDArray[np.float64], middle: 
     return float(np.quantile(np.maximum(*across) - z, 1 - STRAY))
 
 
-def _facing(cloud: PointCloud) -> NDArray[np.float64]:
-    """Return the pose of a camera at the world's origin that sees the cloud upright."""
-    ahead, down = -direction_of(cloud.front or USUAL_FRONT[cloud.up]), -cloud.up_direction
+def seen_upright(scene: Scene, up: Up, front: Up | None = None) -> Scene:
+    """Return the scene with a camera that sees all of it upright, from the front or from above."""
+    return replace(scene, pose=_facing(up, front)).framed()
+
+
+def _facing(up: Up, front: Up | None) -> NDArray[np.float64]:
+    """Return the pose of a camera at the world's origin that sees what has these axes upright."""
+    ahead, down = -direction_of(front or USUAL_FRONT[up]), -direction_of(up)
     pose = np.eye(4)
     pose[:3, :3] = np.stack([np.cross(down, ahead), down, ahead], -1)
-    return pose if cloud.front or cloud.up == "-y" else orbit_pose(pose, (0, 0, 0), ASIDE, ABOVE)
+    return pose if front or up == "-y" else orbit_pose(pose, (0, 0, 0), ASIDE, ABOVE)

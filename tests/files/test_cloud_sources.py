@@ -31,6 +31,8 @@ CLOUDS = {
     "a.csv": b"x,y,z,\n" + text(3).replace(b" ", b","),
     "a.las": b"LASF",
     "a.dat": b"ASTM-E57",
+    "a.obj": b"# points\nv 0 0 0\n" * 200,
+    "a.ptx": b"1\n1\n" + b"0 0 0\n" * 4 + b"1 0 0 0\n" * 4 + b"1 2 3 .5\n",
 }
 OTHERS = {
     "missing.ply": None,
@@ -40,7 +42,8 @@ OTHERS = {
     "list.txt": b"1.0 depth/1.png\n" * 200,
     "a.bin": np.linspace(1, 2, 4000).astype("<f4").tobytes(),  # depth is never below 0
     "cameras.bin": bytes(4000),
-    "a.obj": b"v 0 0 0\n" * 200,
+    "a.obj": b"v 0 0 0\n" * 200 + b"f 1 2 3\n",
+    "mesh.ply": made.ply_text(XYZ, faces=[(0, 1, 2)]),
 }
 
 
@@ -160,10 +163,10 @@ class TestInfo:
         assert status == 0
         for line in (
             "points    300 points, LAS 1.2, point format 3", "up        z (always so in LAS)",
-            "color     yes; --color-by intensity, class, height", "normals   none", "seen from unknown",
-            "notes     none",
+            "normals   none", "seen from unknown", "notes     none",
         ):  # fmt: skip
             assert f"{line}\n" in out
+        assert "color     yes; --color-by intensity, class, height, " in out and "gps_time" in out
         assert "extent    99." in out and "; positions are float32\n" in out
 
     def test_as_json(self, tmp_path):

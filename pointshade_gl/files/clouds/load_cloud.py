@@ -3,64 +3,57 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeGuard
 
 import numpy as np
 
-from ...checks.arguments import check_choice, check_count, check_path, check_positive
+from ...checks.arguments import check_flag, check_path
 from ...notes.notes import Note, print_note
 from ...notes.words import option
-from ...scene.cloud import UPS, PointCloud, Up
+from ...scene.cloud import PointCloud, Up
+from ...scene.graph import Scene
 from ..access.content import MAX_PIXELS, FilePath, naming, read_head
 from ..access.known_names import NOT_PICTURES, builtin_name
 from ..arrays.compression import ZIP, Archive
 from ..arrays.numpy_files import BROKEN, NUMPY, SURFACES, find_roles, is_named, npz_arrays, read_header
-from ..arrays.ply_and_pcd import is_pcd
+from ..arrays.ply_and_pcd import counts_faces, is_pcd
 from ..containers.array_frames import is_organised
 from ..frames.frame_parts import LoadOptions
 from . import cloud_arrays
 from .cloud_columns import (
-    COLOR_BY,
     COUNTS,
     TEXTS,
-    ColorBy,
+    CloudOptions,
     FoundPoints,
     has_positions,
     read_text_head,
     read_text_points,
 )  # fmt: skip
-from .placing import choices, colors_of, drop_invalid, guess_up, keep_most, main_box, placed, spacing_of
-from .scans import E57, LAS, read_e57_points, read_las_points
+from .mesh_files import read_mesh, read_obj_points
+from .placing import (
+    choices,
+    colors_of,
+    drop_invalid,
+    drop_unreturned,
+    keep_most,
+    main_box,
+    placed,
+    spacing_of,
+    to_metres,
+    units_of,
+    up_of,
+)  # fmt: skip
+from .scans import E57, LAS, is_ptx, read_e57_points, read_las_points, read_ptx_points
 
-_OTHER = {"x": "z", "y": "z", "z": "y"}  # what is most likely if it is not that
-_Reader = Callable[[FilePath, Note, float], FoundPoints]
-
-
-@dataclass(frozen=True)
-class CloudOptions:
-    """What the caller gives with a cloud; see `load_cloud`."""
-
-    up: Up | None = None
-    most: int | None = None
-    color_by: ColorBy | None = None
-    max_pixels: float = MAX_PIXELS
-
-    def __post_init__(self) -> None:
-        check_positive(self.max_pixels, option("max_pixels", beside_file=True))
-        if self.up is not None:
-            check_choice(option("up"), self.up, UPS)
-        if self.most is not None:
-            check_count(self.most, option("most"), 1)
-        if self.color_by is not None:
-            check_choice(option("color_by"), self.color_by, COLOR_BY)
+_Reader = Callable[[FilePath, Note, CloudOptions], FoundPoints]
 
 
 def load_cloud(
-    path: FilePath, *, up: Up | None = None, most: int | None = None, color_by: ColorBy | None = None,
+    path: FilePath, *, up: Up | None = None, most: int | None = None, color_by: str | None = None,
+    color_range: Sequence[float] | None = None, columns: str | Sequence[str] | None = None, all_points: bool = False,
     max_pixels: float = MAX_PIXELS, notes: Note | None = None
 ) -> PointCloud:  # fmt: skip
     """Read a point cloud from a file.
@@ -68,14 +61,23 @@ def load_cloud(
     Parameters
     ----------
     path : path
-        PLY, also of 3-D Gaussians; PCD; text such as .xyz, .pts and .csv; .npy and .npz; KITTI's .bin; with the extra
-        las LAS, LAZ and COPC, with the extra e57 E57.
+        PLY, also of 3-D Gaussians; PCD; text such as .xyz, .pts, .ptx and .csv; .npy and .npz; KITTI's .bin; .obj
+        without faces; with the extra las LAS, LAZ and COPC, with the extra e57 E57. Of a mesh the vertices.
     up : {"x", "y", "z", "-x", "-y", "-z"}, optional
         Which axis points up. The default is what the format or the file says, else what its planes and extents show.
     most : int, optional
         Read so many points at most, an even sample.
-    color_by : {"rgb", "intensity", "class", "height"}, optional
-        Where the colours are from. The default is the file's colours, else its intensity as grey.
+    color_by : str, optional
+        Where the colours are from: "rgb", "intensity", "class", "height" or any field of the file. Numbers go from dark
+        blue to yellow, labels have colours of their own; a note names both. The default is the file's colours, else its
+        intensity as grey.
+    color_range : (2,) float, optional
+        The numbers that get the first and the last colour. The default is those of all points but stray ones.
+    columns : str or sequence of str, optional
+        What the columns are, in their order, such as "x,y,z,nx,ny,nz,label"; "_" passes one over. The default is what
+        the file says, else what the numbers show.
+    all_points : bool
+        Keep the points that LAS files mark as noise or withheld, and those at (0, 0, 0) that no scanner saw.
     max_pixels : float
         Limit for the number of points; other limits follow from it, see files/access/content.py.
     notes : callable, optional
@@ -91,67 +93,57 @@ def load_cloud(
     ValueError, TypeError, OSError
         In one sentence, for a file that cannot be read right, or without the extra that it needs.
     """
-    return read_cloud(check_path(path), CloudOptions(up, most, color_by, max_pixels), notes or print_note)[0]
+    asked = CloudOptions(up, most, color_by, max_pixels, color_range, columns, check_flag(all_points, "all_points"))
+    return read_cloud(check_path(path), asked, notes or print_note)[0]
 
 
 @np.errstate(all="ignore")  # numbers of broken files are of any size; positions are checked
 def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointCloud, FoundPoints]:
     """As `load_cloud`, with what the file holds."""
-    name, head = str(path), read_head(path, 1024)
+    name, head = str(path), read_head(path, _HEAD)
     read = next((reader for is_kind, reader in _READERS if is_kind(head)), None)
     is_bare = path.suffix.lower() == ".bin" or (b"\0" in head and path.suffix.lower() not in TEXTS)
+    if path.suffix.lower() == _MODEL:
+        read = read_obj_points
     read = read or (cloud_arrays.read_lidar_points if is_bare else read_text_points)
-    found = read(path, note, options.max_pixels)
+    found = read(path, note, options)
+    if is_mesh_head(head):
+        note(f"{name}: it is a mesh with faces, only its vertices are read; load_scene and render show it whole")
+    found.keep_field(options.color_by)
     drop_invalid(found, name, note)
+    if not options.all_points:
+        drop_unreturned(found, name, note)
     keep_most(found, options.most, name, note)
-    positions, origin = placed(found)
-    up = _up(found, positions, origin, options.up, name, note)
-    colors = colors_of(found, options.color_by, up, name)
+    to_metres(found, name, note)
+    positions, origin = placed(found, name, note)
+    up = up_of(found, positions, origin, options.up, name, note)
+    colors = colors_of(found, options, up, name, note)
     seen_from = None if found.seen_from is None else found.seen_from - origin
     front = found.front if up == found.up else None
     sizes, shares = found.sizes, None
     if sizes is not None:  # 0 where the file has none that can be drawn
         sizes = np.nan_to_num(sizes.astype(np.float32), posinf=0, neginf=0).clip(0, None)
+    normals = units_of(found, name, note)
     if found.confidence is not None and found.normals is not None:  # how sure each normal is, 0 to 1
         shares = np.nan_to_num(found.confidence.astype(np.float32), posinf=1).clip(0, 1)
-    return PointCloud(positions, _units(found), colors, sizes, shares, origin, up, seen_from, front=front), found
+    return PointCloud(positions, normals, colors, sizes, shares, origin, up, seen_from, front=front), found
+
+
+def load_mesh(path: FilePath, *, allow_outside: bool = False, notes: Note | None = None, **options: Any) -> Scene:
+    """The mesh of a PLY file as a scene. Options are those of `load_cloud` in OF_MESHES; raises as it does."""
+    with np.errstate(all="ignore"):  # as in read_cloud
+        return read_mesh(check_path(path), CloudOptions(**options), allow_outside, notes or print_note)[0]
 
 
 _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (
-    (lambda head: head.startswith((b"ply\n", b"ply\r")), cloud_arrays.read_ply_points),
+    (lambda head: head.startswith(cloud_arrays.PLY), cloud_arrays.read_ply_points),
     (is_pcd, cloud_arrays.read_pcd_points),
     (lambda head: head.startswith(LAS), read_las_points),
     (lambda head: head.startswith(E57), read_e57_points),
     (lambda head: head.startswith(NUMPY), cloud_arrays.read_npy_points),
     (lambda head: head.startswith(ZIP), cloud_arrays.read_npz_points),
+    (is_ptx, read_ptx_points),
 )
-
-
-def _up(found: FoundPoints, positions: np.ndarray, origin: np.ndarray, given: Up | None, name: str, note: Note) -> Up:
-    if given is not None:
-        found.up_from = option("up")
-        return given
-    if found.up is None:
-        found.up, found.up_from = guess_up(positions, bool(origin.any()))
-        found.up_is_guessed = True
-    if found.up_is_guessed:
-        other = option("up", _OTHER[found.up[-1]])
-        note(f"{name}: up is taken as {found.up} ({found.up_from}); pass {other} if it is not")
-    return found.up
-
-
-def _units(found: FoundPoints) -> np.ndarray | None:
-    """Normals of length 1, or 0 where they are unknown; None if all are."""
-    if found.normals is None:
-        return None
-    normals = found.normals.astype(np.float32)
-    lengths = np.linalg.norm(normals, axis=1)
-    is_known = np.isfinite(lengths) & (lengths > 0)
-    if not is_known.any():
-        return None
-    if np.abs(lengths[is_known] - 1).max() > 1e-6 or not is_known.all():
-        normals = np.where(is_known[:, None], normals / lengths[:, None], 0).astype(np.float32)
-    return normals
 
 
 def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
@@ -189,7 +181,8 @@ def _rounded(number: float) -> float:
 
 
 _LIMITS = ("allow_outside", "max_pixels", "notes")  # that frames, scenes and clouds share
-_OF_CLOUDS = ("up", "most", "color_by")
+OF_MESHES = ("up", "color_by", "color_range", "columns")
+_OF_CLOUDS = ("up", "most", "color_by", "color_range", "columns", "all_points")
 
 
 class AnyOptions(LoadOptions, total=False):
@@ -197,7 +190,10 @@ class AnyOptions(LoadOptions, total=False):
 
     up: Up | None
     most: int | None
-    color_by: ColorBy | None
+    color_by: str | None
+    color_range: Sequence[float] | None
+    columns: str | Sequence[str] | None
+    all_points: bool | None
 
 
 def check_cloud_options(options: Iterable[str], source: FilePath) -> None:
@@ -228,6 +224,7 @@ def check_fitting(options: Iterable[str], fitting: tuple[str, ...], fact: str) -
 _HEAD = 1 << 16  # bytes that are looked at
 _MANY = 100  # rows: no picture is so much higher than wide
 CLOUD_SUFFIXES = (".ply", ".las", ".laz", ".e57", *TEXTS)
+_MODEL = ".obj"  # with faces it is no cloud, and is not read
 _MAYBE_TEXTS = (".txt", ".csv")
 
 
@@ -239,16 +236,44 @@ def is_cloud(source: FilePath | None) -> TypeGuard[FilePath]:
     try:
         if not path.is_file():
             return False
-        if path.suffix.lower() in CLOUD_SUFFIXES:
-            return True
-        return _is_cloud(path, read_head(path, _HEAD))
+        if path.suffix.lower() == _MODEL:
+            return _has_no_faces(path)
+        head = read_head(path, _HEAD)
+        if head.startswith(cloud_arrays.PLY):
+            return not is_mesh_head(head)
+        return path.suffix.lower() in CLOUD_SUFFIXES or _is_cloud(path, head)
     except (OSError, ValueError):  # reported by whoever reads it
-        return path.suffix.lower() == ".pcd"
+        return path.suffix.lower() in (".pcd", *CLOUD_SUFFIXES)
+
+
+def is_mesh(source: FilePath | None) -> TypeGuard[FilePath]:
+    """Whether it is the path of a PLY file with faces."""
+    if not isinstance(source, str | PathLike) or builtin_name(source) is not None:
+        return False
+    try:
+        return Path(source).is_file() and is_mesh_head(read_head(Path(source), _HEAD))
+    except (OSError, ValueError):  # reported by whoever reads it
+        return False
+
+
+def is_mesh_head(head: bytes) -> bool:
+    """Whether these are the first bytes of a PLY file with faces."""
+    return head.startswith(cloud_arrays.PLY) and counts_faces(head) > 0
+
+
+def _has_no_faces(path: Path) -> bool:
+    has_points = False
+    with path.open("rb") as file:
+        for line in file:
+            if line.startswith((b"f ", b"f\t")):
+                return False
+            has_points = has_points or line.startswith((b"v ", b"v\t"))
+    return has_points
 
 
 def _is_cloud(path: Path, head: bytes) -> bool:
     suffix = path.suffix.lower()
-    if head.startswith((b"ply\n", b"ply\r", LAS, E57)):
+    if head.startswith((LAS, E57)):
         return True
     if suffix == ".pcd" or is_pcd(head):
         return not is_organised(path)
@@ -274,13 +299,16 @@ def _is_table(path: Path) -> bool:
 
 
 def _has_points(path: Path) -> bool:
-    arrays = npz_arrays(Archive(path))
+    arrays = npz_arrays(Archive(path), "biufV")
     for role, name in find_roles(arrays).items():
         shape = arrays[name].shape
         is_of_pixels = role in SURFACES and math.prod(shape) and sum(side != 1 for side in shape) > 2
         if is_of_pixels or role in ("depth", "inverse", "ray"):
             return False
-    return any(_is_of_points(array.shape) for name, array in arrays.items() if is_named(name, cloud_arrays.POSITIONS))
+    if has_positions(name for name, one in arrays.items() if len(one.shape) == 1):
+        return True
+    named = [one for name, one in arrays.items() if is_named(name, cloud_arrays.POSITIONS)]
+    return any(has_positions(one.dtype.names) if one.dtype.names else _is_of_points(one.shape) for one in named)
 
 
 def _is_of_points(shape: tuple[int, ...]) -> bool:

@@ -260,7 +260,7 @@ def check_exist(folder: str | None = None, **given: str | Path | None) -> None:
 
 
 def check_folders(inputs: Sequence[str]) -> None:
-    """Raises ValueError for an INPUT after the first that is no folder and no cloud: it was meant for an option.
+    """Raises ValueError for an INPUT after the first that is no folder, cloud or scene: it was meant for an option.
 
     FileNotFoundError if it does not exist.
     """
@@ -268,8 +268,8 @@ def check_folders(inputs: Sequence[str]) -> None:
         is_path = split_numbers(path) is None and not _LIGHT_WORD.search(path) and path not in (*FRAMES, *SCENES)
         if is_path and not Path(path).exists():
             raise FileNotFoundError(f"{path} does not exist{near_path(Path(path)) or listed_beside(Path(path))}")
-        if not Path(path).is_dir() and Kind.of(path) is not Kind.CLOUD:
-            raise ValueError(f"more INPUTs must be folders of frames, or point clouds, got {path}: {_way_out(path)}")
+        if not Path(path).is_dir() and Kind.of(path) is Kind.FRAMES:
+            raise ValueError(f"more INPUTs must be folders of frames, clouds or scenes, got {path}: {_way_out(path)}")
 
 
 def sentence_of(error: Any, every: Callable[[], Mapping[str, Any]]) -> str:

@@ -238,6 +238,13 @@ class FrameOptions(CloudGroup, ReadingOptions, InputOptions):
         """What INPUT is."""
         return Kind.of(self.input)
 
+    @property
+    def holds_points(self) -> bool:
+        """Whether INPUT is a point cloud, or a mesh, whose vertices are points."""
+        from ..files.clouds.load_cloud import is_mesh
+
+        return self.kind is Kind.CLOUD or is_mesh(self.input)
+
     def check_exist(self) -> None:
         """Raises FileNotFoundError if one of the files does not exist."""
         names = "color", "depth", "poses", "intrinsics", "depth_model"

@@ -156,7 +156,7 @@ def plan_batch(asked: BatchCommand) -> tuple[Sequence[Planned], list[Failure]]:
     _check_writable(asked, folder)
     reading = tuple(plain_value(asked.reading).items())
     writing: tuple[Any, ...] = asked.axes, asked.bits, asked.page.exactness, asked.page.title
-    given = dict.fromkeys(Kind, reading) | {Kind.CLOUD: reading + tuple(plain_value(asked.cloud).items())}
+    given = dict.fromkeys(Kind, reading) | {Kind.CLOUD: reading + tuple(asked.cloud.cloud_options.items())}
 
     def job_for(source: Source) -> Job:
         """The job of a source, without frame and path."""

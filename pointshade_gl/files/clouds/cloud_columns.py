@@ -201,7 +201,7 @@ def found_in(columns: Mapping[str, NDArray[Any]], form: str, options: CloudOptio
     if "seen_from" in found:
         found["seen_from"] = found["seen_from"].astype(np.float64)
     places = threes["positions"] or ()
-    fields = {name: one for name, one in columns.items() if one.ndim == 1 and plain(name) not in places}
+    fields: dict[str, Any] = {name: one for name, one in columns.items() if one.ndim == 1 and plain(name) not in places}
     in_degrees = True if places in _DEGREES else False if options.columns else None
     return FoundPoints(form, **found, fields=fields, in_degrees=in_degrees)
 
@@ -275,7 +275,7 @@ def _color_begins(four: NDArray[np.float64]) -> int | None:
     red, green, blue = (np.ptp(one) for one in four.T[:3])
     if not (red and green and blue and np.ptp(four[:, 3])):
         return None
-    together = np.corrcoef(four.T)
+    together = np.asarray(np.corrcoef(four.T))
     first, last = together[0, 1], together[2, 3]  # red and green go together, more than light and red
     if abs(first - last) > 0.2 and max(first, last) < 0.999:
         return int(last > first)

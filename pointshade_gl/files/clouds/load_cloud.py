@@ -27,6 +27,7 @@ from .cloud_columns import (
     COUNTS,
     TEXTS,
     CloudOptions,
+    ColorLegend,
     FoundPoints,
     has_positions,
     read_text_head,
@@ -127,6 +128,17 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
     if found.confidence is not None and found.normals is not None:  # how sure each normal is, 0 to 1
         shares = np.nan_to_num(found.confidence.astype(np.float32), posinf=1).clip(0, 1)
     return PointCloud(positions, normals, colors, sizes, shares, origin, up, seen_from, front=front), found
+
+
+def load_with_legend(path: FilePath, **options: Any) -> tuple[PointCloud | Scene, ColorLegend | None]:
+    """A cloud, or a mesh as a scene, and what its colours mean. Options and errors are those of `load_cloud`."""
+    allow_outside, notes = options.pop("allow_outside", False), options.pop("notes", None) or print_note
+    file, asked = check_path(path), CloudOptions(**options)
+    with np.errstate(all="ignore"):
+        loaded, found = (
+            read_mesh(file, asked, allow_outside, notes) if is_mesh(file) else read_cloud(file, asked, notes)
+        )
+    return loaded, found.legend
 
 
 def load_mesh(path: FilePath, *, allow_outside: bool = False, notes: Note | None = None, **options: Any) -> Scene:

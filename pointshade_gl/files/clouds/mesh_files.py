@@ -76,7 +76,9 @@ def read_mesh(path: Path, options: CloudOptions, allow_outside: bool, note: Note
         to_metres(found, name, note)
         positions, origin = placed(found, name, note)
         up = up_of(found, positions, origin, options.up, name, note)
-        uv = next((np.stack([rows[one] for one in two], -1) for two in _UVS if {*two} <= {*rows.dtype.names}), None)
+        uv = next(
+            (np.stack([rows[one] for one in two], -1) for two in _UVS if {*two} <= {*(rows.dtype.names or ())}), None
+        )
         shape = _Shape(
             faces.corners, positions, units_of(found, name, note), colors_of(found, options, up, name, note), uv
         )
@@ -138,7 +140,7 @@ def _of_strips(corners: NDArray[Any]) -> _Faces:
 def _known(found: FoundPoints, faces: _Faces, name: str, note: Note) -> _Faces:
     """Without the triangles of which a corner is nowhere."""
     good = np.asarray((np.abs(found.positions) <= LARGEST).all(1))
-    kept = good[faces.corners].all(1)
+    kept = np.asarray(good[faces.corners].all(1))
     if not kept.all():
         lost = counted(int((~kept).sum()), "triangle")
         note(f"{name}: {lost} of {len(kept)} have a corner that lies nowhere (NaN or infinite): left out")
@@ -180,7 +182,7 @@ def _on_one_side(vertices: NDArray[Any], flat: NDArray[Any], large: NDArray[Any]
     return np.where(found.any(-1, keepdims=True), _units(found), flat)
 
 
-def _units(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+def _units(vectors: NDArray[Any]) -> NDArray[np.float64]:
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.nan_to_num(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
 

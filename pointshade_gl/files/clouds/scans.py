@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from importlib import import_module
 from io import BufferedReader
 from typing import Any
 
@@ -184,7 +185,7 @@ def read_e57_points(path: FilePath, note: Note, options: CloudOptions) -> FoundP
             together[name] = np.concatenate([one[name] for one in scans])
     if len(places) == 1 and "seen_from" in together:
         together["seen_from"] = np.array(next(iter(places)))
-    fields = {name: None for one in scans for name in one["fields"]}
+    fields: dict[str, Any] = {name: None for one in scans for name in one["fields"]}
     for name in fields:
         if all(one["fields"].get(name) is not None for one in scans):
             fields[name] = np.concatenate([one["fields"][name] for one in scans])
@@ -193,9 +194,9 @@ def read_e57_points(path: FilePath, note: Note, options: CloudOptions) -> FoundP
 
 def _scan(file: Any, header: Any, options: CloudOptions) -> dict[str, Any]:
     """The values of a scan's points, in the file's axes."""
-    every = dict.fromkeys(header.point_fields)
+    every: dict[str, Any] = dict.fromkeys(header.point_fields)
     asked = FoundPoints("", np.empty((0, 3)), fields=every).field_named(options.color_by)
-    known = (*_CARTESIAN, *_SPHERICAL, "intensity", *_COLORS, *_INVALID, *_E57_NORMALS, asked)
+    known = (*_CARTESIAN, *_SPHERICAL, "intensity", *_COLORS, *_INVALID, *_E57_NORMALS, asked or "")
     names = [name for name in dict.fromkeys(known) if name in header.point_fields]
     is_spherical = not set(_CARTESIAN) <= set(names)
     if is_spherical and not set(_SPHERICAL) <= set(names):
@@ -232,9 +233,9 @@ def _scan(file: Any, header: Any, options: CloudOptions) -> dict[str, Any]:
 
 def _buffers(file: Any, names: list[str], count: int) -> tuple[dict[str, np.ndarray], Any]:
     """Arrays for fields, and what the library fills them by; of those that it has no type for as numbers of 64 bits."""
-    from pye57 import libe57
     from pye57.e57 import SUPPORTED_POINT_FIELDS
 
+    libe57: Any = import_module("pye57.libe57")
     data, buffers = {}, libe57.VectorSourceDestBuffer()
     for name in names:
         data[name] = np.empty(count, SUPPORTED_POINT_FIELDS.get(name, "d"))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -293,7 +293,6 @@ def without_environment(scene: Scene) -> Scene:
     return replace(scene, environment=None)
 
 
-GLTF_UP: Up = "y"
 MARGIN = 1.08  # share of the distance from which the cloud fills the picture
 ASIDE, ABOVE = 30.0, 25.0  # degrees from which a cloud is seen that no camera took
 
@@ -324,8 +323,8 @@ def beside(
     for source, name in zip(sources, names, strict=True):
         if isinstance(source, Scene):
             nodes.append(Node(name=name, children=source.nodes))
-            ups = [one.content.up for one in source.instances if isinstance(one.content, Mesh)]
-            axes.append((next(filter(None, ups), GLTF_UP), None))
+            ups = (one.content.up for one in source.instances if isinstance(one.content, Mesh))
+            axes.append((cast("Up", next(filter(None, ups), "y")), None))  # y of glTF
         else:
             nodes.append(Node(PointObject(source) if isinstance(source, Frame) else source, name=name))
             is_cloud = isinstance(source, PointCloud)

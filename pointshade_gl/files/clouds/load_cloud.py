@@ -135,10 +135,11 @@ def load_with_legend(path: FilePath, **options: Any) -> tuple[PointCloud | Scene
     allow_outside, notes = options.pop("allow_outside", False), options.pop("notes", None) or print_note
     file, asked = check_path(path), CloudOptions(**options)
     with np.errstate(all="ignore"):
-        loaded, found = (
-            read_mesh(file, asked, allow_outside, notes) if is_mesh(file) else read_cloud(file, asked, notes)
-        )
-    return loaded, found.legend
+        if is_mesh(str(file)):
+            scene, found = read_mesh(file, asked, allow_outside, notes)
+            return scene, found.legend
+        cloud, found = read_cloud(file, asked, notes)
+    return cloud, found.legend
 
 
 def load_mesh(path: FilePath, *, allow_outside: bool = False, notes: Note | None = None, **options: Any) -> Scene:

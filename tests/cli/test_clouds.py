@@ -74,7 +74,7 @@ class TestPictures:
         rows = np.concatenate([ball(3000).positions, np.arange(3000)[:, None] // 1000], 1)
         np.savetxt(tmp_path / "a.xyz", rows, header="x y z label", comments="")
         words = ["--picture-size", "160x120", "--shading", "none", "-o", tmp_path / "out.png"]
-        done = run("render", tmp_path / "a.xyz", "--color-by", "Label", *words)
+        done = run("render", tmp_path / "a.xyz", "--color-by", "Label", "--up", "z", *words)
         assert done.returncode == 0 and "coloured by label, 3 labels: 0, 1, 2" in done.stderr, done.stderr
         image = picture(tmp_path / "out.png")
         for color in ((31, 119, 180), (255, 127, 14), (44, 160, 44)):

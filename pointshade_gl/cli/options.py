@@ -260,7 +260,7 @@ class MoreOptions:
         typer.Argument(
             metavar="MORE",
             help="More folders with frames of the same thing, with poses (or see --poses): all play at once, merged "
-            "into one object. Or more point clouds, which lie in one world.",
+            "into one object. Or more point clouds, meshes, scenes and frames, which lie in one world.",
             autocompletion=complete_input,
         ),
     ] = None

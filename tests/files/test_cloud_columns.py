@@ -69,7 +69,8 @@ class TestHeads:
         "head",
         [
             "//X Y Z R G B\n400", "# x y z red green blue", '"Points:0","Points:1","Points:2","RGB:0","RGB:1","RGB:2"',
-            "Points_0 Points_1 Points_2 rgb_0 rgb_1 rgb_2", "Easting;Northing;Elevation;R;G;B",
+            "Points_0 Points_1 Points_2 rgb_0 rgb_1 rgb_2",
+            '"Points_m_XYZ:0","Points_m_XYZ:1","Points_m_XYZ:2","R","G","B"', "Easting;Northing;Elevation;R;G;B",
             "X [m],Y [m],Z [m],R,G,B",            "400\n//X Y Z R G B",
         ],
     )  # fmt: skip
@@ -122,7 +123,7 @@ class TestPtx:
         lines = ["20", "20", *["0 0 0"] * 4, "1 0 0 0", "0 1 0 0", "0 0 1 0", "0 0 0 1", "1 2 3 .5"]
         (tmp_path / "a.ptx").write_text("\n".join(lines))
         with pytest.raises(
-            ValueError, match=r"a\.ptx is a broken PTX file: it ends before the last point of its scan 0"
+            ValueError, match=r"a\.ptx is a broken PTX file: it does not hold the points that its scan 0 counts"
         ):
             ps.load_cloud(tmp_path / "a.ptx")
 
@@ -172,6 +173,15 @@ class TestPlaces:
         sides = np.ptp(cloud.positions, 0)
         assert sides == pytest.approx([0.002 * 111320 * np.cos(np.radians(48.1)), 0.002 * 111200, 10], rel=0.02)
         assert cloud.up == "z" and any("x and y are degrees, longitude and latitude" in one for one in told)
+
+    def test_latitude_first_and_without_heights(self, tmp_path):
+        rng = np.random.default_rng(3)
+        table = np.c_[37.7 + 0.002 * rng.random(400), -122.4 + 0.002 * rng.random(400), 30 * rng.random(400)]
+        cloud, told = load(tmp_path, "a.txt", table)
+        assert np.ptp(cloud.positions[:, 0]) == pytest.approx(0.002 * 111320 * np.cos(np.radians(37.7)), rel=0.02)
+        assert any("degrees, latitude and longitude" in one for one in told)
+        flat, told = load(tmp_path, "a.txt", table * (1, 1, 0))
+        assert np.ptp(flat.positions[:, 0]) < 0.01 and any("may be degrees" in one for one in told)
 
     def test_unless_the_caller_calls_them_x_and_y(self, tmp_path):
         table = np.c_[11.5 + 0.002 * np.random.default_rng(3).random((400, 2)), np.linspace(250, 260, 400)]

@@ -171,7 +171,7 @@ _PACKED = ("rgb", "rgba")  # a colour in one number of four bytes, as PCL stores
 
 def has_positions(names: Iterable[str]) -> bool:
     """Whether three of the names are those of positions, or one that of all three."""
-    known = {plain(name) for name in names}
+    known = {_key(name) for name in names}
     return _first_of(_THREES["positions"], known) is not None
 
 
@@ -181,7 +181,7 @@ def found_in(columns: Mapping[str, NDArray[Any]], form: str, options: CloudOptio
     known: dict[str, NDArray[Any]] = {}
     for name, column in columns.items():
         if column.ndim == 1:
-            known.setdefault(plain(name), column)
+            known.setdefault(_key(name), column)
     threes = {role: _first_of(groups, known.keys()) for role, groups in _THREES.items()}
     found: dict[str, Any] = {
         role: side_by_side([known[name] for name in names]) for role, names in threes.items() if names
@@ -201,9 +201,14 @@ def found_in(columns: Mapping[str, NDArray[Any]], form: str, options: CloudOptio
     if "seen_from" in found:
         found["seen_from"] = found["seen_from"].astype(np.float64)
     places = threes["positions"] or ()
-    fields: dict[str, Any] = {name: one for name, one in columns.items() if one.ndim == 1 and plain(name) not in places}
+    fields: dict[str, Any] = {name: one for name, one in columns.items() if one.ndim == 1 and _key(name) not in places}
     in_degrees = True if places in _DEGREES else False if options.columns else None
     return FoundPoints(form, **found, fields=fields, in_degrees=in_degrees)
+
+
+def _key(name: str) -> str:
+    """A name as the groups have it; ParaView's points may be called anything that begins so."""
+    return re.sub(r"^points[a-z]*(?=[012]$)", "points", plain(name))
 
 
 def _renamed(columns: Mapping[str, NDArray[Any]], names: str | Sequence[str] | None) -> Mapping[str, NDArray[Any]]:
@@ -317,6 +322,7 @@ _COMMENT = re.compile(rb"\s*(#|//|%|!)")
 _HEAD = 1 << 16  # bytes in which the first point lies
 _AT_A_TIME = 1 << 22  # bytes
 _BOM = b"\xef\xbb\xbf"
+UTF_16 = b"\xff\xfe", b"\xfe\xff"
 
 
 class Head(NamedTuple):
@@ -362,7 +368,7 @@ def read_text_points(path: FilePath, note: Note, options: CloudOptions) -> Found
 
 def _as_utf8(data: bytes) -> bytes:
     """A text without its mark; those of PowerShell have two bytes a letter."""
-    is_wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    is_wide = data.startswith(UTF_16)
     return data.decode("utf-16", "replace").encode() if is_wide else data.removeprefix(_BOM)
 
 

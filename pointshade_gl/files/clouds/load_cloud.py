@@ -26,6 +26,7 @@ from . import cloud_arrays
 from .cloud_columns import (
     COUNTS,
     TEXTS,
+    UTF_16,
     CloudOptions,
     ColorLegend,
     FoundPoints,
@@ -103,7 +104,9 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
     """As `load_cloud`, with what the file holds."""
     name, head = str(path), read_head(path, _HEAD)
     read = next((reader for is_kind, reader in _READERS if is_kind(head)), None)
-    is_bare = path.suffix.lower() == ".bin" or (b"\0" in head and path.suffix.lower() not in TEXTS)
+    is_bare = path.suffix.lower() == ".bin" or (
+        b"\0" in head and path.suffix.lower() not in TEXTS and head[:2] not in UTF_16
+    )
     if path.suffix.lower() == _MODEL:
         read = read_obj_points
     read = read or (cloud_arrays.read_lidar_points if is_bare else read_text_points)

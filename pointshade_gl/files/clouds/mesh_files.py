@@ -254,5 +254,5 @@ def _obj_table(data: bytes, kind: bytes) -> NDArray[np.float64]:
     if not lines and kind == b"vn":
         return np.empty((0, 3))
     if len(widths) != 1 or widths - {*_NUMBERS} or len(numbers) != len(lines) * max(widths):
-        raise ValueError(f"its lines {kind.decode()} have {sorted(widths)[:5]} numbers, expected 3 or 6 in each")
+        raise ValueError(f"its lines that begin with {kind.decode()} must hold 3 numbers each, or 6 with a colour")
     return numbers.reshape(len(lines), -1)

@@ -66,31 +66,48 @@ def keep_most(found: FoundPoints, most: int | None, name: str, note: Note) -> No
 
 _AROUND = 40_075_017 / 360  # metres of a degree along the equator
 _POLES = 40_007_863 / 360  # and from pole to pole
+_SMALL = 100.0  # sides from 0 do places on the earth lie at least
 _STEEP = 500.0  # times larger than both other sides is the height of what lies in degrees, and of nothing else
 
 
 def to_metres(found: FoundPoints, name: str, note: Note) -> None:
     """Turn longitude and latitude into metres."""
-    is_guessed = found.in_degrees is None
-    if found.in_degrees is False or not len(found) or (is_guessed and not _are_degrees(found.positions)):
+    if found.in_degrees is False or not len(found):
         return
+    order, is_certain = _degrees_in(found.positions)
+    if found.in_degrees is None and not is_certain:
+        if order:
+            names = option("columns", f"{','.join(order)},z,...")
+            note(f"{name}: its x and y may be degrees, which show nothing of their shape: pass {names} if they are")
+        return
+    if found.in_degrees is None and order == _LATITUDE_FIRST:
+        found.positions = found.positions[:, [1, 0, 2]]
     low, high = main_box(found.positions)
     latitude = float(np.clip((low[1] + high[1]) / 2, -90, 90))
     metres = np.array([_AROUND * np.cos(np.radians(latitude)), _POLES, 1.0])
     found.positions, found.up = found.positions * metres, found.up or "z"
     found.up_from = found.up_from or "x and y are degrees"
-    other = f"; pass {option('columns', 'x,y,z')} if they are metres" if is_guessed else ""
+    other = "" if found.in_degrees else f"; pass {option('columns', 'x,y,z,...')} if they are metres"
+    which = "latitude and longitude" if order == _LATITUDE_FIRST else "longitude and latitude"
     note(
-        f"{name}: x and y are degrees, longitude and latitude: they become metres, by the latitude {latitude:.4g}, and "
-        f"z counts as metres{other}"
+        f"{name}: x and y are degrees, {which}: they become metres, by the latitude {latitude:.4g}, and z counts as "
+        f"metres{other}"
     )
 
 
-def _are_degrees(positions: NDArray[Any]) -> bool:
+_LONGITUDE_FIRST, _LATITUDE_FIRST = ("lon", "lat"), ("lat", "lon")
+
+
+def _degrees_in(positions: NDArray[Any]) -> tuple[tuple[str, str] | None, bool]:
+    """The order of longitude and latitude if x and y may be these, and whether they are: heights show it."""
     low, high = main_box(positions)
-    sides, farthest = high - low, np.maximum(np.abs(low), np.abs(high))
-    is_on_earth = farthest[0] <= 180 and farthest[1] <= 90 and farthest[:2].max() > 100 * sides[:2].max()
-    return bool(is_on_earth and 0 < sides[:2].max() < 2 and sides[2] > _STEEP * sides[:2].max())
+    sides, farthest = high - low, np.maximum(np.abs(low), np.abs(high))[:2]
+    side = sides[:2].max()
+    if not (0 < side < 2 and farthest.min() <= 90 and farthest.max() <= 180 and farthest.max() > _SMALL * side):
+        return None, False
+    order = _LATITUDE_FIRST if farthest[1] > 90 else _LONGITUDE_FIRST
+    is_certain = bool(sides[2] > _STEEP * side)
+    return (order if is_certain or farthest.max() > 10 * _SMALL * side else None), is_certain
 
 
 def placed(found: FoundPoints, name: str, note: Note) -> tuple[NDArray[np.floating], NDArray[np.float64]]:
@@ -418,6 +435,8 @@ def units_of(found: FoundPoints, name: str, note: Note) -> NDArray[np.float32] |
     lengths = np.linalg.norm(normals, axis=1)
     is_known = np.isfinite(lengths) & (lengths > 0)
     if not is_known.any():
+        if len(normals):
+            note(f"{name}: its normals are all 0 or NaN: they are left out, normals are estimated")
         return None
     if np.abs(lengths[is_known] - 1).max() > 1e-6 or not is_known.all():
         normals = np.where(is_known[:, None], normals / lengths[:, None], 0).astype(np.float32)

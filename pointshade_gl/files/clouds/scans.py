@@ -267,7 +267,7 @@ def read_ptx_points(path: FilePath, note: Note, options: CloudOptions) -> FoundP
             count = head[0] * head[1] if len(head) == before else -1
             end = at + before + count * columns
             if not (count >= 0 and count % 1 == 0 and end <= len(numbers)):
-                raise ValueError(f"it ends before the last point of its scan {len(scans)}")
+                raise ValueError(f"it does not hold the points that its scan {len(scans)} counts")
             rows = numbers[at + before : int(end)].reshape(-1, columns)
             at, turn = int(end), head[14:].reshape(4, 4)
             good = rows[:, :3].any(1)

@@ -136,6 +136,11 @@ class TestNormals:
             "fields called normals hold none, their lengths go from" in t for t in told
         )
 
+    def test_none_of_no_points(self, tmp_path):
+        columns = {name: np.zeros(0, np.float32) for name in ("x", "y", "z", "nx", "ny", "nz")}
+        (tmp_path / "a.ply").write_bytes(made.ply_text(columns))
+        assert len(ps.load_cloud(tmp_path / "a.ply", notes=lambda _: None)) == 0
+
     def test_normals_of_another_length_are_kept(self, tmp_path):
         cloud, _ = load(tmp_path, "a.txt", POINTS, np.rint(NORMALS * 127), header="x y z nx ny nz")
         assert (cloud.normals * NORMALS).sum(1).min() > 0.999

@@ -221,7 +221,8 @@ def _textured(
     for k in np.unique(number).tolist():
         part = shape._replace(faces=shape.faces[number == k])
         picture = _picture(folder, names[k], options, name, note)
-        parts.append((part if picture is not None else part._replace(uv=None), picture))
+        # colours beside a texture are often a grey that nobody chose
+        parts.append((part._replace(uv=None) if picture is None else part._replace(colors=None), picture))
     return parts
 
 

@@ -341,8 +341,9 @@ def _by_field(
     low, high = limits or _ends(values[known])
     share = (values[known].astype(np.float64) - low) / ((high - low) or 1.0)
     colors[known] = ramp("viridis")[(share * 255).clip(0, 255).astype(np.uint8)]
-    found.legend = ColorLegend(field, [f"{one:.4g}" for one in (low, high)], ramp("viridis"))
-    note(f"{name}: coloured by {field}, {low:.4g} dark blue to {high:.4g} yellow; {option('color_range')} sets these")
+    first, last = _end_texts(low, high)
+    found.legend = ColorLegend(field, [first, last], ramp("viridis"))
+    note(f"{name}: coloured by {field}, {first} dark blue to {last} yellow; {option('color_range')} sets these")
     return colors
 
 
@@ -364,6 +365,13 @@ def _ends(values: NDArray[Any]) -> tuple[float, float]:
         return 0.0, 1.0
     low, high = (float(one) for one in np.quantile(_some(values).astype(np.float64), _ENDS))
     return (low, high) if low < high else (float(values.min()), float(values.max()))
+
+
+def _end_texts(low: float, high: float) -> list[str]:
+    """Both with as many digits as tell them apart."""
+    largest, span = max(abs(low), abs(high)), high - low
+    digits = min(4 + max(0, int(np.log10(largest / span))), 15) if span > 0 and largest > 0 else 4
+    return [f"{float(f'{one:.{digits}g}'):.12g}" for one in (low, high)]
 
 
 def _by_class(found: FoundPoints) -> NDArray[np.uint8]:
@@ -408,7 +416,7 @@ def _by_height(found: FoundPoints, up: Up, limits: tuple[float, float] | None) -
     if not len(positions):
         return np.empty((0, 3), np.uint8)
     low, high = limits or sorted(sign * float(corner[axis]) for corner in main_box(positions))
-    found.legend = ColorLegend("height", [f"{one:.4g}" for one in (low, high)], ramp("viridis"))
+    found.legend = ColorLegend("height", _end_texts(low, high), ramp("viridis"))
     share = (sign * positions[:, axis] - low) / ((high - low) or 1.0)
     return ramp("viridis")[(share * 255).clip(0, 255).astype(np.uint8)]
 
@@ -419,7 +427,7 @@ _UNITS = 0.9  # of the known normals must be that long
 
 def units_of(found: FoundPoints, name: str, note: Note) -> NDArray[np.float32] | None:
     """Normals of length 1, or 0 where they are unknown; None if all are, and where the field holds no normals."""
-    if found.normals is None:
+    if found.normals is None or not len(found):
         return None
     some = _some(found.normals).astype(np.float64)
     lengths = np.linalg.norm(some, axis=1)
@@ -435,8 +443,7 @@ def units_of(found: FoundPoints, name: str, note: Note) -> NDArray[np.float32] |
     lengths = np.linalg.norm(normals, axis=1)
     is_known = np.isfinite(lengths) & (lengths > 0)
     if not is_known.any():
-        if len(normals):
-            note(f"{name}: its normals are all 0 or NaN: they are left out, normals are estimated")
+        note(f"{name}: its normals are all 0 or NaN: they are left out, normals are estimated")
         return None
     if np.abs(lengths[is_known] - 1).max() > 1e-6 or not is_known.all():
         normals = np.where(is_known[:, None], normals / lengths[:, None], 0).astype(np.float32)

@@ -32,6 +32,7 @@ CLOUDS = {
     "a.las": b"LASF",
     "a.dat": b"ASTM-E57",
     "a.obj": b"# points\nv 0 0 0\n" * 200,
+    "b.txt": b"\n".join(b"%d %d 1 %d %d %d 0 1 0 7" % (k, -k, k % 256, 3 * k % 256, 5 * k % 256) for k in range(300)),
     "a.ptx": b"1\n1\n" + b"0 0 0\n" * 4 + b"1 0 0 0\n" * 4 + b"1 2 3 .5\n",
 }
 OTHERS = {
@@ -68,7 +69,9 @@ def test_nor_are_folders_and_built_in_names(tmp_path):
     ("array", "is_one"),
     [
         (POINTS, True), (np.concatenate([POINTS, COLORS], 1), True), (POINTS[:50], False),
-        (np.ones((400, 5)), False), (np.ones((480, 640)), False), (POINTS.reshape(20, 20, 3), False),
+        (np.ones((400, 5)), False),
+            (np.concatenate([POINTS, COLORS, COLORS[:, :2]], 1), True), (np.ones((480, 640)), False),
+            (POINTS.reshape(20, 20, 3), False),
         (np.zeros(400, [("x", "f4"), ("y", "f4"), ("z", "f4")]), True), (np.zeros(400, [("u", "f4")]), False),
     ],
 )  # fmt: skip

@@ -169,8 +169,15 @@ _ONES: dict[str, Names] = {
 _PACKED = ("rgb", "rgba")  # a colour in one number of four bytes, as PCL stores it
 
 
+def has_points(rows: np.dtype) -> bool:
+    """Whether the fields of records hold positions: three of them, or one of three numbers."""
+    names = rows.names or ()
+    wholes = (name for name in names if plain(name) in _WHOLE["positions"])
+    return has_positions(names) or any(rows[name].shape[:1] >= (3,) for name in wholes)
+
+
 def has_positions(names: Iterable[str]) -> bool:
-    """Whether three of the names are those of positions, or one that of all three."""
+    """Whether three of the names are those of positions."""
     known = {_key(name) for name in names}
     return _first_of(_THREES["positions"], known) is not None
 
@@ -397,7 +404,18 @@ def read_text_head(data: bytes) -> Head | None:
     return None
 
 
-_BETWEEN = re.compile(rb"[\s,;|]+")
+def shows_points(data: bytes, head: Head) -> bool:
+    """Whether the beginning of a text has colours or normals beside three numbers."""
+    lines = _spaced(data[head.at :], head.has_decimal_commas).splitlines()[:-1]
+    rows = parse_numbers(b"\n".join(lines).decode("ascii", "replace"))
+    return rows.size > 0 and rows.size % head.columns == 0 and are_points(rows.reshape(-1, head.columns))
+
+
+def are_points(rows: NDArray[Any]) -> bool:
+    """Whether rows of a table have colours or normals beside three numbers."""
+    return not {"red", "nx"}.isdisjoint(_by_content(rows)[0])
+
+
 _DECIMAL_COMMAS = re.compile(rb"\s*(?:[-+]?\d+,\d+(?:[eE][-+]?\d+)?(?:[\s|]+|$)){3,}")
 
 

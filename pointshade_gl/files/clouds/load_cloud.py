@@ -18,7 +18,7 @@ from ...scene.graph import Scene
 from ..access.content import MAX_PIXELS, FilePath, naming, read_head
 from ..access.known_names import NOT_PICTURES, builtin_name
 from ..arrays.compression import ZIP, Archive
-from ..arrays.numpy_files import BROKEN, NUMPY, SURFACES, find_roles, is_named, npz_arrays, read_header
+from ..arrays.numpy_files import BROKEN, NUMPY, SURFACES, NpyArray, find_roles, is_named, npz_arrays, read_header
 from ..arrays.ply_and_pcd import counts_faces, is_pcd
 from ..containers.array_frames import is_organised
 from ..frames.frame_parts import LoadOptions
@@ -30,9 +30,12 @@ from .cloud_columns import (
     CloudOptions,
     ColorLegend,
     FoundPoints,
+    are_points,
+    has_points,
     has_positions,
     read_text_head,
     read_text_points,
+    shows_points,
 )  # fmt: skip
 from .mesh_files import read_mesh, read_obj_points
 from .placing import (
@@ -231,14 +234,19 @@ def check_fitting(options: Iterable[str], fitting: tuple[str, ...], fact: str) -
 
 # Names decide which files are point clouds where they are certain, else the content: NumPy's may be depth as well.
 #
-# PLY, LAS, E57   always, as .xyz, .pts and the like
+# PLY             without faces; with some it is a mesh
+# LAS, E57        always, as .xyz, .pts and the like; .obj without faces
 # PCD             unless its points lie in a picture that a pinhole camera sees: that is a frame
-# NumPy           records (n,) with x, y and z, or an array (n, 3|4|6|7|9) of very many rows; (h, w) is depth, and so is
-#                 what holds an array called depth; (h, w, 3) and records (h, w) are a frame's points
+# NumPy           records (n,) with x, y and z, or an array (n, 3|4|6|7|9) of very many rows, others with colours or
+#                 normals; (h, w) is depth, and so is what holds an array called depth; (h, w, 3) and records (h, w) are
+#                 a frame's points
 # .bin            float32 of a lidar, some of it below 0, which depth never is
-# .txt, .csv      many lines of 3, 4, 6, 7 or 9 numbers, or columns called x, y and z
+# .txt, .csv      many lines of 3, 4, 6, 7 or 9 numbers, or of others with colours or normals; columns called x, y and z
 _HEAD = 1 << 16  # bytes that are looked at
 _MANY = 100  # rows: no picture is so much higher than wide
+_WIDE = 12  # columns
+_LOOKED_AT = 1000  # rows
+_NARROW = 20  # times as high as wide is no picture
 CLOUD_SUFFIXES = (".ply", ".las", ".laz", ".e57", *TEXTS)
 _MODEL = ".obj"  # with faces it is no cloud, and is not read
 _MAYBE_TEXTS = (".txt", ".csv")
@@ -302,7 +310,8 @@ def _is_cloud(path: Path, head: bytes) -> bool:
         numbers = np.frombuffer(head[: len(head) // (4 * columns) * 4 * columns], "<f4") if columns else None
         return numbers is not None and bool(numbers.reshape(-1, columns)[:, :3].min() < 0)
     if suffix in _MAYBE_TEXTS and (found := read_text_head(head)):
-        return has_positions(found.names) or (found.columns in COUNTS and head.count(b"\n") > _MANY)
+        is_long = head.count(b"\n") > _MANY
+        return has_positions(found.names) or (is_long and (found.columns in COUNTS or shows_points(head, found)))
     return False
 
 
@@ -310,8 +319,11 @@ def _is_table(path: Path) -> bool:
     with path.open("rb") as file, naming(path, BROKEN):  # NumPy raises of everything for broken bytes
         shape, _, dtype = read_header(file, "biufV")
     if dtype.names:
-        return has_positions(dtype.names) and len(shape) < 2
-    return dtype.kind in "iuf" and _is_of_points(shape)
+        return has_points(dtype) and len(shape) < 2
+    if dtype.kind not in "iuf" or _is_of_points(shape):
+        return dtype.kind in "iuf"
+    is_narrow = len(shape) == 2 and COUNTS[0] < shape[1] <= _WIDE and shape[0] > max(_MANY, _NARROW * shape[1])
+    return is_narrow and are_points(NpyArray(path).part((slice(_LOOKED_AT),)))
 
 
 def _has_points(path: Path) -> bool:
@@ -324,7 +336,7 @@ def _has_points(path: Path) -> bool:
     if has_positions(name for name, one in arrays.items() if len(one.shape) == 1):
         return True
     named = [one for name, one in arrays.items() if is_named(name, cloud_arrays.POSITIONS)]
-    return any(has_positions(one.dtype.names) if one.dtype.names else _is_of_points(one.shape) for one in named)
+    return any(has_points(one.dtype) if one.dtype.names else _is_of_points(one.shape) for one in named)
 
 
 def _is_of_points(shape: tuple[int, ...]) -> bool:

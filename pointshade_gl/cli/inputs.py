@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..files.input_kinds import Kind
+from ..notes.notes import print_note
 from ..notes.words import option
 from ..renderer.renderer import Renderer
 from ..scene.appearance import Appearance
@@ -136,6 +137,8 @@ class Inputs:
 
         if self.others.views is not None:
             raise ValueError(f"{option('views')} merges the frames of one sequence: leave it out, or pass one INPUT")
+        if self.frame.frame is not None:
+            raise ValueError(f"{option('frame')} is of frames alone: leave it out, or pass the frame's own file")
         given, legends, parts = given_by(look, plain), list[Any](), list[Any]()
         kinds = [Kind.of(path) for path in self.paths]
         shading = None if look.shading == plain.shading else look.shading
@@ -160,8 +163,10 @@ class Inputs:
             elif kind is Kind.SCENE:
                 parts.append(shaded(load(replace(alone, **of_clouds), scene=True), shading))
             else:
-                frame = load(replace(self.frame, input=path, frame=None, **of_clouds), sequence=True)
-                parts.append(PointObject(_numbered(frame, 0), look=look))
+                found = load(replace(self.frame, input=path, frame=None, **of_clouds), sequence=True)
+                if not isinstance(found, Frame):
+                    print_note(f"{path}: the first of its {len(found)} frames is drawn, the others are left out")
+                parts.append(PointObject(_numbered(found, 0), look=look))
         return Loaded(beside(parts, names), legend=next(iter(legends), None))
 
     def _load_together(self, look: Appearance) -> Loaded:

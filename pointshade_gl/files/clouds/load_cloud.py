@@ -18,7 +18,7 @@ from ...scene.graph import Scene
 from ..access.content import MAX_PIXELS, FilePath, naming, read_head
 from ..access.known_names import NOT_PICTURES, builtin_name
 from ..arrays.compression import ZIP, Archive
-from ..arrays.numpy_files import BROKEN, NUMPY, SURFACES, NpyArray, find_roles, is_named, npz_arrays, read_header
+from ..arrays.numpy_files import BROKEN, NUMPY, SURFACES, find_roles, is_named, npz_arrays, read_header
 from ..arrays.ply_and_pcd import counts_faces, is_pcd
 from ..containers.array_frames import is_organised
 from ..frames.frame_parts import LoadOptions
@@ -317,13 +317,16 @@ def _is_cloud(path: Path, head: bytes) -> bool:
 
 def _is_table(path: Path) -> bool:
     with path.open("rb") as file, naming(path, BROKEN):  # NumPy raises of everything for broken bytes
-        shape, _, dtype = read_header(file, "biufV")
-    if dtype.names:
-        return has_points(dtype) and len(shape) < 2
-    if dtype.kind not in "iuf" or _is_of_points(shape):
-        return dtype.kind in "iuf"
-    is_narrow = len(shape) == 2 and COUNTS[0] < shape[1] <= _WIDE and shape[0] > max(_MANY, _NARROW * shape[1])
-    return is_narrow and are_points(NpyArray(path).part((slice(_LOOKED_AT),)))
+        shape, is_by_column, dtype = read_header(file, "biufV")
+        if dtype.names:
+            return has_points(dtype) and len(shape) < 2
+        if dtype.kind not in "iuf" or len(shape) != 2 or _is_of_points(shape):
+            return dtype.kind in "iuf" and _is_of_points(shape)
+        if is_by_column or not COUNTS[0] < shape[1] <= _WIDE or shape[0] <= max(_MANY, _NARROW * shape[1]):
+            return False
+        row = dtype.itemsize * shape[1]
+        data = file.read(_LOOKED_AT * row)
+        return are_points(np.frombuffer(data[: len(data) // row * row], dtype).reshape(-1, shape[1]))
 
 
 def _has_points(path: Path) -> bool:

@@ -159,6 +159,8 @@ class Inputs:
                 parts.append(part if shading is None else part._shaded(shading))
             elif is_mesh:
                 own = {name: one for name, one in given.items() if name in ("material", "shading")}
+                if Kind.CLOUD in kinds:  # a field is that of the clouds
+                    alone = replace(alone, color_by=None, color_range=None)
                 parts.append(dressed(self._load_beside(alone, legends), own))
             elif kind is Kind.SCENE:
                 parts.append(shaded(load(replace(alone, **of_clouds), scene=True), shading))

@@ -287,11 +287,15 @@ def colors_of(found: FoundPoints, options: CloudOptions, up: Up, name: str, note
     elif limits is not None:
         raise ValueError(f"{option('color_range')} needs {option('color_by')}, a field of numbers")
     if color_by == "height":
-        return _by_height(found, up, limits)
+        low, high = limits or _heights(found, up)
+        _explain(found, color_by, low, high, ramp("viridis"), name, note)
+        return _by_height(found, up, low, high)
     if color_by == "class":
         return _by_class(found)
     if color_by == "intensity":
-        return _grey(np.asarray(found.intensity), limits)
+        low, high = limits or _ends(np.nan_to_num(np.asarray(found.intensity), posinf=0, neginf=0))
+        _explain(found, color_by, low, high, _greys()[:, None].repeat(3, 1), name, note)
+        return _grey(np.asarray(found.intensity), (low, high))
     if found.colors is not None:
         return _bytes(found.colors)
     if found.intensity is None:
@@ -341,9 +345,7 @@ def _by_field(
     low, high = limits or _ends(values[known])
     share = (values[known].astype(np.float64) - low) / ((high - low) or 1.0)
     colors[known] = ramp("viridis")[(share * 255).clip(0, 255).astype(np.uint8)]
-    first, last = _end_texts(low, high)
-    found.legend = ColorLegend(field, [first, last], ramp("viridis"))
-    note(f"{name}: coloured by {field}, {first} dark blue to {last} yellow; {option('color_range')} sets these")
+    _explain(found, field, low, high, ramp("viridis"), name, note)
     return colors
 
 
@@ -372,6 +374,16 @@ def _end_texts(low: float, high: float) -> list[str]:
     largest, span = max(abs(low), abs(high)), high - low
     digits = min(4 + max(0, int(np.log10(largest / span))), 15) if span > 0 and largest > 0 else 4
     return [f"{float(f'{one:.{digits}g}'):.12g}" for one in (low, high)]
+
+
+def _explain(
+    found: FoundPoints, title: str, low: float, high: float, row: NDArray[np.uint8], name: str, note: Note
+) -> None:
+    """Say between which numbers the colours of a row lie."""
+    first, last = _end_texts(low, high)
+    found.legend = ColorLegend(title, [first, last], row)
+    words = ("black", "white") if (row[:, :1] == row).all() else ("dark blue", "yellow")
+    note(f"{name}: coloured by {title}, {first} {words[0]} to {last} {words[1]}; {option('color_range')} sets these")
 
 
 def _by_class(found: FoundPoints) -> NDArray[np.uint8]:
@@ -406,19 +418,29 @@ def _grey(intensity: NDArray[Any], limits: tuple[float, float] | None = None) ->
         return np.empty((0, 3), np.uint8)
     low, high = limits or np.quantile(_some(values), _ENDS)
     share = ((values - np.float32(low)) / np.float32(high - low if high > low else 1.0)).clip(0, 1)
-    table = linear_to_bytes(DARKEST + (1 - DARKEST) * np.arange(256) / 255)  # reflected light is linear
-    return np.repeat(table[np.rint(255 * share).astype(np.uint8)][:, None], 3, 1)
+    return np.repeat(_greys()[np.rint(255 * share).astype(np.uint8)][:, None], 3, 1)
 
 
-def _by_height(found: FoundPoints, up: Up, limits: tuple[float, float] | None) -> NDArray[np.uint8]:
+def _greys() -> NDArray[np.uint8]:
+    return linear_to_bytes(DARKEST + (1 - DARKEST) * np.arange(256) / 255)  # reflected light is linear
+
+
+def _heights(found: FoundPoints, up: Up) -> tuple[float, float]:
+    """The lowest and the highest place but those of stray points."""
+    if not len(found):
+        return 0.0, 1.0
+    low, high = sorted(_sign(up) * float(corner["xyz".index(up[-1])]) for corner in main_box(found.positions))
+    return low, high
+
+
+def _by_height(found: FoundPoints, up: Up, low: float, high: float) -> NDArray[np.uint8]:
     """From the lowest point, dark blue, to the highest, yellow; stray points have the colours of the ends."""
-    axis, positions, sign = "xyz".index(up[-1]), found.positions, -1 if up[0] == "-" else 1
-    if not len(positions):
-        return np.empty((0, 3), np.uint8)
-    low, high = limits or sorted(sign * float(corner[axis]) for corner in main_box(positions))
-    found.legend = ColorLegend("height", _end_texts(low, high), ramp("viridis"))
-    share = (sign * positions[:, axis] - low) / ((high - low) or 1.0)
+    share = (_sign(up) * found.positions[:, "xyz".index(up[-1])] - low) / ((high - low) or 1.0)
     return ramp("viridis")[(share * 255).clip(0, 255).astype(np.uint8)]
+
+
+def _sign(up: Up) -> int:
+    return -1 if up[0] == "-" else 1
 
 
 _EVEN = 0.1  # lengths may differ by this share

@@ -3,27 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..files.input_kinds import Kind
+from ..notes.notes import print_note
 from ..notes.words import option
 from ..renderer.renderer import Renderer
 from ..scene.appearance import Appearance
+from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
-from ..scene.graph import Scene, given_by, scene_of, shaded, styled
+from ..scene.graph import (
+    Scene,
+    beside,
+    check_of_clouds,
+    dressed,
+    given_by,
+    is_of_clouds,
+    scene_of,
+    shaded,
+    styled,
+)  # fmt: skip
 from ..scene.node import Node
 from ..scene.objects import PointObject
 from ..scene.settings import FILM, STILL
 from ..scene.viewpoint import View
 from .option_groups import AppearanceGroup, frames_from, views_from
-from .options import FrameOptions, MoreOptions, PictureOptions, ViewOptions
+from .options import CloudGroup, FrameOptions, MoreOptions, PictureOptions, ViewOptions
 from .output import explainer, spinner
+
+if TYPE_CHECKING:
+    from ..files.clouds.cloud_columns import ColorLegend
 
 PLAIN = Appearance()
 
@@ -35,12 +50,14 @@ class Loaded(NamedTuple):
     frames   that are drawn as one object, whose scene is the source; who looks is the first one's camera
     names    of these frames
     numbers  of these frames in a file of their poses
+    legend   what the colours of a cloud mean that numbers were turned into
     """
 
     source: Any
     frames: Sequence[Frame] = ()
     names: Sequence[str] = ()
     numbers: Sequence[int] = ()
+    legend: ColorLegend | None = None
 
     @classmethod
     def merged(cls, frames: Sequence[Frame], look: Appearance, names: Sequence[str], numbers: Sequence[int]) -> Loaded:
@@ -68,32 +85,91 @@ class Inputs:
 
     @cached_property
     def kind(self) -> Kind:
-        """What INPUT is. Raises ValueError where only some INPUTs are point clouds."""
-        kinds = [Kind.of(path) for path in self.paths]
-        if Kind.CLOUD in kinds and {*kinds} != {Kind.CLOUD}:
-            cloud = self.paths[kinds.index(Kind.CLOUD)]
-            other = next(path for path, kind in zip(self.paths, kinds, strict=True) if kind is not Kind.CLOUD)
-            raise ValueError(
-                f"{cloud} is a point cloud and {other or 'the other INPUT'} is none: pass INPUTs of one kind, or put "
-                "them into one Scene in Python"
-            )
-        return kinds[0]
+        """What INPUT is; several of different kinds, or with a scene among them, are one scene."""
+        kinds = {Kind.of(path) for path in self.paths}
+        return Kind.of(self.frame.input) if len(kinds) == 1 else Kind.SCENE
 
     def load(self, look: Appearance, plain: Appearance, sequence: bool = False) -> Loaded:
         """Read what is drawn; a scene and point clouds with the options of a look that were given.
 
         plain  the look without options. Raises ValueError for options that the objects have not.
         """
+        names = [Path(str(path)).stem for path in self.paths]
         if self.kind is Kind.CLOUD:
-            clouds = [load(replace(self.frame, input=path), scene=True) for path in self.paths]
-            given, names = given_by(look, plain), [Path(str(path)).stem for path in self.paths]
-            return Loaded(scene_of(*(styled(cloud, given) for cloud in clouds), names=names))
+            given, legends = given_by(look, plain), list[Any]()
+            clouds = [styled(self._load_beside(replace(self.frame, input=path), legends), given) for path in self.paths]
+            return Loaded(scene_of(*clouds, names=names), legend=next(iter(legends), None))
+        if self.kind is Kind.SCENE and self.others.more:
+            return self._load_kinds(look, plain, names)
         if self.others.more:
             return self._load_together(look)
         if self.others.views is not None:
             return self._load_views(look, self.others.views)
+        if self._is_mesh(self.frame.input):
+            legends = list[Any]()
+            mesh = dressed(self._load_beside(self.frame, legends), given_by(look, plain))
+            return Loaded(mesh, legend=next(iter(legends), None))
         found = load(self.frame, sequence, scene=True)
         return Loaded(shaded(found, check_look(look, plain)) if self.kind is Kind.SCENE else found)
+
+    @staticmethod
+    def _is_mesh(path: str | None) -> bool:
+        from ..files.clouds.load_cloud import is_mesh
+
+        return is_mesh(path)
+
+    def _load_beside(self, frame: FrameOptions, legends: list[Any]) -> Any:
+        """A cloud or a mesh. What its colours mean is added to the legends."""
+        from ..files.clouds.load_cloud import check_cloud_options, load_with_legend
+
+        if not frame.cloud_options.get("color_by") or frame.frame is not None:
+            return load(frame, scene=True)
+        frame.check_exist()
+        check_cloud_options([name for name, one in frame.load_options.items() if one is not None], str(frame.input))
+        shared = {"max_pixels": frame.max_pixels, "allow_outside": frame.allow_outside}
+        found, legend = load_with_legend(str(frame.input), **shared, **frame.cloud_options)
+        legends += [legend] if legend is not None else []
+        return found
+
+    def _load_kinds(self, look: Appearance, plain: Appearance, names: list[str]) -> Loaded:
+        """Clouds, scenes and frames as one scene, each with those of the options that it has."""
+        from ..files.clouds.load_cloud import check_cloud_options, check_frame_options
+
+        if self.others.views is not None:
+            raise ValueError(f"{option('views')} merges the frames of one sequence: leave it out, or pass one INPUT")
+        if self.frame.frame is not None:
+            raise ValueError(f"{option('frame')} is of frames alone: leave it out, or pass the frame's own file")
+        given, legends, parts = given_by(look, plain), list[Any](), list[Any]()
+        kinds = [Kind.of(path) for path in self.paths]
+        shading = None if look.shading == plain.shading else look.shading
+        of_clouds = {one.name: one.default for one in fields(CloudGroup)}
+        kept = (*of_clouds, "input", "max_pixels", "allow_outside")
+        of_frames = {one.name: one.default for one in fields(self.frame) if one.name not in kept}
+        if Kind.FRAMES not in kinds:
+            check_of_clouds(given)
+            check_cloud_options([one for one in of_frames if getattr(self.frame, one) not in (None, False)], names[0])
+        meshes = [self._is_mesh(path) for path in self.paths]
+        if Kind.CLOUD not in kinds and not any(meshes):
+            check_frame_options(self.frame.cloud_options, names[0])
+        for path, kind, is_mesh in zip(self.paths, kinds, meshes, strict=True):
+            alone = replace(self.frame, input=path, **of_frames)
+            if kind is Kind.CLOUD:
+                own = {name: one for name, one in given.items() if is_of_clouds(name) and name != "shading"}
+                part: Any = styled(self._load_beside(alone, legends), own)
+                parts.append(part if shading is None else part._shaded(shading))
+            elif is_mesh:
+                own = {name: one for name, one in given.items() if name in ("material", "shading")}
+                if Kind.CLOUD in kinds:  # a field is that of the clouds
+                    alone = replace(alone, color_by=None, color_range=None)
+                parts.append(dressed(self._load_beside(alone, legends), own))
+            elif kind is Kind.SCENE:
+                parts.append(shaded(load(replace(alone, **of_clouds), scene=True), shading))
+            else:
+                found = load(replace(self.frame, input=path, frame=None, **of_clouds), sequence=True)
+                if not isinstance(found, Frame):
+                    print_note(f"{path}: the first of its {len(found)} frames is drawn, the others are left out")
+                parts.append(PointObject(_numbered(found, 0), look=look))
+        return Loaded(beside(parts, names), legend=next(iter(legends), None))
 
     def _load_together(self, look: Appearance) -> Loaded:
         """One frame of each of several inputs, the first or that with the number given."""
@@ -135,6 +211,15 @@ def load(frame: FrameOptions, sequence: bool = False, scene: bool = False, pose:
         opened = open_source(source, **options)
         return opened if frame.frame is None else _numbered(opened, frames_from(frame.frame, 1)[0])
     return load_any(source, **options, **frame.cloud_options)
+
+
+def load_points(frame: FrameOptions) -> PointCloud:
+    """The points of a cloud, and of a mesh its vertices."""
+    from ..files.clouds.load_cloud import is_mesh, load_cloud
+
+    if not is_mesh(frame.input):
+        return load(frame, scene=True)
+    return load_cloud(str(frame.input), max_pixels=frame.max_pixels, **frame.cloud_options)
 
 
 def check_frame(frame: FrameOptions) -> Kind:

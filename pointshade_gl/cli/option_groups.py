@@ -260,7 +260,7 @@ def check_exist(folder: str | None = None, **given: str | Path | None) -> None:
 
 
 def check_folders(inputs: Sequence[str]) -> None:
-    """Raises ValueError for an INPUT after the first that is no folder and no cloud: it was meant for an option.
+    """Raises ValueError for an INPUT after the first that is no folder, cloud or scene: it was meant for an option.
 
     FileNotFoundError if it does not exist.
     """
@@ -268,8 +268,8 @@ def check_folders(inputs: Sequence[str]) -> None:
         is_path = split_numbers(path) is None and not _LIGHT_WORD.search(path) and path not in (*FRAMES, *SCENES)
         if is_path and not Path(path).exists():
             raise FileNotFoundError(f"{path} does not exist{near_path(Path(path)) or listed_beside(Path(path))}")
-        if not Path(path).is_dir() and Kind.of(path) is not Kind.CLOUD:
-            raise ValueError(f"more INPUTs must be folders of frames, or point clouds, got {path}: {_way_out(path)}")
+        if not Path(path).is_dir() and Kind.of(path) is Kind.FRAMES:
+            raise ValueError(f"more INPUTs must be folders of frames, clouds or scenes, got {path}: {_way_out(path)}")
 
 
 def sentence_of(error: Any, every: Callable[[], Mapping[str, Any]]) -> str:
@@ -345,6 +345,15 @@ def frames_from(text: str, count: int) -> list[int]:
     expected = f"{option('frame')} takes the number of a frame, counted from 0"
     expected += f", for each of {count} INPUTs" if count > 1 else ""
     return _whole_numbers(text, count, ",", 0, expected)
+
+
+def range_from(text: str, name: str) -> tuple[float, float]:
+    """The lower and the upper number."""
+    expected = f"{option(name)} takes two numbers, the lower first, such as 0,1"
+    low, high = _numbers(text, 2, ",", expected)
+    if not low < high:
+        raise ValueError(f"{expected}, got {text!r}")
+    return low, high
 
 
 def pose_from(text: str) -> NDArray[np.float64]:

@@ -177,7 +177,22 @@ class CloudGroup:
 
     up: str | None = cli_option("Of a point cloud: which axis points up.", Cli(panels.CLOUD, "AXIS", UPS))
     color_by: str | None = cli_option(
-        f"Of a point cloud: where its colours are from, {', '.join(COLOR_BY)}.", Cli(panels.CLOUD, "WHAT", COLOR_BY)
+        f"Of a point cloud: where its colours are from, {', '.join(COLOR_BY)} or any field of the file, which "
+        "`pointshade info` lists; a picture gets a legend.",
+        Cli(panels.CLOUD, "FIELD"),
+    )
+    color_range: str | None = cli_option(
+        "Of a point cloud: the numbers that get the first and the last colour of --color-by.",
+        Cli(panels.CLOUD, "LOW,HIGH"),
+    )
+    columns: str | None = cli_option(
+        "Of a point cloud: what the columns of its file are, such as x,y,z,nx,ny,nz,label; _ passes one over.",
+        Cli(panels.CLOUD, "NAME,NAME..."),
+    )
+    all_points: bool = cli_option(
+        "Of a point cloud: keep what the file marks as noise or withheld, and returns at 0,0,0 that never came.",
+        Cli(panels.CLOUD),
+        default=False,
     )
     most: int | None = cli_option(
         "Of a point cloud: read N points at most, an even sample.", Cli(panels.CLOUD, "N"), min=1
@@ -200,9 +215,11 @@ class CloudGroup:
 
     @property
     def cloud_options(self) -> dict[str, Any]:
-        """Those that were typed, by name. Raises ValueError for texts that are no places."""
+        """Those that were typed, by name. Raises ValueError for texts that are no range or no places."""
         typed = {one.name: getattr(self, one.name) for one in fields(CloudGroup)}
         given = {name: value for name, value in typed.items() if value not in (None, False)}
+        if self.color_range is not None:
+            given["color_range"] = groups.range_from(self.color_range, "color_range")
         return given | {name: groups.places_from(given[name], name) for name in ("crop", "seen_from") if name in given}
 
 
@@ -237,6 +254,13 @@ class FrameOptions(CloudGroup, ReadingOptions, InputOptions):
         """What INPUT is."""
         return Kind.of(self.input)
 
+    @property
+    def holds_points(self) -> bool:
+        """Whether INPUT is a point cloud, or a mesh, whose vertices are points."""
+        from ..files.clouds.load_cloud import is_mesh
+
+        return self.kind is Kind.CLOUD or is_mesh(self.input)
+
     def check_exist(self) -> None:
         """Raises FileNotFoundError if one of the files does not exist."""
         names = "color", "depth", "poses", "intrinsics", "depth_model"
@@ -252,7 +276,7 @@ class MoreOptions:
         typer.Argument(
             metavar="MORE",
             help="More folders with frames of the same thing, with poses (or see --poses): all play at once, merged "
-            "into one object. Or more point clouds, which lie in one world.",
+            "into one object. Or more point clouds, meshes, scenes and frames, which lie in one world.",
             autocompletion=complete_input,
         ),
     ] = None

@@ -24,7 +24,16 @@ from ..scene.objects import MOST_FRAMES
 from ..scene.option_fields import takes
 from .access.content import FilePath
 from .access.known_names import builtin_folder
-from .clouds.load_cloud import AnyOptions, check_cloud_options, check_fitting, check_frame_options, load_cloud
+from .clouds.load_cloud import (
+    OF_MESHES,
+    AnyOptions,
+    check_cloud_options,
+    check_fitting,
+    check_frame_options,
+    is_mesh,
+    load_cloud,
+    load_mesh,
+)  # fmt: skip
 from .frames.frame_files import load_frame, open_given
 from .frames.frame_parts import LoadOptions, ReadOptions
 from .frames.sequences import FrameSequence, first_readable, open_frames
@@ -111,6 +120,9 @@ def load_any(source: FilePath | None, **load_options: Unpack[AnyOptions]) -> Fra
     """
     options: dict[str, Any] = {name: value for name, value in load_options.items() if value is not None}
     kind, file = Kind.of(source), cast("FilePath", source)
+    if is_mesh(source):
+        check_fitting(options, OF_MESHES, f"{source} is a mesh")
+        return load_mesh(source, **options)
     if kind is Kind.SCENE:
         check_fitting(options, (), f"{source} is a scene, which names the files of its frames")
         return load_scene(file, **options)

@@ -17,9 +17,11 @@ class Kind(Enum):
     @classmethod
     def of(cls, source: FilePath | None) -> Kind:
         """The kind of what a source names; None is the built-in frame, or files that are named one by one."""
-        from .clouds.load_cloud import is_cloud  # only here: it imports the readers of many files
+        from .clouds.load_cloud import is_cloud, is_mesh  # only here: it imports the readers of many files
 
-        return cls.SCENE if names_scene(source) else cls.CLOUD if is_cloud(source) else cls.FRAMES
+        if names_scene(source) or is_mesh(source):
+            return cls.SCENE
+        return cls.CLOUD if is_cloud(source) else cls.FRAMES
 
 
 def names_scene(source: FilePath | None) -> bool:

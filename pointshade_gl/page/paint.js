@@ -86,6 +86,13 @@ class Painter {
       gl.enableVertexAttribArray(place);
       gl.vertexAttribPointer(place, numbers, gl.FLOAT, false, 44, first);
     }
+    const tint = program.attribute("tint");
+    if (tint >= 0 && thing.tints) {
+      gl.bindBuffer(gl.ARRAY_BUFFER, thing.tints);
+      gl.enableVertexAttribArray(tint);
+      gl.vertexAttribPointer(tint, 3, gl.FLOAT, false, 12, 0);
+      places.push([tint]);
+    } else if (tint >= 0) gl.vertexAttrib3f(tint, 0, 0, 0);
     this.drawElements(gl.TRIANGLES, thing.faces);
     for (const [place] of places) gl.disableVertexAttribArray(place);
   }

@@ -22,7 +22,7 @@ from ..gpu.clouds import cloud_objects as drawing
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.core.programs import splice
 from ..gpu.core.view_images import Drawable
-from ..gpu.meshes.mesh_objects import PlacedMesh, mesh_vertices
+from ..gpu.meshes.mesh_objects import PlacedMesh, mesh_tints, mesh_vertices
 from ..gpu.points.point_objects import ShownSet
 from ..notes.notes import print_note
 from ..notes.words import printable
@@ -173,6 +173,9 @@ def surface_part(surface: PageSurface, quality: Quality) -> Part:
     return head, b"".join(body)
 
 
+TINT_STEPS = 32767  # of a colour less white
+
+
 @parts_of.register
 def mesh_part(placed: PlacedMesh, quality: Quality) -> Iterable[Part]:
     """A mesh, its corners as the renderer takes them."""
@@ -183,6 +186,9 @@ def mesh_part(placed: PlacedMesh, quality: Quality) -> Iterable[Part]:
         "texture": None, "axes": placed.worlds[0], "scale": 1,
     }  # fmt: skip
     body = vertices.T.astype("<f4").tobytes() + faces.astype("<u4").tobytes()
+    if (tints := mesh_tints(mesh)) is not None:
+        head["tinted"] = True
+        body += np.rint(tints * TINT_STEPS).astype("<i2").tobytes()
     if mesh.texture is not None:
         every = np.ones(mesh.texture.shape[:2], np.bool_)
         head["texture"], colors = _color_part(mesh.texture[..., :3], every, quality)

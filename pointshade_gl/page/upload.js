@@ -79,6 +79,8 @@ async function takeMesh(gl, reader, head) {
   const faces = new Uint32Array(reader.take(4 * head.corners).slice().buffer);
   const thing = { ...head, corners: makeBuffer(gl, gl.ARRAY_BUFFER, corners), colors: null };
   thing.faces = { buffer: makeBuffer(gl, gl.ELEMENT_ARRAY_BUFFER, faces), count: head.corners };
+  const tints = head.tinted && new Float32Array(new Int16Array(reader.take(6 * count).slice().buffer)).map((one) => one / 32767);
+  thing.tints = tints ? makeBuffer(gl, gl.ARRAY_BUFFER, tints) : null;
   const { width, height } = head.texture || {};
   if (head.texture) thing.colors = await takeColors(gl, reader, { ...head.texture, ofPoints: false }, null, width * height);
   else thing.colors = makeTexture(gl, "rgba8", 1, 1, new Uint8Array(4).fill(255));

@@ -6,23 +6,24 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..checks.arguments import check_color, check_type
 from ..checks.foreign_arrays import Numbers
-from ..notes.notes import note_new_name
+from ..notes.notes import Note, note_new_name, print_note
 from ..notes.words import counted, option
 from .appearance import Appearance
 from .camera import IDENTITY, Camera, check_pose, orbit_pose
-from .cloud import USUAL_FRONT, CloudStyle, PointCloud, direction_of
+from .cloud import USUAL_FRONT, CloudStyle, PointCloud, Up, direction_of
 from .dense_part import STRAY
 from .environment import Environment, EnvironmentName, check_environment
-from .frame import Preview
+from .frame import Frame, Preview
 from .light import Light, transformed
 from .node import Matrix, Node, NodeOptions, Placed, Way, check_nodes, contents_of, with_drawn
+from .objects import Mesh, PointObject
 from .shadow_cameras import Extent
 from .values import Value, frozen, sphere_round
 
@@ -302,7 +303,7 @@ def scene_of(*clouds: PointCloud, names: Sequence[str] = ()) -> Scene:
 
     One that has a front, or y down (as a camera's), is seen from the front, others from above. names: of their nodes.
     """
-    camera, pose = Camera.from_fov(FOV, 640, 480), _facing(clouds[0])
+    camera, pose = Camera.from_fov(FOV, 640, 480), _facing(clouds[0].up, clouds[0].front)
     if some := [cloud for cloud in clouds if len(cloud)]:
         corners = np.concatenate([cloud.main_corners for cloud in some])
         middle = (corners.min(0) + corners.max(0)) / 2
@@ -310,6 +311,38 @@ def scene_of(*clouds: PointCloud, names: Sequence[str] = ()) -> Scene:
         pose[:3, 3] += middle - pose[:3, 2] * max(MARGIN * away, 1e-6)  # where it sees all of them
     names = names or [""] * len(clouds)
     return Scene(tuple(Node(cloud, name=name) for cloud, name in zip(clouds, names, strict=True)), camera, pose)
+
+
+def beside(
+    sources: Sequence[Frame | PointObject | PointCloud | Scene], names: Sequence[str] = (), note: Note = print_note
+) -> Scene:
+    """Return the scene of clouds, meshes, scenes and frames, each at its own coordinates, seen upright as the first.
+
+    names  of their nodes. note  is called with one sentence where they do not agree about what is up.
+    """
+    names, nodes, axes = names or [""] * len(sources), list[Node](), list[tuple[Up, Up | None]]()
+    for source, name in zip(sources, names, strict=True):
+        if isinstance(source, Scene):
+            nodes.append(Node(name=name, children=source.nodes))
+            ups = (one.content.up for one in source.instances if isinstance(one.content, Mesh))
+            axes.append((cast("Up", next(filter(None, ups), "y")), None))  # y of glTF
+        else:
+            nodes.append(Node(PointObject(source) if isinstance(source, Frame) else source, name=name))
+            is_cloud = isinstance(source, PointCloud)
+            axes.append((source.up, source.front) if is_cloud else ("-y", "-z"))
+    if len({up for up, _ in axes}) > 1:
+        each = ", ".join(f"{name or 'one'} {up}" for name, (up, _) in zip(names, axes, strict=True))
+        note(f"each lies at its own coordinates, and what points up is not the same in all of them: {each}")
+    scenes = [one for one in sources if isinstance(one, Scene)]
+    environment = next((one.environment for one in scenes if one.environment is not None), None)
+    return seen_upright(Scene(tuple(nodes), environment=environment), *axes[0])
+
+
+def dressed(scene: Scene, given: dict[str, Any]) -> Scene:
+    """Return the scene of a mesh with a material and a shading. Raises ValueError for other options of a look."""
+    if others := [option(name) for name in given if name not in ("material", "shading")]:
+        raise ValueError(f"{', '.join(others)} is no option of a mesh: leave it out")
+    return scene.with_every_node(lambda node: with_drawn(node, lambda part: replace(part, **given))) if given else scene
 
 
 def styled(cloud: PointCloud, given: dict[str, Any]) -> PointCloud:
@@ -345,9 +378,22 @@ def _away(cloud: PointCloud, camera: Camera, turn: NDArray[np.float64], middle: 
     return float(np.quantile(np.maximum(*across) - z, 1 - STRAY))
 
 
-def _facing(cloud: PointCloud) -> NDArray[np.float64]:
-    """Return the pose of a camera at the world's origin that sees the cloud upright."""
-    ahead, down = -direction_of(cloud.front or USUAL_FRONT[cloud.up]), -cloud.up_direction
+def seen_upright(scene: Scene, up: Up, front: Up | None = None) -> Scene:
+    """Return the scene with a camera that sees all of it upright, from the front or from above."""
+    camera, pose = Camera.from_fov(FOV, 640, 480), _facing(up, front)
+    corners = np.concatenate([np.zeros((0, 3)), *(one.main_corners for one in scene.instances)])
+    if len(corners):
+        middle = (corners.min(0) + corners.max(0)) / 2
+        x, y, z = ((corners - middle) @ pose[:3, :3]).T
+        sides = np.abs(x) * 2 * camera.fx / camera.width, np.abs(y) * 2 * camera.fy / camera.height
+        away = float((np.maximum(*sides) - z).max())
+        pose[:3, 3] += middle - pose[:3, 2] * max(MARGIN * away, 1e-6)
+    return replace(scene, camera=camera, pose=pose)
+
+
+def _facing(up: Up, front: Up | None) -> NDArray[np.float64]:
+    """Return the pose of a camera at the world's origin that sees what has these axes upright."""
+    ahead, down = -direction_of(front or USUAL_FRONT[up]), -direction_of(up)
     pose = np.eye(4)
     pose[:3, :3] = np.stack([np.cross(down, ahead), down, ahead], -1)
-    return pose if cloud.front or cloud.up == "-y" else orbit_pose(pose, (0, 0, 0), ASIDE, ABOVE)
+    return pose if front or up == "-y" else orbit_pose(pose, (0, 0, 0), ASIDE, ABOVE)

@@ -14,7 +14,7 @@ from ..checks.arguments import as_given, check_choice, check_color, check_type, 
 from ..checks.foreign_arrays import Numbers, way_to
 from ..notes.words import counted, option, shown
 from .appearance import FRAME_SPLATS, SHADINGS, Appearance, AppearanceOptions, Material, Shading
-from .cloud import PointCloud, floats_of
+from .cloud import UPS, PointCloud, Up, direction_of, floats_of
 from .frame import Frame
 from .values import DrawnValue, box_corners, frozen, median
 
@@ -45,6 +45,10 @@ class Mesh(DrawnValue):
     shading : {"phong", "gouraud", "flat", "none", "edl"}
         Light for each pixel, for each vertex, for each triangle, or none; "edl" (eye-dome lighting) is none, and darker
         beside what is nearer.
+    colors : (n, 3) uint8, optional
+        sRGB of each position, multiplied with the colour and the texture; None is white.
+    up : {"x", "y", "z", "-x", "-y", "-z"}, optional
+        Which axis points up, node axes; None: nothing says so.
 
     Raises
     ------
@@ -66,12 +70,15 @@ class Mesh(DrawnValue):
     texture: NDArray[np.uint8] | None = None
     material: Material = field(default_factory=Material)
     shading: Shading = "phong"
+    colors: NDArray[np.uint8] | None = None
+    up: Up | None = None
 
     if TYPE_CHECKING:  # what may be passed is more than what is kept
 
         def __init__(
             self, positions: Numbers, faces: Numbers, normals: Numbers | None = None, uv: Numbers | None = None,
             color: Numbers = ..., texture: Numbers | None = None, material: Material = ..., shading: Shading = ...,
+            colors: Numbers | None = None, up: Up | None = None,
         ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -96,6 +103,15 @@ class Mesh(DrawnValue):
             if self.uv is None:
                 raise ValueError("a mesh with a texture needs uv, one (u, v) for each position")
             object.__setattr__(self, "texture", frozen(np.array(texture, order="C")))
+        if self.colors is not None:
+            colors = as_given(self.colors, "mesh colors must be uint8 of shape (n, 3)")
+            if colors.shape != (len(points), 3) or colors.dtype != np.uint8:
+                raise ValueError(
+                    f"mesh colors must be uint8 of shape ({len(points)}, 3), got {colors.shape} {colors.dtype}"
+                )
+            object.__setattr__(self, "colors", frozen(np.array(colors, order="C")))
+        if self.up is not None:
+            check_choice(option("up"), self.up, UPS)
         object.__setattr__(self, "color", check_color(self.color, "mesh color"))
         check_type(self.material, Material, "mesh material")
         check_choice("shading", self.shading, SHADINGS)
@@ -107,6 +123,11 @@ class Mesh(DrawnValue):
 
     def _shaded(self, shading: Shading) -> Mesh:
         return replace(self, shading=shading)
+
+    @property
+    def up_direction(self) -> NDArray[np.float64] | None:
+        """Return the direction that is up, (3,) unit, node axes; None where nothing says so."""
+        return None if self.up is None else direction_of(self.up)
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:

@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from ..checks.arguments import check_fps, items_of
 from ..files.access.folders import ListedFile
 from ..files.access.known_names import COLOR_SUFFIXES, DEPTH_SUFFIXES, ONLY_DEPTH, VIDEO_SUFFIXES
-from ..files.clouds.load_cloud import is_cloud
-from ..files.frame_sources import check_posed, is_scene, load_any, open_source
+from ..files.frame_sources import check_posed, load_any, open_source
 from ..files.frames.frame_files import load_frame
+from ..files.input_kinds import Kind
 from ..files.pictures.picture_files import is_deep_grey
 from ..notes.errors import Cancelled, error_text
 from ..notes.words import option, shown
 from ..scene.camera import Camera
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
-from ..scene.graph import Scene, scene_of
+from ..scene.graph import Scene, beside, scene_of
 from ..scene.light import Light
 from ..scene.orbit import OWN_LIGHT, OrbitStage, State
 from ..scene.settings import Metering
@@ -305,18 +305,21 @@ class Session:
 def read_dropped(paths: Sequence[str]) -> Dropped:
     """Read what was dropped onto a window, as if `pointshade view` had been given it.
 
-    paths  a folder, a depth file, a scene or point clouds; or the files of one frame: depth, colour, camera; or several
-           folders
+    paths  a folder, a depth file, a scene or point clouds; or several of these kinds, which become one scene; or the
+           files of one frame: depth, colour, camera; or several folders
 
     Raises ValueError, TypeError or OSError for anything else.
     """
     if not paths:
         raise ValueError("the name of what was dropped cannot be read")
-    if all(map(is_cloud, paths)):
+    kinds, names = [Kind.of(path) for path in paths], [Path(path).stem for path in paths]
+    if {*kinds} == {Kind.CLOUD}:
         clouds: list[Any] = [load_any(path) for path in paths]
-        return Dropped([scene_of(*clouds, names=[Path(path).stem for path in paths])], tuple(paths), {})
+        return Dropped([scene_of(*clouds, names=names)], tuple(paths), {})
     if len(paths) == 1:
-        return Dropped([(load_any if is_scene(paths[0]) else open_source)(paths[0])], tuple(paths), {})
+        return Dropped([(open_source if kinds[0] is Kind.FRAMES else load_any)(paths[0])], tuple(paths), {})
+    if {*kinds} != {Kind.FRAMES}:
+        return Dropped([beside([load_any(path) for path in paths], names)], tuple(paths), {})
     if all(Path(path).is_dir() for path in paths):
         sources = [open_source(path) for path in paths]
         check_posed(sources)

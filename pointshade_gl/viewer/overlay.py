@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from ..files.clouds.cloud_columns import ColorLegend
 from ..files.depth.depth_files import ramp
 from ..notes.notes import print_warning
 from ..scene.values import BLUE, ColorScale
@@ -23,6 +24,7 @@ BACKDROP, BRIGHT, DIM = (16, 17, 20, 200), (238, 238, 238, 255), (170, 176, 186,
 Sections = Sequence[tuple[str, Sequence[tuple[str, str]]]]  # a title, and rows of two columns
 KEY_COLOR = (255, 214, 140, 255)
 MOST_STACKS = 3  # of the help, side by side
+LONGEST = 32  # letters of a legend's title
 POINTS = 14  # height of a letter's box, pixels at scale 1
 
 
@@ -126,6 +128,43 @@ def draw_strip(text: str, share: float | None, scale: float, width: int, high: i
         draw.rectangle((0, high - bar, width, high), (90, 94, 102, 230))
         draw.rectangle((0, high - bar, round(share * width), high), (255, 214, 140, 255))
     return np.asarray(image)
+
+
+def draw_legend(legend: ColorLegend, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """A picture, (h, w, 4) uint8, with what its colours mean in its lower right corner."""
+    height, width = image.shape[:2]
+    scale = max(1.0, min(height, width) / 720)
+    key = _legend(legend, scale)
+    fits = min(1.0, 0.9 * height / key.height, 0.5 * width / key.width)
+    if fits < 1:
+        key = _legend(legend, max(fits * scale, 1 / POINTS))
+    whole, gap = Image.fromarray(image), round(8 * scale)
+    whole.alpha_composite(key, (max(width - key.width - gap, 0), max(height - key.height - gap, 0)))
+    return np.asarray(whole)
+
+
+def _legend(legend: ColorLegend, scale: float) -> Any:
+    """A title, and below it a box for each label, or the row of colours upright between its two ends."""
+    font, pad, high = ImageFont.load_default(POINTS * scale), round(7 * scale), round(1.3 * POINTS * scale)
+    is_row = len(legend.colors) != len(legend.texts)
+    box, rows = round(0.8 * POINTS * scale), 6 if is_row else len(legend.texts)
+    title = legend.title if len(legend.title) <= LONGEST else f"{legend.title[: LONGEST - 1]}…"
+    wide = max(font.getlength(title), *(2 * box + font.getlength(text) for text in legend.texts), 1)
+    image = Image.new("RGBA", (round(wide) + 2 * pad, (rows + 1) * high + 2 * pad), BACKDROP)
+    draw, left = ImageDraw.Draw(image), pad + 1.6 * box
+    draw.text((pad, pad + high / 2), title, BRIGHT, font, anchor="lm")
+    top = pad + high
+    if is_row:
+        upright = legend.colors[::-1][:, None].repeat(box, 1)
+        image.paste(Image.fromarray(upright).resize((box, rows * high)), (pad, top))
+        for text, y in zip(legend.texts, (rows - 0.5, 0.5), strict=True):
+            draw.text((left, top + y * high), text, BRIGHT, font, anchor="lm")
+        return image
+    for k, (text, color) in enumerate(zip(legend.texts, legend.colors.tolist(), strict=True)):
+        y = top + (k + 0.5) * high
+        draw.rectangle((pad, y - box / 2, pad + box, y + box / 2), tuple(color))
+        draw.text((left, y), text, BRIGHT, font, anchor="lm")
+    return image
 
 
 def draw_table(sections: Sections, scale: float, width: int, height: int) -> NDArray[np.uint8]:

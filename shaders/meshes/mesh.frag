@@ -10,6 +10,7 @@ uniform bool is_lit;        // false shows the albedo as it is
 
 in vec3 target_normal;
 in vec2 texture_uv;
+in vec3 corner_tint;
 in float depth;
 
 layout(location = 0) out vec4 surface;
@@ -22,5 +23,5 @@ void main() {
     if (dot(n, ray) > 0.0) n = -n;
     visibility = vec4(0.0, 0.0, 0.0, -1.0);
     surface = vec4(is_lit ? n : vec3(0.0), depth);
-    albedo = vec4(base_color * srgb_to_linear(texture(picture, texture_uv).rgb), material_number);
+    albedo = vec4(base_color * (1.0 + corner_tint) * srgb_to_linear(texture(picture, texture_uv).rgb), material_number);
 }

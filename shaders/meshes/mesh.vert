@@ -17,15 +17,18 @@ uniform float near;
 in vec3 position;
 in vec3 normal;
 in vec2 uv;
+in vec3 tint;  // linear colour less white: 0 without one
 
 out vec3 target_normal;
 out vec2 texture_uv;
+out vec3 corner_tint;
 out float depth;
 
 void main() {
     vec3 point = (view * vec4(position, 1.0)).xyz;
     target_normal = normal_view * normal;
     texture_uv = uv;
+    corner_tint = tint;
     depth = point.z;
     // Pixel centres are at integers: (u + 0.5) / width of the way across. Homogeneous, for points behind the viewer.
     vec2 pixel = target.xy * point.xy + (target.zw + 0.5) * point.z;

@@ -9,6 +9,7 @@ uniform float material_number;
 in vec3 diffuse;
 in vec3 specular;
 in vec2 texture_uv;
+in vec3 corner_tint;
 in float depth;
 
 layout(location = 0) out vec4 surface;
@@ -18,6 +19,6 @@ layout(location = 2) out vec4 visibility;  // share -1: not known
 void main() {
     visibility = vec4(0.0, 0.0, 0.0, -1.0);
     surface = vec4(0.0, 0.0, 0.0, depth);
-    vec3 color = base_color * srgb_to_linear(texture(picture, texture_uv).rgb);
+    vec3 color = base_color * (1.0 + corner_tint) * srgb_to_linear(texture(picture, texture_uv).rgb);
     albedo = vec4(color * diffuse + specular, material_number);
 }

@@ -31,10 +31,12 @@ in vec3 position;
 in vec3 lit_at;  // the triangle's middle for flat
 in vec3 normal;
 in vec2 uv;
+in vec3 tint;  // linear colour less white: 0 without one
 
 out vec3 diffuse;   // light to multiply with the albedo
 out vec3 specular;
 out vec2 texture_uv;
+out vec3 corner_tint;
 out float depth;
 
 void main() {
@@ -52,6 +54,7 @@ void main() {
         lit_point, vec3(0.0), n, vec3(0.0), shiny, ambient, lights, light_count, shadow_map, views, to_world
     );
     texture_uv = uv;
+    corner_tint = tint;
     depth = point.z;
     vec2 pixel = target.xy * point.xy + (target.zw + 0.5) * point.z;
     gl_Position = vec4(2.0 * pixel / target_size - point.z, point.z - 2.0 * near, point.z);

@@ -11,7 +11,9 @@ import pointshade_gl as ps
 from pointshade_gl.scene.graph import scene_of
 
 from ..support.cloud_ball import ball, write_ball
+from ..support.cloud_files import ply_text
 from ..support.command import run
+from ..support.painted_room import write
 
 
 @pytest.fixture
@@ -67,6 +69,59 @@ class TestPictures:
         covered = picture(tmp_path / "out.png")[..., 3].max(0, initial=0)
         begins = np.flatnonzero(np.diff((covered > 0).astype(int)) == 1)
         assert covered[[0, -1]].max() == 0 and len(begins) == 2  # two balls
+
+    def test_a_field_is_a_colour_with_a_legend(self, tmp_path):
+        rows = np.concatenate([ball(3000).positions, np.arange(3000)[:, None] // 1000], 1)
+        np.savetxt(tmp_path / "a.xyz", rows, header="x y z label", comments="")
+        words = ["--picture-size", "160x120", "--shading", "none", "-o", tmp_path / "out.png"]
+        done = run("render", tmp_path / "a.xyz", "--color-by", "Label", "--up", "z", *words)
+        assert done.returncode == 0 and "coloured by label, 3 labels: 0, 1, 2" in done.stderr, done.stderr
+        image = picture(tmp_path / "out.png")
+        for color in ((31, 119, 180), (255, 127, 14), (44, 160, 44)):
+            rows, columns = np.nonzero((np.abs(image[..., :3] - color) <= 2).all(-1))
+            assert (columns > 120).sum() >= 9 and (columns < 100).any()  # in the corner, and on the ball
+
+    def test_clouds_meshes_scenes_and_frames_are_one_scene(self, cloud, tmp_path):
+        """Each at its own coordinates: the cloud before the mesh, the frame beside it."""
+        wall = ps.Mesh([(-5, -4, 3), (5, -4, 3), (5, 4, 3), (-5, 4, 3)], [(0, 1, 2), (0, 2, 3)], color=(0, 1, 0))
+        ps.save_scene(tmp_path / "wall.glb", ps.Scene((ps.Node(wall),)))
+        corners = {"x": np.array([2, 3, 3], "f4"), "y": np.array([0, 0, 1], "f4"), "z": np.zeros(3, "f4")}
+        corners |= dict.fromkeys(("red", "green"), np.full(3, 0, "u1")) | {"blue": np.full(3, 255, "u1")}
+        (tmp_path / "mesh.ply").write_bytes(ply_text(corners, faces=[(0, 1, 2)]))
+        camera = {"width": 64, "height": 48, "fx": 24, "fy": 24, "cx": 31.5, "cy": 23.5}
+        write(tmp_path / "frame", np.full((48, 64, 3), (255, 0, 255), np.uint8), np.full((48, 64), 2.0), camera)
+        words = ["--picture-size", "160x120", "--shading", "none", "--samples", "1", "--up=-y"]
+        done = run(
+            "render",
+            cloud,
+            tmp_path / "mesh.ply",
+            tmp_path / "wall.glb",
+            tmp_path / "frame",
+            *words,
+            "-o",
+            tmp_path / "out.png",
+        )
+        assert done.returncode == 0, done.stderr
+        image = picture(tmp_path / "out.png")
+        for color in ((0, 255, 0), (0, 0, 255), (255, 0, 255)):
+            assert (np.abs(image[..., :3] - color) <= 2).all(-1).sum() > 20, color
+        assert "what points up is not the same in all of them: ball -y, mesh -y, wall y, frame -y" in done.stderr
+
+    def test_a_mesh_has_a_material_and_a_shading(self, tmp_path):
+        corners = {
+            name: np.array(one, "f4") for name, one in zip("xyz", ((0, 1, 1), (0, 0, 1), (0, 0, 0)), strict=True)
+        }
+        (tmp_path / "a.ply").write_bytes(ply_text(corners, faces=[(0, 1, 2)]))
+        words = ["--picture-size", "80x60", "--samples", "1", "-o", tmp_path / "out.png"]
+        seen = []
+        for more in ([], ["--shading", "none"], ["--ambient", ".9", "--diffuse", "0", "--specular", "0"]):
+            done = run("render", tmp_path / "a.ply", *more, *words)
+            assert done.returncode == 0, done.stderr
+            seen.append(picture(tmp_path / "out.png"))
+        assert (seen[0] != seen[1]).any() and (seen[0] != seen[2]).any()
+        wrong = run("render", tmp_path / "a.ply", "--splat", "ball", *words)
+        assert wrong.returncode == 2 and "--splat is no option of a mesh" in wrong.stderr
+        assert run("info", tmp_path / "a.ply").stdout.startswith("points    3 points, PLY, ascii")
 
     def test_a_turntable_goes_round_and_the_ball_stays(self, cloud, tmp_path):
         words = ["--turntable", "camera", "--frames", "4", "--picture-size", "80x60", "--shading", "none"]
@@ -164,8 +219,13 @@ WRONG = [  # typed, and the sentence
     ("render ball.ply -o out.png --frame 3", "--frame is one of a sequence, and ball.ply is a point cloud"),
     ("render ball.ply -o out.png --fov 50", "ball.ply is a point cloud, and no frame: leave out --fov"),
     ("render ball.ply bal.ply -o out.png", "bal.ply does not exist (did you mean ball.ply?)"),
-    ("render ball.ply frames -o out.png", "ball.ply is a point cloud and frames is none: pass INPUTs of one kind"),
-    ("render frames ball.ply -o out.png", "ball.ply is a point cloud and frames is none: pass INPUTs of one kind"),
+    ("render ball.ply frames -o out.png", "frames has no depth picture"),
+    ("render ball.ply frames -o out.ply", "ball.ply is a scene: write a picture"),
+    (
+        "render ball.ply -o out.png --color-range 2,1",
+        "--color-range takes two numbers, the lower first",
+    ),
+    ("render ball.ply -o out.png --columns a,b,c", "--columns must name x, y and z"),
     ("render ball.ply ball.ply -o out.ply", "holds the points of one cloud: pass one INPUT"),
     ("render vase --up z -o out.png", "vase is no point cloud: leave out --up"),
     ("render empty.ply -o out.png", "empty.ply"),

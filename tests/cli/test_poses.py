@@ -154,7 +154,7 @@ class TestSeveralInputs:
         ("render A B -o out.png --poses none.json", "--poses: none.json does not exist"),
         ("render A none -o out.png --poses rig.json", "pointshade: none does not exist"),
         ("render A walc -o out.png --poses rig.json", "walc does not exist (did you mean walk?)"),
-        ("render A rig.json -o out.png", "more INPUTs must be folders of frames, or point clouds, got rig.json"),
+        ("render A rig.json -o out.png", "more INPUTs must be folders of frames, clouds or scenes, got rig.json"),
         ("render walk ./walk -o out.png", "./walk is given twice: pass folders that differ, or --views N"),
         ("render walk walk -o out.png --frame 1,1", "walk is given twice"),
         ("view walk walk", "walk is given twice"),

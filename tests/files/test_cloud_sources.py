@@ -31,6 +31,9 @@ CLOUDS = {
     "a.csv": b"x,y,z,\n" + text(3).replace(b" ", b","),
     "a.las": b"LASF",
     "a.dat": b"ASTM-E57",
+    "a.obj": b"# points\nv 0 0 0\n" * 200,
+    "b.txt": b"\n".join(b"%d %d 1 %d %d %d 0 1 0 7" % (k, -k, k % 256, 3 * k % 256, 5 * k % 256) for k in range(300)),
+    "a.ptx": b"1\n1\n" + b"0 0 0\n" * 4 + b"1 0 0 0\n" * 4 + b"1 2 3 .5\n",
 }
 OTHERS = {
     "missing.ply": None,
@@ -40,7 +43,8 @@ OTHERS = {
     "list.txt": b"1.0 depth/1.png\n" * 200,
     "a.bin": np.linspace(1, 2, 4000).astype("<f4").tobytes(),  # depth is never below 0
     "cameras.bin": bytes(4000),
-    "a.obj": b"v 0 0 0\n" * 200,
+    "a.obj": b"v 0 0 0\n" * 200 + b"f 1 2 3\n",
+    "mesh.ply": made.ply_text(XYZ, faces=[(0, 1, 2)]),
 }
 
 
@@ -65,7 +69,9 @@ def test_nor_are_folders_and_built_in_names(tmp_path):
     ("array", "is_one"),
     [
         (POINTS, True), (np.concatenate([POINTS, COLORS], 1), True), (POINTS[:50], False),
-        (np.ones((400, 5)), False), (np.ones((480, 640)), False), (POINTS.reshape(20, 20, 3), False),
+        (np.ones((400, 5)), False),
+            (np.concatenate([POINTS, COLORS, COLORS[:, :2]], 1), True), (np.ones((480, 640)), False),
+            (POINTS.reshape(20, 20, 3), False),
         (np.zeros(400, [("x", "f4"), ("y", "f4"), ("z", "f4")]), True), (np.zeros(400, [("u", "f4")]), False),
     ],
 )  # fmt: skip
@@ -160,9 +166,10 @@ class TestInfo:
         assert status == 0
         for line in (
             "points    300 points, LAS 1.2, point format 3", "up        z (always so in LAS)",
-            "color     yes; --color-by intensity, class, height", "normals   none",
+            "normals   none",
         ):  # fmt: skip
             assert f"{line}\n" in out
+        assert "color     yes; --color-by intensity, class, height, " in out and "gps_time" in out
         assert "seen from " in out and "normals that are estimated point to above, as it is flat" in out
         assert "extent    99." in out and "; positions are float32\n" in out
 

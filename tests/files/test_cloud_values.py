@@ -128,8 +128,34 @@ class TestColors:
     def test_a_choice_that_the_file_does_not_have(self, tmp_path):
         with pytest.raises(ValueError, match=r"a\.npy has no class for color_by, only rgb, height"):
             saved(tmp_path, self.table(COLORS), color_by="class")
-        with pytest.raises(ValueError, match="unknown color_by 'hight'"):
+        with pytest.raises(ValueError, match="has no hight for color_by, only height"):
             saved(tmp_path, POINTS, color_by="hight")
+
+    def test_labels_have_colours_of_their_own(self, tmp_path):
+        told = []
+        labels = (np.arange(len(POINTS)) % 5)[:, None]
+        cloud = saved(tmp_path, self.table(labels), color_by="label", notes=told.append)
+        each = [np.unique(cloud.colors[labels[:, 0] == k], axis=0) for k in range(5)]
+        assert all(len(one) == 1 for one in each) and len(np.unique(cloud.colors, axis=0)) == 5
+        assert any("coloured by label, 5 labels: 0, 1, 2, 3, 4" in one for one in told)
+
+    def test_numbers_go_from_blue_to_yellow_between_ends_that_can_be_set(self, tmp_path):
+        rows = np.rec.fromarrays([*POINTS.T, np.linspace(0, 90, len(POINTS))], names="x,y,z,scalar_Quality")
+        np.save(tmp_path / "a.npy", rows)
+        told = []
+        cloud = ps.load_cloud(tmp_path / "a.npy", color_by="quality", notes=told.append)
+        blue, yellow = cloud.colors[0], cloud.colors[-1]
+        assert blue[2] > blue[0] and yellow[0] > 200 > 100 > yellow[2]
+        assert any("by scalar_Quality, 1.8 dark blue to 88.2 yellow; color_range sets these" in t for t in told)
+        wide = ps.load_cloud(tmp_path / "a.npy", color_by="quality", color_range=(0, 900), notes=told.append)
+        assert (wide.colors[-1] != yellow).any() and wide.colors[-1][2] > wide.colors[-1][0]
+
+    def test_a_range_of_what_has_none(self, tmp_path):
+        for given, fact in (({}, "needs color_by"), ({"color_by": "rgb"}, "is of numbers")):
+            with pytest.raises(ValueError, match=fact):
+                saved(tmp_path, self.table(COLORS), color_range=(0, 1), **given)
+        with pytest.raises(ValueError, match=r"two numbers, the lower first, got \(1, 0\)"):
+            saved(tmp_path, POINTS, color_by="height", color_range=(1, 0))
 
 
 class TestMost:

@@ -171,7 +171,6 @@ class TestText:
             ("1 2 3\n4 5\n6 7 8\n", "point 1 is '4 5', expected 3 numbers"),
             ("1 2 3\n4 5 6 7\n8 9\n", "point 1 is '4 5 6 7', expected 3 numbers"),
             ("1 2 3\nx y z\n", "point 1 is 'x y z'"),
-            ("3\n1 2 3\n4 5 6\n", "its first line counts 3 points, and it has 2"),
             ("1 2\n3 4\n", "no line of its beginning holds x, y and z"),
             ("once upon a time\nthere were no points\n", "no line of its beginning"),
         ],
@@ -179,6 +178,11 @@ class TestText:
     def test_lines_that_do_not_fit(self, tmp_path, text, fact):
         with pytest.raises(ValueError, match=f"a.xyz cannot be read as a point cloud: {fact}"):
             load(tmp_path, "a.xyz", text)
+
+    def test_a_count_that_does_not_fit_is_told(self, tmp_path):
+        told = []
+        cloud = load(tmp_path, "a.xyz", "3\n1 2 3\n4 5 6\n", notes=told.append)
+        assert len(cloud) == 2 and any("counts 3 points, and it has 2: these are read" in one for one in told)
 
 
 class TestNumPy:

@@ -44,8 +44,10 @@ def test_numbers_of_every_type_by_its_old_and_its_new_name(tmp_path, form):
     rows = [[(kind, getattr(limits[kind], end)) for kind in KINDS.values()] for end in ("min", "max")]
     header = b"element row 2\n" + b"".join(b"property %s %s_\n" % ((name.encode(),) * 2) for name in KINDS)
     found = read(tmp_path, ply(header, packed(rows, form), form))["row"]
-    assert found.dtype == [(f"{name}_", kind) for name, kind in KINDS.items()]
-    assert [row.tolist() for row in found] == [tuple(np.array(n, k).item() for k, n in row) for row in rows]
+    exact = {"f4": "f8"} if form == "ascii" else {}  # floats of a text keep all their digits
+    assert found.dtype == [(f"{name}_", exact.get(kind, kind)) for name, kind in KINDS.items()]
+    kept = [[(exact.get(kind, kind), float(str(n)) if exact.get(kind) else n) for kind, n in row] for row in rows]
+    assert [row.tolist() for row in found] == [tuple(np.array(n, k).item() for k, n in row) for row in kept]
 
 
 @pytest.mark.parametrize("form", FORMATS)

@@ -91,8 +91,8 @@ def things(tmp_path):
             "there is one INPUT, got also demo: pass files as --depth FILE, --color FILE and",
         ),
         (
-            "render vase demo -o out.png",
-            "more INPUTs must be folders of frames, or point clouds, got demo: pass files as --depth FILE",
+            "render vase vase -o out.png",
+            "more INPUTs must be folders of frames, clouds or scenes, got vase: pass files as --depth FILE",
         ),
         ("bench demo", "extra argument"),
         ("render --verbose", "there is no option --verbose; `pointshade render --help` lists the options"),

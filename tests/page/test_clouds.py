@@ -109,6 +109,17 @@ def test_clouds_stand_among_meshes_and_frames(browser, points, clouds):
         check(opened, points, scene, SIDE, LEAST)
 
 
+@pytest.mark.usefixtures("small_shadows")
+@browser_test
+@pytest.mark.parametrize("shading", ["phong", "flat"])
+def test_the_colours_of_a_mesh_are_those_of_its_corners(browser, points, shading):
+    colors = np.array([(255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 0)], np.uint8)
+    mesh = ps.Mesh(board().positions, board().faces, colors=colors, shading=shading)
+    scene = scene_of(cloud(), mesh)
+    with browser.shown(altered(draw_page(points, scene), SHADOW_SIDE=SHADOW_SIDE)) as opened:
+        check(opened, points, scene, SIDE, LEAST)
+
+
 def frames_shift():
     shift = np.zeros((4, 4))
     shift[:3, 3] = -0.6, -0.4, -1.5

@@ -155,6 +155,30 @@ def e57(path, scans):
             file.write_scan_raw(data, translation=np.array(place, float), rotation=np.array(turn, float))
 
 
+def e57_with_normals(path, positions, normals):
+    """An E57 file of one scan, with the fields of the extension for surface normals."""
+    import pye57
+    from pye57 import libe57
+
+    with pye57.E57(str(path), "w") as file:
+        image = file.image_file
+        image.extensionsAdd("nor", "http://www.libe57.org/E57_EXT_surface_normals.txt")
+        names = [f"{name}{axis}" for name in ("cartesian", "nor:normal") for axis in "XYZ"]
+        columns = np.concatenate([positions, normals], 1).astype(np.float64).T.copy()
+        row, buffers = libe57.StructureNode(image), libe57.VectorSourceDestBuffer()
+        for name, column in zip(names, columns, strict=True):
+            row.set(name, libe57.FloatNode(image, 0.0, libe57.E57_DOUBLE, -1e9, 1e9))
+            buffers.append(libe57.SourceDestBuffer(image, name, column, len(column), True, True))
+        points = libe57.CompressedVectorNode(image, row, libe57.VectorNode(image, True))
+        scan = libe57.StructureNode(image)
+        scan.set("guid", libe57.StringNode(image, "{1}"))
+        scan.set("points", points)
+        file.data3d.append(scan)
+        writer = points.writer(buffers)
+        writer.write(len(positions))
+        writer.close()
+
+
 def kitti(path, count=500, seed=4):
     """A scan of a lidar: (n, 4) float32, which is returned."""
     rng = np.random.default_rng(seed)

@@ -157,6 +157,7 @@ photograph = view.shows_photograph([frame, frame])
 
 # meshes and scenes
 mesh = ps.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], color=[1, 0, 0], shading="gouraud")
+tinted = ps.Mesh(mesh.positions, mesh.faces, colors=np.zeros((3, 3), "u1"), up="z"), mesh.colors, mesh.up
 box = ps.Mesh(np.zeros((3, 3)), np.zeros((1, 3), int), np.ones((3, 3)), [(0, 0)] * 3, texture=np.zeros((1, 1, 3), "u1"))
 made = ps.Mesh(tensor, capsule, texture=image), ps.PointCloud(capsule, colors=tensor), ps.Environment(capsule)
 moved_node = ps.Node(transform=tensor)
@@ -210,6 +211,7 @@ cloud = ps.PointCloud([(0, 0, 0)], np.ones((1, 3)), np.zeros((1, 3), np.uint8))
 of_cloud = point_cloud.positions, point_cloud.normals, point_cloud.colors, len(point_cloud)
 scanned = ps.load_cloud("scan.laz", up="z", most=1_000_000, color_by="class", max_pixels=1e8, notes=print)
 scanned = ps.load_cloud(folder / "scan.ply", crop=((-1, -1, 0), (1, 1, 2)), clean=True, seen_from=(0, 0, 1.7))
+scanned = ps.load_cloud(folder / "scan.ply", color_range=(0, 1), columns="x,y,z,label", all_points=True)
 of_points = point_cloud.sizes, point_cloud.confidence, point_cloud.origin, point_cloud.up, point_cloud.seen_from
 of_drawing = point_cloud.material, point_cloud.shading, point_cloud.splat, point_cloud.point_size
 of_place = (
@@ -274,6 +276,7 @@ ps.save_scene("out.glb", scene)
 ps.gltf.save_scene(folder / "out.gltf", scene)
 demo = ps.load_scene("demo", allow_outside=True, max_pixels=1e8, notes=print)
 demo = ps.gltf.load_scene(folder / "scene.gltf")
+demo = ps.load_scene(folder / "mesh.ply", up="z")
 with ps.Film(folder / "film.mp4", fps=30) as film:
     film.add(picture)
     film.add(tensor)

@@ -90,6 +90,13 @@ def test_clouds_that_are_dropped_are_opened_as_one_scene(viewer, tmp_path):
     assert [(node.name, len(node.content)) for _, node in viewer.frame.every_node()] == [("a", 300), ("b", 200)]
 
 
+def test_a_cloud_and_a_scene_that_are_dropped_are_one_scene(viewer, tmp_path):
+    cloud = write_ball(tmp_path / "a.ply", count=300)
+    ps.save_scene(tmp_path / "b.glb", ps.Scene((ps.Node(ps.Mesh(np.eye(3), [(0, 1, 2)]), "part"),)))
+    viewer.perform(Open((str(cloud), str(tmp_path / "b.glb"))))
+    assert [node.name for _, node in viewer.frame.every_node()] == ["a", "b", "part"]
+
+
 def test_a_broken_cloud_that_is_dropped_is_one_sentence_and_the_window_stays(viewer, tmp_path):
     path = write_ball(tmp_path / "a.ply")
     path.write_bytes(path.read_bytes()[:700])

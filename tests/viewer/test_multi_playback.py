@@ -156,9 +156,8 @@ class TestCommandLine:
             ("{0} {1} --fps 10,20,30", "per second, or one for each INPUT, got '10,20,30'"),
             ("{0} {1} --fps fast", "--fps must be a number of frames per second, or one for each INPUT, got 'fast'"),
             ("{0} {1} --depth {0}/depth/0.png", "pass --depth or --color with one INPUT"),
-            ("{0} {0}/depth/0.png", "more INPUTs must be folders of frames, or point clouds, got"),
+            ("{0} {0}/depth/0.png", "more INPUTs must be folders of frames, clouds or scenes, got"),
             ("{0} picture.png", "picture.png does not exist"),
-            ("demo {0}", "demo is a scene"),
         ],
     )  # fmt: skip
     def test_what_cannot_play_together_is_said(self, typed, folders, line, sentence):

@@ -42,11 +42,11 @@ def normals(
     """
     from ..written import check_cloud_output, write_cloud, write_files
 
-    if frame.kind is Kind.CLOUD:
+    if frame.holds_points:
         check_cloud_output(output, axes)
         if bits != 8:
             raise ValueError(f"{option('bits')} is of pictures, and {frame.input} is a point cloud: leave it out")
-        write_cloud(inputs.load(frame, scene=True), surface.look(), output, axes, run.device)
+        write_cloud(inputs.load_points(frame), surface.look(), output, axes, run.device)
         return
     files.check_normals_path(first_of(output), axes, bits)
     view = View(look=surface.look())

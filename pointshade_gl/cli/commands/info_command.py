@@ -12,7 +12,6 @@ import typer
 from ...files.clouds.load_cloud import check_cloud_options, check_frame_options, cloud_facts
 from ...files.depth.depth_kinds import METRIC
 from ...files.frames.frame_files import examine, facts
-from ...files.input_kinds import Kind
 from ...files.pictures.picture_files import check_writable, save_image
 from ...notes.version import __version__
 from ...notes.words import counted, option
@@ -32,7 +31,7 @@ def info(
 ) -> None:  # fmt: skip
     """Print what is in a file or folder, and how it would be read; without INPUT, what draws: GL vendor, limits."""
     if frame.named is frame:
-        if frame.kind is Kind.CLOUD:
+        if frame.holds_points:
             show_cloud(frame, output, as_json)
         else:
             check_frame(frame)

@@ -189,6 +189,10 @@ def _write_picture(asked: RenderCommand, view: View) -> None:
         start = time.perf_counter()
         image = renderer.render(RenderRequest.seen(loaded.source, view))
         spent = time.perf_counter() - start
+        if loaded.legend is not None:
+            from ...viewer.overlay import draw_legend
+
+            image = draw_legend(loaded.legend, image)
         save_image(asked.output, image, asked.small)
         after_each(renderer)
         if not image.any():
@@ -290,7 +294,7 @@ def _write_points(asked: RenderCommand, view: View) -> None:
         look = NormalOptions(noise=asked.look.noise).look()
         write_cloud(load(asked.frame, scene=True), look, output, asked.axes, asked.run.device)
         return
-    if asked.inputs.kind is not Kind.FRAMES and not is_set:
+    if asked.inputs.kind is not Kind.FRAMES:
         raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture")
     loaded, after_each = asked.load(view, sequence=is_numbered(output))
     if loaded.frames and (is_numbered(output) or film.turntable is not None):

@@ -20,7 +20,7 @@ class _Kind(NamedTuple):
 
 _TOPICS = "write its colour and depth topics as PNG, 16 bits for depth, then pass their folder"
 _TOOL = "export colour and 16-bit depth as pictures, then pass their folder; that does"
-_MODEL = "it has no pictures: only glTF (.gltf, .glb) is read among models, Blender and MeshLab convert to it"
+_MODEL = "it has no pictures: of models glTF (.gltf, .glb) and PLY are read, Blender and MeshLab convert to them"
 _SPLATS = "it has no pictures: convert it to .ply, as SuperSplat does, which load_cloud and `pointshade render` read"
 _CLOUD = "it has no pictures: `pointshade render` draws it, load_cloud reads it"
 _TENSORS = "save its depth as .npy or .npz and pass that"

@@ -134,7 +134,7 @@ def read_header(stream: BufferedIOBase, kinds: str = "biuf") -> tuple[tuple[int,
     header = BytesIO(size + stream.read(length))
     read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
     shape, is_fortran, dtype = read(header)
-    parts = [dtype[name] for name in dtype.names] if dtype.names else [dtype]
+    parts = [dtype[name].base for name in dtype.names] if dtype.names else [dtype]
     if dtype.kind not in kinds or any(one.kind not in "biuf" for one in parts) or min(shape, default=0) < 0:
         raise ValueError(f"it holds {dtype} of shape {shown(shape)}")
     return shape, is_fortran, dtype
@@ -239,11 +239,11 @@ class NpyArray:
 class NpzArray:
     """One array of an .npz archive, in which successive frames are unpacked once. Raises ValueError if it is broken."""
 
-    def __init__(self, archive: Archive, member: str):
+    def __init__(self, archive: Archive, member: str, kinds: str = "biuf"):
         self._archive, self._name, self._lock = archive, f"{archive.path}/{member}", threading.Lock()
         with naming(self._name, BROKEN):
             self._stream = archive.open(member)
-            self.shape, self._is_fortran, self.dtype = read_header(self._stream)
+            self.shape, self._is_fortran, self.dtype = read_header(self._stream, kinds)
             self._start = self._stream.tell()
 
     def part(self, index: tuple[int, ...]) -> NDArray[Any]:
@@ -258,13 +258,16 @@ class NpzArray:
         return array.reshape(shape, order="F")[index] if self._is_fortran else array.reshape(shape)
 
 
-def npz_arrays(archive: Archive) -> dict[str, Stored]:
-    """The arrays of numbers of an .npz archive by name. Raises ValueError for other content under a name of ROLES."""
+def npz_arrays(archive: Archive, kinds: str = "biuf") -> dict[str, Stored]:
+    """The arrays of numbers of an .npz archive by name. Raises ValueError for other content under a name of ROLES.
+
+    kinds  of their types, see `read_header`
+    """
     arrays: dict[str, Stored] = {}
     for member in archive.names:
         name = member.removesuffix(".npy")
         try:
-            arrays[name] = NpzArray(archive, member)
+            arrays[name] = NpzArray(archive, member, kinds)
         except ValueError:
             if find_roles([name]):
                 raise

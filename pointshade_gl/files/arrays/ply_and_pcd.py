@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from io import BufferedIOBase
 from typing import Any, NamedTuple
 
@@ -24,6 +24,7 @@ from ..access.content import (
 from .compression import unpack_lzf
 from .numpy_files import parse_numbers
 
+FACES = ("face", "tristrips")  # elements
 Elements = dict[str, NDArray[Any]]  # by name: (n,) structured, a field for each property
 _TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
@@ -34,7 +35,7 @@ _LENGTHS = {name: kind for name, kind in _TYPES.items() if kind[0] in "iu"}  # o
 _WRITTEN = {kind: name for name, kind in reversed(_TYPES.items())}  # the older names, which every program knows
 _TEXT = "="
 _ORDERS = {"ascii": _TEXT, "binary_little_endian": "<", "binary_big_endian": ">"}
-_HEADER = 2**18  # bytes of the longest header
+PLY_HEADER = 2**18  # bytes of the longest header
 _DIGITS = 18  # of the largest count
 _PADDING = b"\0\t\n\r "  # what may follow the last row
 
@@ -61,12 +62,25 @@ class _PlyHeader(NamedTuple):
     comments: list[str]
 
 
+Lists = dict[str, tuple[NDArray[Any], NDArray[Any]]]  # by name: the length of each row's list, and all numbers
+
+
 class Ply(NamedTuple):
-    """What a PLY file holds."""
+    """What a PLY file holds. lists: of each element."""
 
     elements: Elements
+    lists: dict[str, Lists]
     comments: list[str]  # the lines of its header that begin with that word, without it
     form: str
+
+
+def counts_faces(head: bytes) -> int:
+    """How many faces, or strips of them, the header counts that a file begins with; 0 for none and for a broken one."""
+    try:
+        elements = _read_header(head).elements
+    except ValueError:
+        return 0
+    return sum(one.rows for one in elements if one.name in FACES)
 
 
 def write_ply(file: BufferedIOBase, elements: Elements, comments: Sequence[str] = ()) -> None:
@@ -81,7 +95,7 @@ def write_ply(file: BufferedIOBase, elements: Elements, comments: Sequence[str] 
 
 
 def read_ply(path: FilePath, max_pixels: float = MAX_PIXELS, last: str = "") -> Ply:
-    """The elements of a PLY file up to the last one that is wanted. Lists, such as corners of faces, are left out.
+    """The elements of a PLY file up to the last one that is wanted, and their lists, such as corners of faces.
 
     Raises OSError if the path is not a file, ValueError for one that is broken, truncated or too large.
     """
@@ -95,16 +109,16 @@ def read_ply(path: FilePath, max_pixels: float = MAX_PIXELS, last: str = "") -> 
             if not values.size and data[at:].strip(_PADDING):
                 raise ValueError("after its header it holds something other than numbers")
             data, at = values.tobytes(), 0
-        found: Elements = {}
+        found, lists = Elements(), dict[str, Lists]()
         for element in header.elements:
-            rows, at = _read_rows(data, at, element, header.order)
-            found[element.name] = _as_declared(rows, element)
+            rows, lists[element.name], at = _read_rows(data, at, element, header.order)
+            found[element.name] = _as_declared(rows, element, header.order == _TEXT)
             if element.name == last:
                 break
         else:
             if data[at:].strip(_PADDING):
                 raise ValueError("it goes on after the rows that its header counts")
-        return Ply(found, header.comments, form)
+        return Ply(found, lists, header.comments, form)
 
 
 def _read_header(data: bytes) -> _PlyHeader:
@@ -112,7 +126,7 @@ def _read_header(data: bytes) -> _PlyHeader:
         raise ValueError("its first line is not 'ply'")
     order, names, elements, at = "", set[str](), list[_Element](), data.find(b"\n") + 1
     comments = list[str]()
-    while (end := data.find(b"\n", at, _HEADER)) >= 0:
+    while (end := data.find(b"\n", at, PLY_HEADER)) >= 0:
         words, at = data[at:end].decode("utf-8", "replace").split(), end + 1
         own = elements[-1].properties if elements else {}
         match words:
@@ -138,8 +152,8 @@ def _read_header(data: bytes) -> _PlyHeader:
     raise ValueError("its header has no end")
 
 
-def _read_rows(data: bytes, at: int, element: _Element, order: str) -> tuple[NDArray[Any], int]:
-    """(n,) structured: the rows that begin there, as they are stored, without lists; and where they end."""
+def _read_rows(data: bytes, at: int, element: _Element, order: str) -> tuple[NDArray[Any], Lists, int]:
+    """(n,) structured: the rows that begin there, as they are stored, without lists; these; and where they end."""
     stored = {
         name: _Property(*(order + ("f8" if order == _TEXT else kind) if kind else "" for kind in one))
         for name, one in element.properties.items()
@@ -151,26 +165,62 @@ def _read_rows(data: bytes, at: int, element: _Element, order: str) -> tuple[NDA
         raise ValueError(f"its element {shown(element.name)} has no properties")
     if element.rows * least > len(data) - at:
         raise _truncated(element)
-    end = at + element.rows * row.itemsize
     if lists:
-        data, end = _without_lists(data, at, element, [*stored.values()])
-        at = 0
-    rows = np.frombuffer(data, row, element.rows, at) if row.itemsize else np.empty(element.rows, row)
-    return rows, end
+        return _alike_lists(data, at, element, stored, row) or _any_lists(data, at, element, stored, row)
+    return np.frombuffer(data, row, element.rows, at), {}, at + element.rows * row.itemsize
 
 
-def _without_lists(data: bytes, at: int, element: _Element, stored: Sequence[_Property]) -> tuple[bytes, int]:
-    """The numbers of rows that begin there, without lists; and where they end."""
-    steps: list[tuple[int, struct.Struct, int]] = []  # bytes of numbers, then a list: its length, bytes of an item
+def _alike_lists(
+    data: bytes, at: int, element: _Element, stored: Mapping[str, _Property], row: np.dtype
+) -> tuple[NDArray[Any], Lists, int] | None:
+    """The rows of an element all of whose lists are as long as in its first row, as of triangles; else None."""
+    fields, place = list[tuple[Any, ...]](), at
+    for name, one in stored.items():
+        if one.length:
+            length = np.dtype(one.length)
+            if place + length.itemsize > len(data) or not element.rows:
+                return None
+            many = np.frombuffer(data, length, 1, place)[0]
+            if not 0 <= many <= _ALIKE or many % 1:
+                return None
+            fields += [(f"{name} length", length), (name, one.kind, (int(many),))]
+            place += length.itemsize + int(many) * np.dtype(one.kind).itemsize
+        else:
+            fields.append((name, one.kind))
+            place += np.dtype(one.kind).itemsize
+    whole = np.dtype(fields)
+    if at + element.rows * whole.itemsize > len(data):
+        return None
+    table, lists = np.frombuffer(data, whole, element.rows, at), Lists()
+    for name, one in stored.items():
+        if one.length:
+            lengths = table[f"{name} length"]
+            if (lengths != lengths[0]).any():
+                return None
+            lists[name] = lengths.astype(np.int64), table[name].reshape(-1)
+    rows = np.empty(element.rows, row)
+    for name in row.names or ():
+        rows[name] = table[name]
+    return rows, lists, at + element.rows * whole.itemsize
+
+
+_ALIKE = 256  # numbers of the longest list that is looked at so
+
+
+def _any_lists(
+    data: bytes, at: int, element: _Element, stored: Mapping[str, _Property], row: np.dtype
+) -> tuple[NDArray[Any], Lists, int]:
+    steps: list[tuple[int, str, struct.Struct, int]] = []  # bytes of numbers, then a list: its length, bytes of an item
     size = 0
-    for one in stored:
+    for name, one in stored.items():
         item = np.dtype(one.kind).itemsize
         if one.length:
-            steps.append((size, struct.Struct(one.length[0] + np.dtype(one.length).char), item))
+            steps.append((size, name, struct.Struct(one.length[0] + np.dtype(one.length).char), item))
         size = 0 if one.length else size + item
-    kept = list[bytes]()
+    kept, lengths = list[bytes](), {name: list[int]() for _, name, _, _ in steps}
+    held = {name: list[bytes]() for name in lengths}
     for _ in range(element.rows):
-        for before, length, item in steps:
+        for before, name, length, item in steps:
             kept.append(data[at : at + before])
             at += before
             if at + length.size > len(data):
@@ -178,12 +228,21 @@ def _without_lists(data: bytes, at: int, element: _Element, stored: Sequence[_Pr
             (many,) = length.unpack_from(data, at)
             if not (many >= 0 and many % 1 == 0):
                 raise ValueError(f"a list of its element {shown(element.name)} has the length {many:g}")
-            at += length.size + int(many) * item
+            at += length.size
+            lengths[name].append(int(many))
+            held[name].append(data[at : at + int(many) * item])
+            at += int(many) * item
         kept.append(data[at : at + size])
         at += size
     if at > len(data):
         raise _truncated(element)
-    return b"".join(kept), at
+    lists: Lists = {
+        name: (np.array(lengths[name], np.int64), np.frombuffer(b"".join(held[name]), stored[name].kind))
+        for name in lengths
+    }
+    plain = b"".join(kept)
+    rows = np.frombuffer(plain, row, element.rows) if row.itemsize else np.empty(element.rows, row)
+    return rows, lists, at
 
 
 def _truncated(element: _Element) -> ValueError:
@@ -191,9 +250,15 @@ def _truncated(element: _Element) -> ValueError:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of texts: what no float holds is infinite
-def _as_declared(rows: NDArray[Any], element: _Element) -> NDArray[Any]:
-    """The rows with the types of the header, in native byte order. Raises ValueError for numbers that do not fit."""
+def _as_declared(rows: NDArray[Any], element: _Element, is_text: bool) -> NDArray[Any]:
+    """The rows with the types of the header, in native byte order. Raises ValueError for numbers that do not fit.
+
+    Floats of a text stay as they were parsed: those of a map have more digits than the type that is declared.
+    """
     declared = np.dtype([(name, one.kind) for name, one in element.properties.items() if not one.length])
+    if is_text:
+        floats = [(name, "f8" if declared[name].kind == "f" else declared[name]) for name in declared.names or ()]
+        declared = np.dtype(floats)
     for name in declared.names or ():
         if declared[name].kind in "iu" and rows.dtype[name].kind == "f":
             column, limits = rows[name], np.iinfo(declared[name])
@@ -205,6 +270,7 @@ def _as_declared(rows: NDArray[Any], element: _Element) -> NDArray[Any]:
 PCD_HEADER = 2**16  # bytes of the longest header
 _KINDS = {"F": (2, 4, 8), "I": (1, 2, 4, 8), "U": (1, 2, 4, 8)}  # bytes of numbers
 _MOST_FIELDS, _MOST_COUNT = 256, 2**16
+_BITS = ("rgb", "rgba")  # floats whose four bytes are a colour
 
 
 class PcdHeader(NamedTuple):
@@ -264,8 +330,8 @@ def read_pcd_header(data: bytes) -> PcdHeader:
         line, at = data[at:end].decode("utf-8", "replace").strip(), end + 1
         if line and not line.startswith("#"):
             key, *words = line.split()
-            stated[key] = words
-            if key == "DATA":
+            stated[key.upper()] = words
+            if key.upper() == "DATA":
                 break
     coding = (stated.get("DATA") or [""])[0].lower()
     if coding not in ("ascii", "binary", "binary_compressed"):
@@ -294,7 +360,7 @@ def _fields(stated: dict[str, list[str]]) -> list[tuple[str, np.dtype, int]]:
     if not 0 < len(names) <= _MOST_FIELDS or not len(names) == len(sizes) == len(kinds) == len(counts):
         raise ValueError("its header has FIELDS, SIZE, TYPE and COUNT of different length")
     found, seen = list[tuple[str, np.dtype, int]](), set[str]()
-    for k, (name, size, kind, many) in enumerate(zip(names, sizes, kinds, counts, strict=True)):
+    for k, (name, size, kind, many) in enumerate(zip(names, sizes, map(str.upper, kinds), counts, strict=True)):
         if kind not in _KINDS or size not in map(str, _KINDS[kind]) or not many.isdecimal() or len(many) > 6:
             raise ValueError(f"its field {shown(name)} has the type {shown(f'{kind} {size} {many}')}")
         if int(many) > _MOST_COUNT:
@@ -317,7 +383,10 @@ def _of_text(text: bytes, header: PcdHeader) -> dict[str, NDArray[Any]]:
     with np.errstate(all="ignore"):  # what a type does not hold is missing anyway
         for name, kind, width in header.fields:
             part = table[:, at] if width == 1 else table[:, at : at + width]
-            found[name] = part.astype(kind) if kind.kind == "f" else np.nan_to_num(part).astype(np.int64).astype(kind)
+            if kind.kind != "f":
+                part = np.nan_to_num(part).astype(np.int64)
+            is_exact = kind.kind == "f" and name not in _BITS  # keeps all digits of a map
+            found[name] = part if is_exact else part.astype(kind)
             at += width
     return found
 

@@ -15,9 +15,18 @@ from ...scene.camera import rotation_of
 from ...scene.cloud import UPS, PointCloud, axes_in_words, front_in_words
 from ..access.content import FILE_BYTES, FilePath, check_limit, naming, read_bytes, split_numbers
 from ..arrays.compression import Archive
-from ..arrays.numpy_files import NpyArray, NpzArray, is_named, list_arrays
+from ..arrays.numpy_files import NpyArray, NpzArray, is_named, list_arrays, plain
 from ..arrays.ply_and_pcd import read_pcd, read_ply
-from .cloud_columns import COUNTS, FoundPoints, check_points, found_by_number, found_in, side_by_side
+from .cloud_columns import (
+    COUNTS,
+    CloudOptions,
+    FoundPoints,
+    check_points,
+    found_by_number,
+    found_in,
+    has_positions,
+    side_by_side,
+)  # fmt: skip
 from .placing import is_before_camera
 
 POSITIONS = (
@@ -36,30 +45,38 @@ _RATIO = 100  # times smaller than its points no archive of points is, unless it
 _SMALL = 2**26  # bytes that are unpacked whatever they were packed to
 
 
-def read_npy_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
+def read_npy_points(path: FilePath, note: Note, options: CloudOptions) -> FoundPoints:
     """The points of an .npy file. Raises ValueError for one that is broken, or of another shape."""
     held = NpyArray(path, "biufV")
     size = math.prod(held.shape) * held.dtype.itemsize
-    check_limit(size, f"{path} is an array {shown(held.shape)}", max_pixels, FILE_BYTES)
-    array = held.part(())
+    check_limit(size, f"{path} is an array {shown(held.shape)}", options.max_pixels, FILE_BYTES)
     with naming(path, "cannot be read as a point cloud", (ValueError,)):
-        if array.dtype.names:
-            rows = array.ravel()
-            check_points(len(rows), path, max_pixels)
-            return found_in({name: rows[name] for name in array.dtype.names}, "NumPy, columns by their names")
-        table = as_table(array)
-        check_points(len(table), path, max_pixels)
-        return found_by_number(table, f"NumPy, {table.shape[1]} columns", str(path), note)
+        return _found_in_array(held.part(()), "NumPy", path, note, options)
 
 
-def read_npz_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
+def _found_in_array(array: NDArray[Any], form: str, path: FilePath, note: Note, options: CloudOptions) -> FoundPoints:
+    """The points of an array: records with named fields, or a table."""
+    if array.dtype.names:
+        rows = array.ravel()
+        check_points(len(rows), path, options.max_pixels)
+        return found_in({name: rows[name] for name in array.dtype.names}, f"{form}, columns by their names", options)
+    table = as_table(array)
+    check_points(len(table), path, options.max_pixels)
+    return found_by_number(table, f"{form}, {table.shape[1]} columns", str(path), note, options)
+
+
+def read_npz_points(path: FilePath, note: Note, options: CloudOptions) -> FoundPoints:
     """The points of an .npz file, by the names of its arrays. Raises ValueError for one without any."""
-    archive = Archive(path, max_pixels)
-    arrays = {name.removesuffix(".npy"): NpzArray(archive, name) for name in archive.names if name.endswith(".npy")}
+    archive = Archive(path, options.max_pixels)
+    arrays = {
+        name.removesuffix(".npy"): NpzArray(archive, name, "biufV") for name in archive.names if name.endswith(".npy")
+    }
     named = _named(arrays, POSITIONS)
     if named is None and len(arrays) == 1:
         named = next(iter(arrays))
-    if named is None:
+    singles = {name: one for name, one in arrays.items() if len(one.shape) == 1 and not one.dtype.names}
+    is_columns = named is None and has_positions(singles)
+    if named is None and not is_columns:
         listed = list_arrays({name: array.shape for name, array in arrays.items()})
         raise ValueError(f"{path} must hold an array points of shape (n, 3), got {listed or 'none'}")
 
@@ -70,15 +87,24 @@ def read_npz_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoint
         return arrays[name].part(())
 
     with naming(path, "cannot be read as a point cloud", (ValueError,)):
-        table = as_table(read(named))
-        check_points(len(table), path, max_pixels)
-        found = found_by_number(table, "NumPy archive", str(path), note)
+        if named is None:
+            columns = {name: read(name) for name in singles}
+            if len({len(one) for one in columns.values()}) > 1:
+                raise ValueError(
+                    f"its columns differ in length: {list_arrays({n: a.shape for n, a in arrays.items()})}"
+                )
+            check_points(len(next(iter(columns.values()))), path, options.max_pixels)
+            return found_in(columns, "NumPy archive, columns by their names", options)
+        found = _found_in_array(read(named), "NumPy archive", path, note, options)
+        for name in singles:
+            if name != named and arrays[name].shape == (len(found),):
+                found.fields[name] = read(name) if plain(name) == plain(options.color_by or "") else None
         for role, names in _BESIDE.items():
             if (name := _named(arrays, names)) and math.prod(arrays[name].shape[:-1] or (1,)):
                 array, is_three = read(name), role in ("colors", "normals")
                 array = array.reshape(-1, array.shape[-1])[:, :3] if is_three and array.ndim > 1 else array.ravel()
-                if array.shape != ((len(table), 3) if is_three else (len(table),)):
-                    raise ValueError(f"its {name} have shape {array.shape}, and there are {len(table)} points")
+                if array.shape != ((len(found), 3) if is_three else (len(found),)):
+                    raise ValueError(f"its {name} have shape {array.shape}, and there are {len(found)} points")
                 setattr(found, role, array)
         return found
 
@@ -107,9 +133,9 @@ _FEWEST = 4
 HEAD = _LOOKED_AT * 6 * 4  # bytes that show what it is
 
 
-def read_lidar_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
+def read_lidar_points(path: FilePath, note: Note, options: CloudOptions) -> FoundPoints:
     """The points of a scan. Raises ValueError for other numbers."""
-    data = read_bytes(path, max_pixels)
+    data = read_bytes(path, options.max_pixels)
     columns = lidar_columns(data[:HEAD], len(data))
     if columns is None:
         way_out = "other numbers without a header can be saved as .npy"
@@ -117,8 +143,14 @@ def read_lidar_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoi
             f"{path} is no scan of a lidar: expected float32 x, y, z and intensity, as in KITTI; {way_out}"
         )
     table = np.frombuffer(data, "<f4").reshape(-1, columns)
-    check_points(len(table), path, max_pixels)
+    check_points(len(table), path, options.max_pixels)
+    if options.columns is not None:
+        found = found_by_number(table, f"float32, {columns} columns", str(path), note, options)
+        found.up, found.up_from = "z", "usual of lidars"
+        return found
     more: dict[str, Any] = {"colors": table[:, 3:]} if columns == 6 else {"intensity": table[:, 3]}
+    names = ("red", "green", "blue") if columns == 6 else ("intensity", "ring")
+    more["fields"] = dict(zip(names, table[:, 3:].T, strict=False))
     return FoundPoints(f"float32, {columns} columns", table[:, :3], up="z", up_from="usual of lidars", **more)
 
 
@@ -153,11 +185,11 @@ def _apart(numbers: NDArray[np.float32], columns: int) -> float:
 _NOWHERE = [0, 0, 0, 1, 0, 0, 0]  # the viewpoint of a file that has none
 
 
-def read_pcd_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
+def read_pcd_points(path: FilePath, note: Note, options: CloudOptions) -> FoundPoints:
     """The points of a PCD file, row after row. Raises ValueError for one that is broken, or has no x, y and z."""
-    pcd = read_pcd(path, max_pixels)
+    pcd = read_pcd(path, options.max_pixels)
     with naming(path, "cannot be read as a point cloud", (ValueError,)):
-        found = found_in(pcd.columns, f"PCD, {pcd.header.coding}")
+        found = found_in(pcd.columns, f"PCD, {pcd.header.coding}", options)
     view = pcd.header.viewpoint
     if len(view) == 7 and view != _NOWHERE and np.isfinite(view).all():
         found.seen_from = np.array(view[:3])
@@ -211,6 +243,7 @@ def _normals(columns: Mapping[str, NDArray[Any]], rows: NDArray[Any]) -> NDArray
     return np.where(is_flat[:, None], shortest, 0).astype(np.float32)
 
 
+PLY = (b"ply\n", b"ply\r")
 VERTEX = "vertex"
 _UP, _ORIGIN, _SEEN_FROM = "up", "origin", "seen_from"  # first words of comments
 _FAR = 1000.0  # sizes of a cloud from zero: beyond, float32 would move its points visibly
@@ -225,19 +258,19 @@ _PROPERTIES = {  # what is written of each value
 _KINDS = {"colors": "u1", "seen_from": "<f8"}  # else float
 
 
-def read_ply_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
+def read_ply_points(path: FilePath, note: Note, options: CloudOptions) -> FoundPoints:
     """The vertices of a PLY file. Raises ValueError for one that is broken, or has none."""
-    ply = read_ply(path, max_pixels, VERTEX)
+    ply = read_ply(path, options.max_pixels, VERTEX)
     with naming(path, "cannot be read as a point cloud", (ValueError,)):
         if VERTEX not in ply.elements:
             raise ValueError(f"it has no vertices, only {', '.join([*ply.elements][:12]) or 'a header'}")
         rows = ply.elements[VERTEX]
-        check_points(len(rows), path, max_pixels)
+        check_points(len(rows), path, options.max_pixels)
         columns = {name: rows[name] for name in rows.dtype.names or ()}
         form = f"PLY, {ply.form}"
         if {"opacity", *_COLOR, *_SCALE, *_TURN} <= columns.keys():
             return gaussians_in(columns, f"{form}, 3-D Gaussians", str(path), note)
-        return _as_commented(found_in(columns, form), ply.comments)
+        return _as_commented(found_in(columns, form, options), ply.comments)
 
 
 def vertices_of(cloud: PointCloud) -> NDArray[np.void]:

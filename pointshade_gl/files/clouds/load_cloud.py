@@ -3,52 +3,50 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeGuard
 
 import numpy as np
 
-from ...checks.arguments import (
-    as_array,
-    check_choice,
-    check_count,
-    check_flag,
-    check_numbers,
-    check_path,
-    check_positive,
-)  # fmt: skip
+from ...checks.arguments import check_flag, check_path
 from ...checks.foreign_arrays import Numbers
 from ...notes.notes import Note, print_note
 from ...notes.words import counted, option
-from ...scene.cloud import UPS, PointCloud, Up
+from ...scene.cloud import PointCloud, Up
 from ...scene.dense_part import sample_of
+from ...scene.graph import Scene
 from ..access.content import MAX_PIXELS, FilePath, naming, read_head
 from ..access.known_names import NOT_PICTURES, builtin_name
 from ..arrays.compression import ZIP, Archive
 from ..arrays.numpy_files import BROKEN, NUMPY, SURFACES, find_roles, is_named, npz_arrays, read_header
-from ..arrays.ply_and_pcd import is_pcd
+from ..arrays.ply_and_pcd import counts_faces, is_pcd
 from ..containers.array_frames import is_organised
 from ..frames.frame_parts import LoadOptions
 from . import cloud_arrays
 from .cloud_columns import (
-    COLOR_BY,
     COUNTS,
+    MOST_PLACES,
     TEXTS,
-    ColorBy,
+    UTF_16,
+    CloudOptions,
+    ColorLegend,
     FoundPoints,
+    are_points,
+    has_points,
     has_positions,
     read_text_head,
     read_text_points,
+    shows_points,
 )  # fmt: skip
+from .mesh_files import read_mesh, read_obj_points
 from .placing import (
     choices,
     colors_of,
     drop_invalid,
     drop_strays,
-    guess_up,
+    drop_unreturned,
     keep_box,
     keep_most,
     main_box,
@@ -56,49 +54,18 @@ from .placing import (
     places_of,
     spacing_of,
     strays_of,
+    to_metres,
+    units_of,
+    up_of,
 )  # fmt: skip
-from .scans import E57, LAS, read_e57_points, read_las_points
+from .scans import E57, LAS, is_ptx, read_e57_points, read_las_points, read_ptx_points
 
-_BOX = "crop must be two opposite corners of a box, six finite numbers"
-_MOST_PLACES = 100
-_PLACES = f"seen_from must be a place (3,), or up to {_MOST_PLACES} of them (k, 3), of finite numbers"
-_OTHER = {"x": "z", "y": "z", "z": "y"}  # what is most likely if it is not that
-_Reader = Callable[[FilePath, Note, float], FoundPoints]
-
-
-@dataclass(frozen=True)
-class CloudOptions:
-    """What the caller gives with a cloud; see `load_cloud`."""
-
-    up: Up | None = None
-    most: int | None = None
-    color_by: ColorBy | None = None
-    max_pixels: float = MAX_PIXELS
-    crop: Numbers | None = None
-    clean: bool = False
-    seen_from: Numbers | None = None
-
-    def __post_init__(self) -> None:
-        check_positive(self.max_pixels, option("max_pixels", beside_file=True))
-        check_flag(self.clean, option("clean"))
-        if self.crop is not None:
-            numbers = as_array(self.crop, _BOX)
-            check_numbers(numbers.reshape(-1) if numbers.shape == (2, 3) else numbers, 6, _BOX)
-        if self.seen_from is not None:
-            places = as_array(self.seen_from, _PLACES)
-            if places.shape[-1:] != (3,) or not 0 < places.size <= 3 * _MOST_PLACES:
-                raise ValueError(f"{_PLACES}, got shape {places.shape}")
-            check_numbers(places.reshape(-1), places.size, _PLACES)
-        if self.up is not None:
-            check_choice(option("up"), self.up, UPS)
-        if self.most is not None:
-            check_count(self.most, option("most"), 1)
-        if self.color_by is not None:
-            check_choice(option("color_by"), self.color_by, COLOR_BY)
+_Reader = Callable[[FilePath, Note, CloudOptions], FoundPoints]
 
 
 def load_cloud(
-    path: FilePath, *, up: Up | None = None, most: int | None = None, color_by: ColorBy | None = None,
+    path: FilePath, *, up: Up | None = None, most: int | None = None, color_by: str | None = None,
+    color_range: Sequence[float] | None = None, columns: str | Sequence[str] | None = None, all_points: bool = False,
     max_pixels: float = MAX_PIXELS, crop: Numbers | None = None, clean: bool = False,
     seen_from: Numbers | None = None, notes: Note | None = None
 ) -> PointCloud:  # fmt: skip
@@ -107,14 +74,23 @@ def load_cloud(
     Parameters
     ----------
     path : path
-        PLY, also of 3-D Gaussians; PCD; text such as .xyz, .pts and .csv; .npy and .npz; KITTI's .bin; with the extra
-        las LAS, LAZ and COPC, with the extra e57 E57.
+        PLY, also of 3-D Gaussians; PCD; text such as .xyz, .pts, .ptx and .csv; .npy and .npz; KITTI's .bin; .obj
+        without faces; with the extra las LAS, LAZ and COPC, with the extra e57 E57. Of a mesh the vertices.
     up : {"x", "y", "z", "-x", "-y", "-z"}, optional
         Which axis points up. The default is what the format or the file says, else what its planes and extents show.
     most : int, optional
         Read so many points at most, an even sample.
-    color_by : {"rgb", "intensity", "class", "height"}, optional
-        Where the colours are from. The default is the file's colours, else its intensity as grey.
+    color_by : str, optional
+        Where the colours are from: "rgb", "intensity", "class", "height" or any field of the file. Numbers go from dark
+        blue to yellow, labels have colours of their own; a note names both. The default is the file's colours, else its
+        intensity as grey.
+    color_range : (2,) float, optional
+        The numbers that get the first and the last colour. The default is those of all points but stray ones.
+    columns : str or sequence of str, optional
+        What the columns are, in their order, such as "x,y,z,nx,ny,nz,label"; "_" passes one over. The default is what
+        the file says, else what the numbers show.
+    all_points : bool
+        Keep the points that LAS files mark as noise or withheld, and those at (0, 0, 0) that no scanner saw.
     max_pixels : float
         Limit for the number of points; other limits follow from it, see files/access/content.py.
     crop : (6,) or (2, 3), optional
@@ -138,37 +114,48 @@ def load_cloud(
     ValueError, TypeError, OSError
         In one sentence, for a file that cannot be read right, or without the extra that it needs.
     """
-    return read_cloud(
-        check_path(path), CloudOptions(up, most, color_by, max_pixels, crop, clean, seen_from), notes or print_note
-    )[0]
+    kept = check_flag(all_points, "all_points")
+    asked = CloudOptions(up, most, color_by, max_pixels, color_range, columns, kept, crop, clean, seen_from)
+    return read_cloud(check_path(path), asked, notes or print_note)[0]
 
 
 @np.errstate(all="ignore")  # numbers of broken files are of any size; positions are checked
 def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointCloud, FoundPoints]:
     """As `load_cloud`, with what the file holds."""
-    name, head = str(path), read_head(path, 1024)
+    name, head = str(path), read_head(path, _HEAD)
     read = next((reader for is_kind, reader in _READERS if is_kind(head)), None)
-    is_bare = path.suffix.lower() == ".bin" or (b"\0" in head and path.suffix.lower() not in TEXTS)
+    is_bare = path.suffix.lower() == ".bin" or (
+        b"\0" in head and path.suffix.lower() not in TEXTS and head[:2] not in UTF_16
+    )
+    if path.suffix.lower() == _MODEL:
+        read = read_obj_points
     read = read or (cloud_arrays.read_lidar_points if is_bare else read_text_points)
-    found = read(path, note, options.max_pixels)
+    found = read(path, note, options)
+    if is_mesh_head(head):
+        note(f"{name}: it is a mesh with faces, only its vertices are read; load_scene and render show it whole")
+    found.keep_field(options.color_by)
     drop_invalid(found, name, note)
+    if not options.all_points:
+        drop_unreturned(found, name, note)
     keep_box(found, options.crop, name, note)
     if options.clean:
         drop_strays(found, name, note)
     keep_most(found, options.most, name, note)
-    positions, origin = placed(found)
-    up = _up(found, positions, origin, options.up, name, note)
-    colors = colors_of(found, options.color_by, up, name)
+    to_metres(found, name, note)
+    positions, origin = placed(found, name, note)
+    up = up_of(found, positions, origin, options.up, name, note)
+    colors = colors_of(found, options, up, name, note)
     if options.seen_from is not None:
-        found.seen_from = places_of(positions + origin, as_array(options.seen_from, _PLACES).reshape(-1, 3))
+        found.seen_from = places_of(positions + origin, np.reshape(options.seen_from, (-1, 3)))
     seen_from = None if found.seen_from is None else found.seen_from - origin
     front = found.front if up == found.up else None
     sizes, shares = found.sizes, None
     if sizes is not None:  # 0 where the file has none that can be drawn
         sizes = np.nan_to_num(sizes.astype(np.float32), posinf=0, neginf=0).clip(0, None)
+    normals = units_of(found, name, note)
     if found.confidence is not None and found.normals is not None:  # how sure each normal is, 0 to 1
         shares = np.nan_to_num(found.confidence.astype(np.float32), posinf=1).clip(0, 1)
-    cloud = PointCloud(positions, _units(found), colors, sizes, shares, origin, up, seen_from, front=front)
+    cloud = PointCloud(positions, normals, colors, sizes, shares, origin, up, seen_from, front=front)
     _note_strays(cloud, name, note)
     return cloud, found
 
@@ -183,41 +170,33 @@ def _note_strays(cloud: PointCloud, name: str, note: Note) -> None:
         note(f"{name}: {count} {are} far from all others: pictures are framed without, {clean} leaves out such")
 
 
+def load_with_legend(path: FilePath, **options: Any) -> tuple[PointCloud | Scene, ColorLegend | None]:
+    """A cloud, or a mesh as a scene, and what its colours mean. Options and errors are those of `load_cloud`."""
+    allow_outside, notes = options.pop("allow_outside", False), options.pop("notes", None) or print_note
+    file, asked = check_path(path), CloudOptions(**options)
+    with np.errstate(all="ignore"):
+        if is_mesh(str(file)):
+            scene, found = read_mesh(file, asked, allow_outside, notes)
+            return scene, found.legend
+        cloud, found = read_cloud(file, asked, notes)
+    return cloud, found.legend
+
+
+def load_mesh(path: FilePath, *, allow_outside: bool = False, notes: Note | None = None, **options: Any) -> Scene:
+    """The mesh of a PLY file as a scene. Options are those of `load_cloud` in OF_MESHES; raises as it does."""
+    with np.errstate(all="ignore"):  # as in read_cloud
+        return read_mesh(check_path(path), CloudOptions(**options), allow_outside, notes or print_note)[0]
+
+
 _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (
-    (lambda head: head.startswith((b"ply\n", b"ply\r")), cloud_arrays.read_ply_points),
+    (lambda head: head.startswith(cloud_arrays.PLY), cloud_arrays.read_ply_points),
     (is_pcd, cloud_arrays.read_pcd_points),
     (lambda head: head.startswith(LAS), read_las_points),
     (lambda head: head.startswith(E57), read_e57_points),
     (lambda head: head.startswith(NUMPY), cloud_arrays.read_npy_points),
     (lambda head: head.startswith(ZIP), cloud_arrays.read_npz_points),
+    (is_ptx, read_ptx_points),
 )
-
-
-def _up(found: FoundPoints, positions: np.ndarray, origin: np.ndarray, given: Up | None, name: str, note: Note) -> Up:
-    if given is not None:
-        found.up_from = option("up")
-        return given
-    if found.up is None:
-        found.up, found.up_from = guess_up(positions, bool(origin.any()))
-        found.up_is_guessed = True
-    if found.up_is_guessed:
-        other = option("up", _OTHER[found.up[-1]])
-        note(f"{name}: up is taken as {found.up} ({found.up_from}); pass {other} if it is not")
-    return found.up
-
-
-def _units(found: FoundPoints) -> np.ndarray | None:
-    """Normals of length 1, or 0 where they are unknown; None if all are."""
-    if found.normals is None:
-        return None
-    normals = found.normals.astype(np.float32)
-    lengths = np.linalg.norm(normals, axis=1)
-    is_known = np.isfinite(lengths) & (lengths > 0)
-    if not is_known.any():
-        return None
-    if np.abs(lengths[is_known] - 1).max() > 1e-6 or not is_known.all():
-        normals = np.where(is_known[:, None], normals / lengths[:, None], 0).astype(np.float32)
-    return normals
 
 
 def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
@@ -229,7 +208,7 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
     cloud, found = read_cloud(check_path(path), CloudOptions(**options), notes.append)
     low, high = ((end + cloud.origin).tolist() for end in main_box(cloud.positions)) if len(cloud) else ([], [])
     places = [] if cloud.seen_from is None else np.unique(sample_of(np.atleast_2d(cloud.seen_from)), axis=0)
-    places = [place + cloud.origin for place in places[:: -(-len(places) // _MOST_PLACES) or 1]]
+    places = [place + cloud.origin for place in places[:: -(-len(places) // MOST_PLACES) or 1]]
     with_normal = 0.0 if cloud.normals is None else float(cloud.normals.any(1).mean())
     return {
         "file": str(path),
@@ -257,7 +236,8 @@ def _rounded(number: float) -> float:
 
 
 _LIMITS = ("allow_outside", "max_pixels", "notes")  # that frames, scenes and clouds share
-_OF_CLOUDS = ("up", "most", "color_by", "crop", "clean", "seen_from")
+OF_MESHES = ("up", "color_by", "color_range", "columns")
+_OF_CLOUDS = ("up", "most", "color_by", "color_range", "columns", "all_points", "crop", "clean", "seen_from")
 
 
 class AnyOptions(LoadOptions, total=False):
@@ -265,7 +245,10 @@ class AnyOptions(LoadOptions, total=False):
 
     up: Up | None
     most: int | None
-    color_by: ColorBy | None
+    color_by: str | None
+    color_range: Sequence[float] | None
+    columns: str | Sequence[str] | None
+    all_points: bool | None
     crop: Numbers | None
     clean: bool | None
     seen_from: Numbers | None
@@ -290,15 +273,21 @@ def check_fitting(options: Iterable[str], fitting: tuple[str, ...], fact: str) -
 
 # Names decide which files are point clouds where they are certain, else the content: NumPy's may be depth as well.
 #
-# PLY, LAS, E57   always, as .xyz, .pts and the like
+# PLY             without faces; with some it is a mesh
+# LAS, E57        always, as .xyz, .pts and the like; .obj without faces
 # PCD             unless its points lie in a picture that a pinhole camera sees: that is a frame
-# NumPy           records (n,) with x, y and z, or an array (n, 3|4|6|7|9) of very many rows; (h, w) is depth, and so is
-#                 what holds an array called depth; (h, w, 3) and records (h, w) are a frame's points
+# NumPy           records (n,) with x, y and z, or an array (n, 3|4|6|7|9) of very many rows, others with colours or
+#                 normals; (h, w) is depth, and so is what holds an array called depth; (h, w, 3) and records (h, w) are
+#                 a frame's points
 # .bin            float32 of a lidar, some of it below 0, which depth never is
-# .txt, .csv      many lines of 3, 4, 6, 7 or 9 numbers, or columns called x, y and z
+# .txt, .csv      many lines of 3, 4, 6, 7 or 9 numbers, or of others with colours or normals; columns called x, y and z
 _HEAD = 1 << 16  # bytes that are looked at
 _MANY = 100  # rows: no picture is so much higher than wide
+_WIDE = 12  # columns
+_LOOKED_AT = 1000  # rows
+_NARROW = 20  # times as high as wide is no picture
 CLOUD_SUFFIXES = (".ply", ".las", ".laz", ".e57", *TEXTS)
+_MODEL = ".obj"  # with faces it is no cloud, and is not read
 _MAYBE_TEXTS = (".txt", ".csv")
 
 
@@ -310,16 +299,44 @@ def is_cloud(source: FilePath | None) -> TypeGuard[FilePath]:
     try:
         if not path.is_file():
             return False
-        if path.suffix.lower() in CLOUD_SUFFIXES:
-            return True
-        return _is_cloud(path, read_head(path, _HEAD))
+        if path.suffix.lower() == _MODEL:
+            return _has_no_faces(path)
+        head = read_head(path, _HEAD)
+        if head.startswith(cloud_arrays.PLY):
+            return not is_mesh_head(head)
+        return path.suffix.lower() in CLOUD_SUFFIXES or _is_cloud(path, head)
     except (OSError, ValueError):  # reported by whoever reads it
-        return path.suffix.lower() == ".pcd"
+        return path.suffix.lower() in (".pcd", *CLOUD_SUFFIXES)
+
+
+def is_mesh(source: FilePath | None) -> TypeGuard[FilePath]:
+    """Whether it is the path of a PLY file with faces."""
+    if not isinstance(source, str | PathLike) or builtin_name(source) is not None:
+        return False
+    try:
+        return Path(source).is_file() and is_mesh_head(read_head(Path(source), _HEAD))
+    except (OSError, ValueError):  # reported by whoever reads it
+        return False
+
+
+def is_mesh_head(head: bytes) -> bool:
+    """Whether these are the first bytes of a PLY file with faces."""
+    return head.startswith(cloud_arrays.PLY) and counts_faces(head) > 0
+
+
+def _has_no_faces(path: Path) -> bool:
+    has_points = False
+    with path.open("rb") as file:
+        for line in file:
+            if line.startswith((b"f ", b"f\t")):
+                return False
+            has_points = has_points or line.startswith((b"v ", b"v\t"))
+    return has_points
 
 
 def _is_cloud(path: Path, head: bytes) -> bool:
     suffix = path.suffix.lower()
-    if head.startswith((b"ply\n", b"ply\r", LAS, E57)):
+    if head.startswith((LAS, E57)):
         return True
     if suffix == ".pcd" or is_pcd(head):
         return not is_organised(path)
@@ -332,26 +349,36 @@ def _is_cloud(path: Path, head: bytes) -> bool:
         numbers = np.frombuffer(head[: len(head) // (4 * columns) * 4 * columns], "<f4") if columns else None
         return numbers is not None and bool(numbers.reshape(-1, columns)[:, :3].min() < 0)
     if suffix in _MAYBE_TEXTS and (found := read_text_head(head)):
-        return has_positions(found.names) or (found.columns in COUNTS and head.count(b"\n") > _MANY)
+        is_long = head.count(b"\n") > _MANY
+        return has_positions(found.names) or (is_long and (found.columns in COUNTS or shows_points(head, found)))
     return False
 
 
 def _is_table(path: Path) -> bool:
     with path.open("rb") as file, naming(path, BROKEN):  # NumPy raises of everything for broken bytes
-        shape, _, dtype = read_header(file, "biufV")
-    if dtype.names:
-        return has_positions(dtype.names) and len(shape) < 2
-    return dtype.kind in "iuf" and _is_of_points(shape)
+        shape, is_by_column, dtype = read_header(file, "biufV")
+        if dtype.names:
+            return has_points(dtype) and len(shape) < 2
+        if dtype.kind not in "iuf" or len(shape) != 2 or _is_of_points(shape):
+            return dtype.kind in "iuf" and _is_of_points(shape)
+        if is_by_column or not COUNTS[0] < shape[1] <= _WIDE or shape[0] <= max(_MANY, _NARROW * shape[1]):
+            return False
+        row = dtype.itemsize * shape[1]
+        data = file.read(_LOOKED_AT * row)
+        return are_points(np.frombuffer(data[: len(data) // row * row], dtype).reshape(-1, shape[1]))
 
 
 def _has_points(path: Path) -> bool:
-    arrays = npz_arrays(Archive(path))
+    arrays = npz_arrays(Archive(path), "biufV")
     for role, name in find_roles(arrays).items():
         shape = arrays[name].shape
         is_of_pixels = role in SURFACES and math.prod(shape) and sum(side != 1 for side in shape) > 2
         if is_of_pixels or role in ("depth", "inverse", "ray"):
             return False
-    return any(_is_of_points(array.shape) for name, array in arrays.items() if is_named(name, cloud_arrays.POSITIONS))
+    if has_positions(name for name, one in arrays.items() if len(one.shape) == 1):
+        return True
+    named = [one for name, one in arrays.items() if is_named(name, cloud_arrays.POSITIONS)]
+    return any(has_points(one.dtype) if one.dtype.names else _is_of_points(one.shape) for one in named)
 
 
 def _is_of_points(shape: tuple[int, ...]) -> bool:

@@ -13,10 +13,11 @@ from ...checks.arguments import LARGEST
 from ...notes.notes import Note
 from ...notes.words import counted, option
 from ...scene.cloud import Up
-from ...scene.dense_part import STRAY, dense_part, main_points
+from ...scene.dense_part import STRAY, dense_part, main_points, sample_of
 from ...scene.values import linear_to_bytes
+from ..arrays.numpy_files import plain
 from ..depth.depth_files import ramp
-from .cloud_columns import COLOR_BY, ColorBy, FoundPoints
+from .cloud_columns import COLOR_BY, CloudOptions, ColorLegend, FoundPoints
 
 _LOSS = 1e-3  # of the points' spacing may be lost by float32
 _COARSE = 5e-4  # units that float32 may be off in any case: half a millimetre
@@ -131,6 +132,21 @@ def _seen_at(
     return row * columns + column, np.hypot(level, z)
 
 
+def drop_unreturned(found: FoundPoints, name: str, note: Note) -> None:
+    """Leave out points at (0, 0, 0), as scanners write returns that never came; a single one may be a point."""
+    at = found.positions
+    some = sample_of(at)
+    if not len(some) or some[:, 0].all() or some.any(1).all():  # 10 million are not looked at for nothing
+        return
+    good = np.asarray(at.any(1))
+    lost = int(np.count_nonzero(~good))
+    if lost < 2 or lost == len(at):
+        return
+    keeps = option("all_points", True)
+    note(f"{name}: {lost} of {len(at)} points lie at (0, 0, 0), returns that never came: left out; {keeps} keeps them")
+    found.select(good)
+
+
 def keep_most(found: FoundPoints, most: int | None, name: str, note: Note) -> None:
     """Keep an even sample, one point of each of so many equal parts of the file."""
     count = len(found)
@@ -142,12 +158,64 @@ def keep_most(found: FoundPoints, most: int | None, name: str, note: Note) -> No
     note(f"{name}: {most} of its {counted(count, 'point')} are read, an even sample")
 
 
-def placed(found: FoundPoints) -> tuple[NDArray[np.floating], NDArray[np.float64]]:
+_AROUND = 40_075_017 / 360  # metres of a degree along the equator
+_POLES = 40_007_863 / 360  # and from pole to pole
+_SMALL = 100.0  # sides from 0 do places on the earth lie at least
+_STEEP = 500.0  # times larger than both other sides is the height of what lies in degrees, and of nothing else
+
+
+def to_metres(found: FoundPoints, name: str, note: Note) -> None:
+    """Turn longitude and latitude into metres."""
+    if found.in_degrees is False or not len(found):
+        return
+    order, is_certain = _degrees_in(found.positions)
+    if found.in_degrees is None and not is_certain:
+        if order:
+            names = option("columns", f"{','.join(order)},z,...")
+            note(f"{name}: its x and y may be degrees, which show nothing of their shape: pass {names} if they are")
+        return
+    if found.in_degrees is None and order == _LATITUDE_FIRST:
+        found.positions = found.positions[:, [1, 0, 2]]
+    low, high = main_box(found.positions)
+    latitude = float(np.clip((low[1] + high[1]) / 2, -90, 90))
+    metres = np.array([_AROUND * np.cos(np.radians(latitude)), _POLES, 1.0])
+    found.positions, found.up = found.positions * metres, found.up or "z"
+    found.up_from = found.up_from or "x and y are degrees"
+    other = "" if found.in_degrees else f"; pass {option('columns', 'x,y,z,...')} if they are metres"
+    which = "latitude and longitude" if order == _LATITUDE_FIRST else "longitude and latitude"
+    note(
+        f"{name}: x and y are degrees, {which}: they become metres, by the latitude {latitude:.4g}, and z counts as "
+        f"metres{other}"
+    )
+
+
+_LONGITUDE_FIRST, _LATITUDE_FIRST = ("lon", "lat"), ("lat", "lon")
+
+
+def _degrees_in(positions: NDArray[Any]) -> tuple[tuple[str, str] | None, bool]:
+    """The order of longitude and latitude if x and y may be these, and whether they are: heights show it."""
+    low, high = main_box(positions)
+    sides, farthest = high - low, np.maximum(np.abs(low), np.abs(high))[:2]
+    side = sides[:2].max()
+    if not (0 < side < 2 and farthest.min() <= 90 and farthest.max() <= 180 and farthest.max() > _SMALL * side):
+        return None, False
+    order = _LATITUDE_FIRST if farthest[1] > 90 else _LONGITUDE_FIRST
+    is_certain = bool(sides[2] > _STEEP * side)
+    return (order if is_certain or farthest.max() > 10 * _SMALL * side else None), is_certain
+
+
+def placed(found: FoundPoints, name: str, note: Note) -> tuple[NDArray[np.floating], NDArray[np.float64]]:
     """Positions (n, 3), and the origin (3,) that they count from: zero, where float32 distinguishes points from there.
 
     Else the origin is the middle, in whole units. Positions stay float64 only where float32 loses points even so.
     """
     at, origin = found.positions, _origin(found)
+    if origin.any() and at.dtype == np.float32 and found.origin is None:
+        step = 2 * _HALF_STEP * np.abs(main_box(at)).max()
+        note(
+            f"{name}: its coordinates are float32 and lie so far from 0 that they are {step:.2g} apart: finer detail "
+            "was lost when it was written; write doubles, or take an offset from them first"
+        )
     if origin.any():
         at = at.astype(np.float64, copy=False) - origin  # never the other way round: float32 has lost them by then
     if at.dtype == np.float32:
@@ -225,6 +293,25 @@ def guess_up(positions: NDArray[np.floating], is_far: bool) -> tuple[Up, str]:
     return "y", "nothing shows it"
 
 
+_OTHER = {"x": "z", "y": "z", "z": "y"}  # what is most likely if it is not that
+
+
+def up_of(
+    found: FoundPoints, positions: NDArray[Any], origin: NDArray[Any], given: Up | None, name: str, note: Note
+) -> Up:
+    """Which axis points up: as given, as the file says it, or a guess, with a note."""
+    if given is not None:
+        found.up_from = option("up")
+        return given
+    if found.up is None:
+        found.up, found.up_from = guess_up(positions, bool(origin.any()))
+        found.up_is_guessed = True
+    if found.up_is_guessed:
+        other = option("up", _OTHER[found.up[-1]])
+        note(f"{name}: up is taken as {found.up} ({found.up_from}); pass {other} if it is not")
+    return found.up
+
+
 def is_before_camera(positions: NDArray[np.floating]) -> bool:
     """Whether all points lie in the view of a camera at the origin that looks along z, as those of depth cameras do."""
     some = positions[:: -(-len(positions) // _UP_SAMPLE)] if len(positions) else positions
@@ -265,7 +352,12 @@ def _planes(positions: NDArray[np.floating], low: NDArray[np.float64], size: flo
 _ENDS = 0.02, 0.98  # quantiles of the intensity that become the darkest grey and white
 DARKEST = 0.05  # linear: what is black answers no light
 _SAMPLE = 1 << 16
-_OTHER = (150, 150, 150)
+_GREY = (150, 150, 150)
+_CLASS_NAMES = {
+    0: "never classified", 1: "unassigned", 2: "ground", 3: "low plants", 4: "middle plants", 5: "high plants",
+    6: "building", 7: "low noise", 9: "water", 10: "rail", 11: "road", 13: "wire guard", 14: "wire", 15: "tower",
+    17: "bridge", 18: "high noise",
+}  # fmt: skip
 _CLASSES = {  # of ASPRS, LAS 1.4
     2: (160, 120, 80), 3: (150, 190, 90), 4: (100, 165, 70), 5: (45, 120, 50), 6: (205, 85, 65), 7: (230, 60, 200),
     8: (230, 170, 60), 9: (60, 120, 215), 10: (120, 80, 160), 11: (95, 95, 105), 13: (240, 220, 90),
@@ -273,18 +365,30 @@ _CLASSES = {  # of ASPRS, LAS 1.4
 }  # fmt: skip
 
 
-def colors_of(found: FoundPoints, color_by: ColorBy | None, up: Up, name: str) -> NDArray[np.uint8] | None:
+def colors_of(found: FoundPoints, options: CloudOptions, up: Up, name: str, note: Note) -> NDArray[np.uint8] | None:
     """The colours, None for a cloud without any. Raises ValueError for a choice that the file does not have."""
-    if color_by and color_by not in choices(found):
-        raise ValueError(f"{name} has no {color_by} for {option('color_by')}, only {', '.join(choices(found))}")
+    color_by, limits = options.color_by, options.color_range
+    if color_by in COLOR_BY and color_by in choices(found):
+        if limits is not None and color_by in ("rgb", "class"):
+            raise ValueError(f"{option('color_range')} is of numbers: leave it out with {option('color_by', color_by)}")
+    elif color_by:
+        field = found.field_named(color_by)
+        if field is None:
+            some = ", ".join(choices(found))
+            raise ValueError(f"{name} has no {color_by} for {option('color_by')}, only {some}")
+        return _by_field(found, field, limits, name, note)
+    elif limits is not None:
+        raise ValueError(f"{option('color_range')} needs {option('color_by')}, a field of numbers")
     if color_by == "height":
-        return _by_height(found.positions, up)
+        low, high = limits or _heights(found, up)
+        _explain(found, color_by, low, high, ramp("viridis"), name, note)
+        return _by_height(found, up, low, high)
     if color_by == "class":
-        table = np.full((256, 3), _OTHER, np.uint8)
-        table[[*_CLASSES]] = [*_CLASSES.values()]
-        return table[np.asarray(found.classes).astype(np.int64).clip(0, 255)]
+        return _by_class(found)
     if color_by == "intensity":
-        return _grey(np.asarray(found.intensity))
+        low, high = limits or _ends(np.nan_to_num(np.asarray(found.intensity), posinf=0, neginf=0))
+        _explain(found, color_by, low, high, _greys()[:, None].repeat(3, 1), name, note)
+        return _grey(np.asarray(found.intensity), (low, high))
     if found.colors is not None:
         return _bytes(found.colors)
     if found.intensity is None:
@@ -294,10 +398,95 @@ def colors_of(found: FoundPoints, color_by: ColorBy | None, up: Up, name: str) -
     return None if middle in (low, high) else _grey(found.intensity)
 
 
-def choices(found: FoundPoints) -> list[ColorBy]:
+def choices(found: FoundPoints) -> list[str]:
     """What a file's points can be coloured by."""
     columns = {"rgb": found.colors, "intensity": found.intensity, "class": found.classes, "height": found.positions}
-    return [one for one in COLOR_BY if columns[one] is not None]
+    known = [one for one in COLOR_BY if columns[one] is not None]
+    return known + [name for name in found.fields if name not in known]
+
+
+_LABELS = ("label", "class", "segment", "instance", "cluster", "object", "semantic", "category", "return", "id")
+_MOST_LABELS = 24  # that have colours of their own
+_DISTINCT = (  # far from each other to the eye, the farthest first (CIE Lab)
+    (31, 119, 180), (255, 127, 14), (44, 160, 44), (214, 39, 40), (148, 103, 189), (240, 220, 60), (23, 190, 207),
+    (227, 119, 194), (140, 86, 75), (188, 225, 120), (60, 60, 70), (250, 190, 160), (0, 90, 90), (150, 10, 90),
+    (120, 140, 255), (128, 128, 0), (200, 170, 250), (0, 220, 130), (90, 50, 0), (190, 190, 190), (255, 80, 140),
+    (20, 40, 130), (170, 255, 230), (110, 120, 110),
+)  # fmt: skip
+
+
+def _by_field(
+    found: FoundPoints, field: str, limits: tuple[float, float] | None, name: str, note: Note
+) -> NDArray[np.uint8]:
+    """Colours by any numbers of the points. A label has its own, grey is what is not known."""
+    values = np.asarray(found.fields[field])
+    values = values.astype(np.float64) if values.dtype.kind == "b" else values
+    known = np.isfinite(values)
+    labels = _labels(values[known], field) if limits is None else None
+    colors = np.full((len(values), 3), _GREY, np.uint8)
+    if labels is not None:
+        table = np.array(_DISTINCT, np.uint8)
+        is_small = len(labels) and labels[0] >= 0 and labels[-1] < _MOST_LABELS  # these look alike in every file
+        numbers = values[known].astype(np.int64) if is_small else np.searchsorted(labels, values[known])
+        colors[known] = table[numbers % _MOST_LABELS]
+        shown = labels.astype(np.int64) if is_small else np.arange(len(labels))
+        texts = [f"{one:g}" for one in labels]
+        found.legend = ColorLegend(field, texts[:_MOST_LABELS], table[shown % _MOST_LABELS][:_MOST_LABELS])
+        more = f": {', '.join(texts[:_MOST_LABELS])}" + (", ..." if len(labels) > _MOST_LABELS else "")
+        note(f"{name}: coloured by {field}, {counted(len(labels), 'label')}{more}")
+        return colors
+    low, high = limits or _ends(values[known])
+    share = (values[known].astype(np.float64) - low) / ((high - low) or 1.0)
+    colors[known] = ramp("viridis")[(share * 255).clip(0, 255).astype(np.uint8)]
+    _explain(found, field, low, high, ramp("viridis"), name, note)
+    return colors
+
+
+def _labels(values: NDArray[Any], field: str) -> NDArray[Any] | None:
+    """The labels of a field that has some, in their order; None for numbers."""
+    some = _some(values)
+    if not len(values) or not (some % 1 == 0).all():
+        return None
+    is_named = any(word in plain(field).removeprefix("scalar") for word in _LABELS)
+    if len(np.unique(some)) > (_SAMPLE if is_named else _MOST_LABELS):
+        return None
+    labels = np.unique(values)
+    return labels if (labels % 1 == 0).all() and (is_named or len(labels) <= _MOST_LABELS) else None
+
+
+def _ends(values: NDArray[Any]) -> tuple[float, float]:
+    """The lowest and the highest number but stray ones."""
+    if not len(values):
+        return 0.0, 1.0
+    low, high = (float(one) for one in np.quantile(_some(values).astype(np.float64), _ENDS))
+    return (low, high) if low < high else (float(values.min()), float(values.max()))
+
+
+def _end_texts(low: float, high: float) -> list[str]:
+    """Both with as many digits as tell them apart."""
+    largest, span = max(abs(low), abs(high)), high - low
+    digits = min(4 + max(0, int(np.log10(largest / span))), 15) if span > 0 and largest > 0 else 4
+    return [f"{float(f'{one:.{digits}g}'):.12g}" for one in (low, high)]
+
+
+def _explain(
+    found: FoundPoints, title: str, low: float, high: float, row: NDArray[np.uint8], name: str, note: Note
+) -> None:
+    """Say between which numbers the colours of a row lie."""
+    first, last = _end_texts(low, high)
+    found.legend = ColorLegend(title, [first, last], row)
+    words = ("black", "white") if (row[:, :1] == row).all() else ("dark blue", "yellow")
+    note(f"{name}: coloured by {title}, {first} {words[0]} to {last} {words[1]}; {option('color_range')} sets these")
+
+
+def _by_class(found: FoundPoints) -> NDArray[np.uint8]:
+    table = np.full((256, 3), _GREY, np.uint8)
+    table[[*_CLASSES]] = [*_CLASSES.values()]
+    numbers = np.asarray(found.classes).astype(np.int64).clip(0, 255)
+    shown = np.flatnonzero(np.bincount(numbers, minlength=256))[:_MOST_LABELS]
+    texts = [f"{one} {_CLASS_NAMES.get(one, '')}".strip() for one in shown.tolist()]
+    found.legend = ColorLegend("class", texts, table[shown])
+    return table[numbers]
 
 
 def _some(values: NDArray[Any]) -> NDArray[Any]:
@@ -316,22 +505,61 @@ def _bytes(colors: NDArray[Any]) -> NDArray[np.uint8]:
     return np.rint(np.nan_to_num(colors.astype(np.float32) * np.float32(scale)).clip(0, 255)).astype(np.uint8)
 
 
-def _grey(intensity: NDArray[Any]) -> NDArray[np.uint8]:
+def _grey(intensity: NDArray[Any], limits: tuple[float, float] | None = None) -> NDArray[np.uint8]:
     values = np.nan_to_num(intensity.astype(np.float32), posinf=0, neginf=0)
     if not values.size:
         return np.empty((0, 3), np.uint8)
-    low, high = np.quantile(_some(values), _ENDS)
+    low, high = limits or np.quantile(_some(values), _ENDS)
     share = ((values - np.float32(low)) / np.float32(high - low if high > low else 1.0)).clip(0, 1)
-    table = linear_to_bytes(DARKEST + (1 - DARKEST) * np.arange(256) / 255)  # reflected light is linear
-    return np.repeat(table[np.rint(255 * share).astype(np.uint8)][:, None], 3, 1)
+    return np.repeat(_greys()[np.rint(255 * share).astype(np.uint8)][:, None], 3, 1)
 
 
-def _by_height(positions: NDArray[Any], up: Up) -> NDArray[np.uint8]:
+def _greys() -> NDArray[np.uint8]:
+    return linear_to_bytes(DARKEST + (1 - DARKEST) * np.arange(256) / 255)  # reflected light is linear
+
+
+def _heights(found: FoundPoints, up: Up) -> tuple[float, float]:
+    """The lowest and the highest place but those of stray points."""
+    if not len(found):
+        return 0.0, 1.0
+    low, high = sorted(_sign(up) * float(corner["xyz".index(up[-1])]) for corner in main_box(found.positions))
+    return low, high
+
+
+def _by_height(found: FoundPoints, up: Up, low: float, high: float) -> NDArray[np.uint8]:
     """From the lowest point, dark blue, to the highest, yellow; stray points have the colours of the ends."""
-    axis = "xyz".index(up[-1])
-    if not len(positions):
-        return np.empty((0, 3), np.uint8)
-    low, high = (corner[axis] for corner in main_box(positions))
-    share = (positions[:, axis] - low) / ((high - low) or 1.0)
-    share = 1 - share if up[0] == "-" else share
+    share = (_sign(up) * found.positions[:, "xyz".index(up[-1])] - low) / ((high - low) or 1.0)
     return ramp("viridis")[(share * 255).clip(0, 255).astype(np.uint8)]
+
+
+def _sign(up: Up) -> int:
+    return -1 if up[0] == "-" else 1
+
+
+_EVEN = 0.1  # lengths may differ by this share
+_UNITS = 0.9  # of the known normals must be that long
+
+
+def units_of(found: FoundPoints, name: str, note: Note) -> NDArray[np.float32] | None:
+    """Normals of length 1, or 0 where they are unknown; None if all are, and where the field holds no normals."""
+    if found.normals is None or not len(found):
+        return None
+    some = _some(found.normals).astype(np.float64)
+    lengths = np.linalg.norm(some, axis=1)
+    lengths = lengths[np.isfinite(lengths) & (lengths > 0)]
+    if len(lengths) and (np.abs(lengths / np.median(lengths) - 1) < _EVEN).mean() < _UNITS:
+        low, high = np.quantile(lengths, _ENDS)
+        note(
+            f"{name}: its fields called normals hold none, their lengths go from {low:.3g} to {high:.3g} and not to 1: "
+            "they are left out, normals are estimated"
+        )
+        return None
+    normals = found.normals.astype(np.float32)
+    lengths = np.linalg.norm(normals, axis=1)
+    is_known = np.isfinite(lengths) & (lengths > 0)
+    if not is_known.any():
+        note(f"{name}: its normals are all 0 or NaN: they are left out, normals are estimated")
+        return None
+    if np.abs(lengths[is_known] - 1).max() > 1e-6 or not is_known.all():
+        normals = np.where(is_known[:, None], normals / lengths[:, None], 0).astype(np.float32)
+    return normals

@@ -1,17 +1,19 @@
-"""The points of LAS, LAZ, COPC and E57 files, with libraries that are extras."""
+"""The points of scanners: PTX, and with libraries that are extras LAS, LAZ, COPC and E57 files."""
 
 from __future__ import annotations
 
 import struct
+from importlib import import_module
 from io import BufferedReader
 from typing import Any
 
 import numpy as np
 
 from ...notes.notes import Note
-from ...notes.words import counted, option
-from ..access.content import FilePath, check_size, import_extra, naming, open_regular
-from .cloud_columns import FoundPoints, check_points
+from ...notes.words import counted, option, shown
+from ..access.content import CLOUD_TEXT, FilePath, check_size, import_extra, naming, open_regular, read_bytes
+from ..arrays.numpy_files import parse_numbers
+from .cloud_columns import CloudOptions, FoundPoints, check_points
 
 _HEADER = 375  # bytes of the longest header; older ones have 227
 _VLR, _EVLR = 54, 60  # bytes of a record's own header
@@ -64,19 +66,20 @@ LAS = b"LASF"
 _AT_A_TIME = 1 << 20  # points
 
 
-def read_las_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
+def read_las_points(path: FilePath, note: Note, options: CloudOptions) -> FoundPoints:
     """The points of a LAS, LAZ or COPC file. Raises ValueError for a broken one, and without the extra."""
     laspy = import_extra("laspy", "las", f"{path} is a LAS file")
     with open_regular(path) as file:
-        size = check_size(file, path, max_pixels)
+        size = check_size(file, path, options.max_pixels)
         with naming(path, "is a broken or truncated LAS file"), _no_panic():
             check_las_header(file, size)
             with laspy.open(file, closefd=False, laz_backend=laspy.LazBackend.Lazrs) as reader:
                 header = reader.header
-                check_points(header.point_count, path, max_pixels)
+                check_points(header.point_count, path, options.max_pixels)
                 if header.are_points_compressed:
                     _check_packed(header, path)
-                found = _read(reader, f"LAS {header.version}, point format {header.point_format.id}")
+                form = f"LAS {header.version}, point format {header.point_format.id}"
+                found = _read(reader, form, options, str(path), note)
     if found.seen_from is not None:
         why = "where its scan angles show an aircraft" if found.seen_from.ndim == 2 else "above, as it is flat"
         note(f"{path}: normals that are estimated point to {why}; {option('seen_from')} names another place")
@@ -91,11 +94,18 @@ def _check_packed(header: Any, path: FilePath) -> None:
         raise ValueError(f"its points have {header.point_format.size} bytes, and are packed as {packed.item_size()}")
 
 
-def _read(reader: Any, form: str) -> FoundPoints:
-    names = set(reader.header.point_format.dimension_names)
-    has_color = {"red", "green", "blue"} <= names
+_NOISE = 7, 18  # classes of ASPRS: low and high
+
+
+def _read(reader: Any, form: str, options: CloudOptions, name: str, note: Note) -> FoundPoints:
+    names = [*reader.header.point_format.dimension_names]
+    has_color = {"red", "green", "blue"} <= {*names}
     count, done = reader.header.point_count, 0
     parts: dict[str, list[np.ndarray]] = {"positions": [], "colors": [], "intensity": [], "classes": []}
+    found = FoundPoints(form, np.empty((0, 3)), up="z", up_from="always so in LAS")
+    found.fields = {one: None for one in names if one.lower() not in ("x", "y", "z")}
+    asked = found.field_named(options.color_by)
+    values, marked = list[np.ndarray](), list[np.ndarray]()
     lines, angles = list[np.ndarray](), list[np.ndarray]()
     for chunk in reader.chunk_iterator(_AT_A_TIME):
         parts["positions"].append(np.stack([chunk.x, chunk.y, chunk.z], -1))
@@ -103,18 +113,41 @@ def _read(reader: Any, form: str) -> FoundPoints:
         parts["classes"].append(np.array(chunk.classification, np.uint8))
         lines.append(_passes(chunk, names))
         angles.append(_scan_angle(chunk, names))
+        marked.append(np.isin(parts["classes"][-1], _NOISE) + 2 * (np.array(chunk.withheld) != 0))
         if has_color:
             parts["colors"].append(np.stack([chunk.red, chunk.green, chunk.blue], -1))
+        if asked:
+            values.append(np.array(chunk[asked]))
         done += len(chunk)
     if done != count:
         raise ValueError(f"it has {done} of {count} points")
-    found: dict[str, Any] = {name: np.concatenate(part) for name, part in parts.items() if part}
-    positions = found.pop("positions", np.empty((0, 3)))
-    if "colors" in found and not found["colors"].any():
-        del found["colors"]  # a format with colours, and nobody wrote any
+    for role, part in parts.items():
+        if part:
+            setattr(found, role, np.concatenate(part))
+    if found.colors is not None and not found.colors.any():
+        found.colors = None  # a format with colours, and nobody wrote any
+    if asked and values:
+        found.fields[asked] = np.concatenate(values)
     if count:
-        found["seen_from"] = seen_from_above(positions, np.concatenate(lines), np.concatenate(angles))
-    return FoundPoints(form, positions, **found, up="z", up_from="always so in LAS")
+        found.seen_from = seen_from_above(found.positions, np.concatenate(lines), np.concatenate(angles))
+    if marked and not options.all_points:
+        _leave_marked(found, np.concatenate(marked), name, note)
+    return found
+
+
+def _leave_marked(found: FoundPoints, marks: np.ndarray, name: str, note: Note) -> None:
+    """Leave out what the file marks as noise or as withheld, unless that is all of it."""
+    noise, withheld = (int(np.count_nonzero(marks & bit)) for bit in (1, 2))
+    good = marks == 0
+    if good.all() or not good.any():
+        return
+    parts = [f"{noise} of class {_NOISE[0]} or {_NOISE[1]} (noise)"] * (noise > 0)
+    parts += [f"{withheld} withheld"] * (withheld > 0)
+    note(
+        f"{name}: {counted(int((~good).sum()), 'point')} of {len(found)} are left out, {' and '.join(parts)}: "
+        f"{option('all_points', True)} keeps them"
+    )
+    found.select(good)
 
 
 _PASS = 5.0  # seconds in which an aircraft flies straight on
@@ -126,14 +159,14 @@ _HEIGHTS = 50.0, 10_000.0  # of flight
 _FLAT, _ABOVE = 0.4, 100.0  # of its sides is the height of what is seen from above, and from how far
 
 
-def _passes(chunk: Any, names: set[str]) -> np.ndarray:
+def _passes(chunk: Any, names: list[str]) -> np.ndarray:
     """A number for each time that the scanner flew past."""
     seconds = np.asarray(chunk.gps_time) if "gps_time" in names else np.zeros(len(chunk))
     times = np.nan_to_num(seconds / _PASS).clip(-1e12, 1e12).astype(np.int64)
     return (times << 16) + np.asarray(chunk.point_source_id)
 
 
-def _scan_angle(chunk: Any, names: set[str]) -> np.ndarray:
+def _scan_angle(chunk: Any, names: list[str]) -> np.ndarray:
     """Degrees to the side of straight down."""
     if "scan_angle" in names:
         return np.asarray(chunk.scan_angle, np.float32) * np.float32(0.006)
@@ -184,22 +217,23 @@ E57 = b"ASTM-E57"
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLORS = ("colorRed", "colorGreen", "colorBlue")
+_E57_NORMALS = ("nor:normalX", "nor:normalY", "nor:normalZ")  # of the extension E57_EXT_surface_normals
 _INVALID = ("cartesianInvalidState", "sphericalInvalidState")
 _PER_BYTE = 8  # points that a byte of a file holds at most
 
 
-def read_e57_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
+def read_e57_points(path: FilePath, note: Note, options: CloudOptions) -> FoundPoints:
     """The points of all scans of an E57 file. Raises ValueError for a broken one, and without the extra."""
     pye57 = import_extra("pye57", "e57", f"{path} is an E57 file")
     with open_regular(path) as file:
-        size = check_size(file, path, max_pixels)
+        size = check_size(file, path, options.max_pixels)
     with naming(path, "is a broken or truncated E57 file"), pye57.E57(str(path)) as file:
         headers = [file.get_header(k) for k in range(file.scan_count)]
         counts = [header.point_count for header in headers]
-        check_points(sum(counts), path, max_pixels)
+        check_points(sum(counts), path, options.max_pixels)
         if min(counts, default=0) < 0 or sum(counts) > _PER_BYTE * size:
             raise ValueError(f"it counts {sum(counts)} points in {size} bytes")
-        scans = [_scan(file, header) for header in headers]
+        scans = [_scan(file, header, options) for header in headers]
         places = {tuple(map(float, header.translation)) for header in headers if header.has_pose()}
     if not scans:
         raise ValueError(f"{path} has no scans, only pictures or nothing")
@@ -207,22 +241,28 @@ def read_e57_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoint
     known = f"seen from {counted(len(places), 'place')}" if places else "which do not say where the scanner stood"
     note(f"{path}: {counted(len(at), 'point')} of {counted(len(scans), 'scan')}, {known}")
     together: dict[str, Any] = {}
-    for name in ("colors", "intensity", "seen_from"):
+    for name in ("colors", "intensity", "seen_from", "normals"):
         if all(one[name] is not None for one in scans):
             together[name] = np.concatenate([one[name] for one in scans])
     if len(places) == 1 and "seen_from" in together:
         together["seen_from"] = np.array(next(iter(places)))
-    return FoundPoints("E57", at, up="z", up_from="always so in E57", **together)
+    fields: dict[str, Any] = {name: None for one in scans for name in one["fields"]}
+    for name in fields:
+        if all(one["fields"].get(name) is not None for one in scans):
+            fields[name] = np.concatenate([one["fields"][name] for one in scans])
+    return FoundPoints("E57", at, up="z", up_from="always so in E57", fields=fields, **together)
 
 
-def _scan(file: Any, header: Any) -> dict[str, Any]:
+def _scan(file: Any, header: Any, options: CloudOptions) -> dict[str, Any]:
     """The values of a scan's points, in the file's axes."""
-    known = (*_CARTESIAN, *_SPHERICAL, "intensity", *_COLORS, *_INVALID)
-    names = [name for name in known if name in header.point_fields]
+    every: dict[str, Any] = dict.fromkeys(header.point_fields)
+    asked = FoundPoints("", np.empty((0, 3)), fields=every).field_named(options.color_by)
+    known = (*_CARTESIAN, *_SPHERICAL, "intensity", *_COLORS, *_INVALID, *_E57_NORMALS, asked or "")
+    names = [name for name in dict.fromkeys(known) if name in header.point_fields]
     is_spherical = not set(_CARTESIAN) <= set(names)
     if is_spherical and not set(_SPHERICAL) <= set(names):
         raise ValueError(f"a scan has no coordinates, only {', '.join([*header.point_fields][:12])}")
-    data, buffers = file.make_buffers(names, header.point_count)
+    data, buffers = _buffers(file, names, header.point_count)
     if header.point_count:
         reader = header.points.reader(buffers)
         reader.read()
@@ -238,9 +278,73 @@ def _scan(file: Any, header: Any) -> dict[str, Any]:
         level = distance * np.cos(elevation)
         at = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), distance * np.sin(elevation)], -1)
     seen_from = None
+    colors, normals = (
+        np.stack([columns[name] for name in three], -1) if {*three} <= columns.keys() else None
+        for three in (_COLORS, _E57_NORMALS)
+    )
     if header.has_pose():
-        place = np.asarray(header.translation, float)
-        at = at @ np.asarray(header.rotation_matrix, float).T + place
+        place, turn = np.asarray(header.translation, float), np.asarray(header.rotation_matrix, float)
+        at = at @ turn.T + place
+        normals = None if normals is None else normals @ turn.T
         seen_from = np.broadcast_to(place, at.shape)
-    colors = np.stack([columns[name] for name in _COLORS], -1) if set(_COLORS) <= columns.keys() else None
-    return {"positions": at, "intensity": columns.get("intensity"), "colors": colors, "seen_from": seen_from}
+    fields = {name: columns.get(name) if name == asked else None for name in every if name not in _CARTESIAN}
+    found = {"positions": at, "intensity": columns.get("intensity"), "colors": colors, "seen_from": seen_from}
+    return found | {"normals": normals, "fields": fields}
+
+
+def _buffers(file: Any, names: list[str], count: int) -> tuple[dict[str, np.ndarray], Any]:
+    """Arrays for fields, and what the library fills them by; of those that it has no type for as numbers of 64 bits."""
+    from pye57.e57 import SUPPORTED_POINT_FIELDS
+
+    libe57: Any = import_module("pye57.libe57")
+    data, buffers = {}, libe57.VectorSourceDestBuffer()
+    for name in names:
+        data[name] = np.empty(count, SUPPORTED_POINT_FIELDS.get(name, "d"))
+        buffers.append(libe57.SourceDestBuffer(file.image_file, name, data[name], count, True, True))
+    return data, buffers
+
+
+_PTX_LINES = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)  # numbers of each of the lines before the points of a scan
+
+
+def is_ptx(head: bytes) -> bool:
+    """Whether a text begins as one of Leica's: the size of a scan, and where it stood."""
+    lines = [line.split() for line in head.splitlines() if line.strip()][: len(_PTX_LINES)]
+    return tuple(map(len, lines)) == _PTX_LINES
+
+
+def read_ptx_points(path: FilePath, note: Note, options: CloudOptions) -> FoundPoints:
+    """The points of all scans of a PTX file, each at its place. Raises ValueError for a broken one."""
+    data = read_bytes(path, options.max_pixels, CLOUD_TEXT)
+    first = next((line for k, line in enumerate(filter(bytes.strip, data.splitlines())) if k == len(_PTX_LINES)), b"")
+    columns, before = len(first.split()), sum(_PTX_LINES)
+    scans, places, at, empty = list[np.ndarray](), list[np.ndarray](), 0, 0
+    with naming(path, "is a broken PTX file", (ValueError,)):
+        if columns not in (4, 7):
+            raise ValueError(f"its first point is {shown(first.decode('utf-8', 'replace'))}, expected 4 or 7 numbers")
+        numbers = parse_numbers(data.decode("ascii", "replace"))
+        while at < len(numbers) or not scans:
+            head = numbers[at : at + before]
+            count = head[0] * head[1] if len(head) == before else -1
+            end = at + before + count * columns
+            if not (count >= 0 and count % 1 == 0 and end <= len(numbers)):
+                raise ValueError(f"it does not hold the points that its scan {len(scans)} counts")
+            rows = numbers[at + before : int(end)].reshape(-1, columns)
+            at, turn = int(end), head[14:].reshape(4, 4)
+            good = rows[:, :3].any(1)
+            empty += int((~good).sum())
+            rows = np.array(rows[good])
+            rows[:, :3] = rows[:, :3] @ turn[:3, :3] + turn[3, :3]
+            scans.append(rows)
+            places.append(np.broadcast_to(turn[3, :3], (len(rows), 3)))
+    table, seen_from = np.concatenate(scans), np.concatenate(places)
+    check_points(len(table), path, options.max_pixels)
+    if empty:
+        note(f"{path}: {counted(empty, 'point')} of {len(table) + empty} are returns that never came: left out")
+    if len(scans) == 1:
+        seen_from = np.array(seen_from[0]) if len(table) else None
+    colors = table[:, 4:] if columns == 7 else None
+    fields: dict[str, Any] = {"intensity": table[:, 3]}
+    form = f"PTX, {counted(len(scans), 'scan')}"
+    known: dict[str, Any] = {"up": "z", "up_from": "usual of scanners", "seen_from": seen_from, "fields": fields}
+    return FoundPoints(form, table[:, :3], colors=colors, intensity=table[:, 3], **known)

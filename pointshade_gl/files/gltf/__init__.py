@@ -43,10 +43,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ...notes.words import option
 from ..access.content import MAX_PIXELS
 
 if TYPE_CHECKING:
     from ...notes.notes import Note
+    from ...scene.cloud import Up
     from ...scene.graph import Scene
     from ..access.content import FilePath
     from .cameras_and_lights import Units
@@ -54,9 +56,10 @@ if TYPE_CHECKING:
 
 
 def load_scene(
-    path: FilePath, *, allow_outside: bool = False, max_pixels: float = MAX_PIXELS, notes: Note | None = None
-) -> Scene:
-    """Read a scene from a .gltf or .glb file.
+    path: FilePath, *, allow_outside: bool = False, max_pixels: float = MAX_PIXELS, notes: Note | None = None,
+    up: Up | None = None,
+) -> Scene:  # fmt: skip
+    """Read a scene from a .gltf or .glb file, or a mesh from a .ply with faces.
 
     Parameters
     ----------
@@ -68,6 +71,8 @@ def load_scene(
         Limit for one picture; all other limits follow from it, see files/access/content.py.
     notes : callable, optional
         Called with one sentence for everything that is left out; the default prints it to stderr.
+    up : {"x", "y", "z", "-x", "-y", "-z"}, optional
+        Of a .ply: which axis points up. The default is what its shape shows.
 
     Raises
     ------
@@ -79,7 +84,16 @@ def load_scene(
     Reads triangles with base colours, points as clouds with colours and normals, nodes, the first perspective camera,
     KHR_lights_punctual, EXT_lights_image_based, and point objects by `extras` (see the module's documentation). Files
     that the scene names must lie in its folder, also through links. Nothing is fetched or run.
+
+    Of a .ply it reads faces and strips, normals, colours of vertices and faces, and pictures that MeshLab's comments
+    name. Where normals are missing they are those of the faces around a vertex, up to a crease of 40 degrees.
     """
+    from ..clouds.load_cloud import is_mesh, load_mesh
+
+    if is_mesh(path):
+        return load_mesh(path, allow_outside=allow_outside, max_pixels=max_pixels, notes=notes, up=up)
+    if up is not None:
+        raise ValueError(f"{path} is glTF, whose y points up: leave out {option('up')}")
     from .read_gltf import load_scene
 
     return load_scene(path, allow_outside, max_pixels, notes)

@@ -140,8 +140,6 @@ class Meshes:
             what = "no positions" if held.get("POSITION") is None else "lines"
             parts.note(f"{part} is left out: it has {what}, only triangles and points are drawn")
             return None
-        if mode != POINTS and held.get("COLOR_0") is not None:
-            parts.note(f"{part}: its colours per corner (COLOR_0) are not drawn")
         if primitive.targets:
             parts.note(f"{part}: its morph targets are not drawn")
         if mode == POINTS:
@@ -165,6 +163,9 @@ class Meshes:
             del look["texture"]
         each = {"normals": (held.get("NORMAL"), "VEC3"), "uv": (uv, "VEC2")}
         look |= {name: _floats(parts, one, kind) for name, (one, kind) in each.items() if one is not None}
+        if held.get("COLOR_0") is not None:
+            linear = np.nan_to_num(_shares(parts, held["COLOR_0"])[:, :3])
+            look["colors"] = linear_to_bytes(np.clip(linear, 0, 1))
         return Mesh(points, faces, **look)
 
     def _material(self, index: Any) -> dict[str, Any]:

@@ -399,6 +399,8 @@ class _Writer:
         attributes = document.attributes(mesh.normals, {"POSITION": mesh.positions})
         if mesh.uv is not None:
             attributes["TEXCOORD_0"] = document.accessor(mesh.uv)
+        if mesh.colors is not None:
+            attributes["COLOR_0"] = document.accessor(linear_colors(mesh.colors))
         texture = None if picture is None else document.texture(picture)
         has_alpha = picture is not None and picture.shape[2] == 4
         return {

@@ -14,6 +14,7 @@ from ...scene.appearance import LIT_EARLY, NOT_LIT, Appearance, shader_model
 from ...scene.camera import Camera, Eye
 from ...scene.noise import Step
 from ...scene.objects import Mesh
+from ...scene.values import srgb_to_linear
 from ..context.caller_state import DEPTH_TEST, PROGRAM_POINT_SIZE, enabled
 from ..core.frame_textures import Colors, FrameTextures, PointSurface
 from ..core.images import Box, Fitted, Image, Owner, check_memory, check_size, depth_tested, empty
@@ -34,6 +35,7 @@ from ..points.set_merge import shared_variant
 from ..shading.light_set import DARK, HIGHLIGHTS, ShadowTile, environment_of
 
 CORNER = "position", "normal", "uv"
+TINT = "tint"  # a colour less white: without one it is 0 throughout, so that nothing changes
 WAYS = "16f 9f /i", "view", "normal_view"
 DRAWS = {  # to be lit later, lit at its corners, or its depth only: shaders, and what they read of corners and copies
     "surface": ("meshes/mesh.vert", "meshes/mesh.frag", ("3f 3f 2f 12x", *CORNER), WAYS),
@@ -171,10 +173,16 @@ class MeshBuffers(Owner):
         with self._all_or_nothing():
             corners = self._allocate(context.buffer, vertices.tobytes() or bytes(44))
             order = self._allocate(context.buffer, np.ascontiguousarray(faces).tobytes() or bytes(12))
+            found = mesh_tints(mesh)
+            tints = self._allocate(context.buffer, np.zeros(3, "f4").tobytes() if found is None else found.tobytes())
+            tint = tints, "3f /r" if found is None else "3f", TINT
             self.arrays = {
-                name: self._allocate(context.vertex_array, programs[name], [(corners, *read), (ways, *way)], order)
+                name: self._allocate(
+                    context.vertex_array, programs[name],
+                    [(corners, *read), (ways, *way), *([tint] if name != "shadow" else [])], order,
+                )
                 for name, (_, _, read, way) in DRAWS.items()
-            }
+            }  # fmt: skip
             self.picture = self._texture(np.full((1, 1, 3), 255, np.uint8) if mesh.texture is None else mesh.texture)
 
     def _texture(self, pixels: np.ndarray) -> moderngl.Texture:
@@ -205,6 +213,15 @@ def mesh_vertices(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     if mesh.shading == "flat":
         middle = positions.reshape(-1, 3, 3).mean(1).repeat(3, 0)
     return np.concatenate([positions, normals, uv, middle], -1).astype("f4"), faces
+
+
+def mesh_tints(mesh: Mesh) -> np.ndarray | None:
+    """Return (n, 3) float32, the linear colour of each corner less white; None for a mesh without colours."""
+    if mesh.colors is None or not len(mesh.faces):
+        return None
+    tints = srgb_to_linear(np.arange(256) / 255).astype("f4")[mesh.colors] - np.float32(1)
+    is_apart = mesh.normals is None or mesh.shading == "flat"
+    return np.ascontiguousarray(tints[mesh.faces.ravel()] if is_apart else tints)
 
 
 GROUP, ROWS = 32, 16  # as in grid.comp

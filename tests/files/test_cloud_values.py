@@ -221,7 +221,7 @@ class TestCropAndClean:
         )
 
     def test_stray_points_of_a_map_cost_no_millimetres(self, tmp_path):
-        on_map = np.concatenate([made.on_map(3000), np.zeros((30, 3))])
+        on_map = np.concatenate([made.on_map(3000), np.ones((30, 3))])
         cloud = saved(tmp_path, on_map)
         assert np.abs(world(cloud) - on_map)[:3000].max() < 1e-4
 

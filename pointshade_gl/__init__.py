@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from .scene.cloud import PointCloud
     from .scene.environment import Environment
     from .scene.frame import Frame
+    from .scene.gaussians import Gaussians
     from .scene.graph import Scene
     from .scene.light import Light
     from .scene.node import Node
@@ -57,6 +58,7 @@ __all__ = [
     "Environment",
     "Film",
     "Frame",
+    "Gaussians",
     "Light",
     "Material",
     "Mesh",
@@ -106,6 +108,7 @@ _LATER = {
     "Environment": ".scene.environment",
     "Film": ".files.writing.film",
     "Frame": ".scene.frame",
+    "Gaussians": ".scene.gaussians",
     "Light": ".scene.light",
     "Material": ".scene.appearance",
     "Mesh": ".scene.objects",

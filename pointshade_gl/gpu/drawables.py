@@ -12,6 +12,7 @@ from ..scene.camera import Eye
 from ..scene.node import Placed
 from ..scene.objects import Mesh
 from .clouds.cloud_objects import CloudObjects, PlacedCloud
+from .clouds.splat_layer import SplatLayer
 from .core.images import Owner
 from .core.steps import Steps
 from .core.view_images import Drawable, Target
@@ -44,6 +45,10 @@ class Objects(Owner):
     @cached_property
     def clouds(self) -> CloudObjects:
         return self._keep(CloudObjects(self._context))
+
+    @cached_property
+    def splats(self) -> SplatLayer:
+        return self._keep(SplatLayer(self._context))
 
     @cached_property
     def meshes(self) -> MeshObjects:

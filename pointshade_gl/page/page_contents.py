@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..estimation import environment_light as lighting
+from ..notes.notes import print_note
 from ..notes.words import counted
 from ..renderer.requests import STRAIGHT, RenderRequest, Scenes
 from ..scene.appearance import Appearance
@@ -46,7 +47,11 @@ def reduced(request: RenderRequest, largest: int, most: int, points: int = 0) ->
 
     def smaller(content: Any) -> Any:
         if content.clouds:
-            return cloud_at(content)
+            if content.is_gaussian:
+                print_note(
+                    "the page draws trained splats as discs, those that are opaque: other pictures blend them all"
+                )
+            return cloud_at(content.as_discs)  # which the browser draws
         frames = tuple(_reduced_frame(frame, largest) for frame in content.frames)
         return content if frames == content.frames else PointObject(frames, look=content.look)
 
@@ -58,7 +63,7 @@ def reduced(request: RenderRequest, largest: int, most: int, points: int = 0) ->
 
 def cloud_points(scene: Scene) -> int:
     """How many points the visible clouds have."""
-    return sum(len(cloud) for placed in scene.instances for cloud in placed.content.clouds)
+    return sum(len(cloud.as_discs) for placed in scene.instances for cloud in placed.content.clouds)
 
 
 def _reduced_cloud(cloud: PointCloud, level: float) -> PointCloud:

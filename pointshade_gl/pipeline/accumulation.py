@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checks.arguments import Count, check_type
+from ..gpu.clouds.splat_layer import SOLID, PlacedSplats
 from ..gpu.core.images import Fitted, Image, depth_tested, empty, empty_part, read_texture
 from ..gpu.core.programs import FullscreenPasses
 from ..gpu.core.steps import Steps
@@ -184,6 +185,8 @@ class Accumulator(FullscreenPasses):
                 target.splats.draw_only(sums.active.texture)
             self._frame_pass.draw(target, canvas, sample, drawables, light_set)
             if finish.up is not None and light_set.shadow_map is not None:
+                if any(isinstance(drawables[p], PlacedSplats) for p in sample.shown):  # the ground is seen through them
+                    self._frame_pass.draw_surfaces(target, sample, drawables, light_set, SOLID)
                 self._draw_ground(target, sample, light_set, finish.up, finish.ground_height)
             count.step()
 
@@ -199,6 +202,7 @@ class Accumulator(FullscreenPasses):
         inputs |= {"intrinsics": visible.eye.camera.intrinsics, "plane": seen_ground(ground, visible.eye.pose)}
         inputs |= environment_inputs(lighting)
         constants = {"SHADOWS": lighting.shadows.kind} if lighting.shadows else {}
+        constants |= {"SPLATS": 1} if "splat_map" in inputs else {}
         constants |= {"ENVIRONMENT": 1} if environment_light.environment else {}  # the ground is matt
         inputs = {name: value for name, value in inputs.items() if name not in HIGHLIGHTS}
         if environment_light.occlusion:

@@ -9,6 +9,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from ..gpu.clouds.splat_layer import ANY, HALF, LayerImage, PlacedSplats
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Canvas, Drawable, SurfaceImage, Target
 from ..gpu.drawables import Drawables, Objects
@@ -44,15 +45,15 @@ class FramePass:
         materials for it."""
         if single := single_object(visible, drawables, light_set):
             return self.draw_single_object(target, canvas, single, visible, light_set)
+        if visible.scale is None and any(isinstance(drawables[p], PlacedSplats) for p in visible.shown):
+            self._draw_layers(target, canvas, visible, drawables, light_set)
+            return None
         self.draw_surfaces(target, visible, drawables, light_set)
         if visible.scale is not None:
             colored = target.surfaces, visible.eye.camera, visible.scale
             self._steps.always("colors", self._colors.draw, canvas, *colored)
             return None
-        numbered = visible.materials  # by the numbers of surfaces: of each object one where they hide each other
-        if visible.environment_light.occlusion:
-            rows = joined(drawables[p] for p in visible.shown)
-            numbered = [visible.shown[first].content.material for first, _ in rows]
+        numbered = numbered_materials(visible, drawables)
         self.light_pixels(target, canvas, visible, light_set, numbered)
         return None if any(p.content.shading in LIT_EARLY for p in visible.shown) else numbered
 
@@ -106,16 +107,62 @@ class FramePass:
             return visible.materials
         return None
 
-    def draw_surfaces(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
+    def _draw_layers(
+        self, target: Target, canvas: Canvas, visible: VisibleScene, drawables: Drawables, light_set: LightSet
+    ) -> None:
+        """Draw trained splats over the picture of all other objects: what they cover of a pixel is seen of them."""
+        opaque, trained = _layers(visible, drawables)
+        layer = self._objects.splats
+        things = tuple(drawables[p] for p in trained.shown)
+        is_lit = any(thing.shading not in ("none", "auto") for thing in things)
+        image = layer.fit(target.size, is_lit)
+        if opaque.shown:
+            self.draw(target.behind, layer.canvas(image.behind), opaque, drawables, light_set)
+        if is_lit:
+            self.draw_surfaces(target, visible, drawables, light_set, ANY)
+            both = trained._replace(shown=[*opaque.shown, *trained.shown])
+            self.light_pixels(target, layer.canvas(image.lit), both, light_set, numbered_materials(both, drawables))
+        else:
+            self._blend(image, target, opaque, trained, drawables, light_set, has_surface=False)
+        self._steps.always("compose", layer.compose, canvas, image, is_lit, bool(opaque.shown))
+
+    def _blend(
+        self, image: LayerImage, target: Target, opaque: VisibleScene, trained: VisibleScene, drawables: Drawables,
+        light_set: LightSet, has_surface: bool,
+    ) -> None:  # fmt: skip
+        behind = None
+        if opaque.shown:
+            self.keep_surfaces(target.behind, opaque, drawables, light_set)
+            behind = target.behind.surfaces
+        things = tuple(drawables[p] for p in trained.shown)
+        blend = self._objects.splats.blend
+        self._steps.run("splat layer", blend, image, things, trained.eye, behind, has_surface, of=image)
+
+    def draw_surfaces(
+        self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet, least: float = HALF
+    ) -> None:
         """Draw the visible surfaces of all objects (normal, depth, albedo), with the numbers of their materials.
 
-        Those of objects with eye-dome lighting are negative.
+        Those of objects with eye-dome lighting are negative. least: what trained splats cover of a pixel in which their
+        surface is seen.
         """
+        opaque, trained = _layers(visible, drawables)
+        if trained.shown:
+            layer, image = self._objects.splats, self._objects.splats.fit(target.size, True)
+            self._blend(image, target, opaque, trained, drawables, light_set, has_surface=True)
+            behind = target.behind.surfaces if opaque.shown else None
+            surfaces = target.surfaces
+            surfaces.has_visibility = bool(visible.environment_light.occlusion)
+            surfaces.knows_visibility, surfaces.has_doubts = False, behind is not None and behind.has_doubts
+            number = material_numbers(trained, drawables, len(list(joined(drawables[p] for p in opaque.shown))))[0]
+            has_eye_dome = any(drawables[p].shading == "edl" for p in trained.shown)
+            surfaces.has_eye_dome = has_eye_dome or (behind is not None and behind.has_eye_dome)
+            number = -float(number) if has_eye_dome else float(number)
+            self._steps.run("merge", layer.merge, surfaces, image, behind, least, number)
+            return
         rows = list(joined(drawables[p] for p in visible.shown))
-        shown, materials = tuple(thing for _, thing in rows), visible.materials
-        places = [1 + materials.index(visible.shown[first].content.material) for first, _ in rows]
-        if visible.environment_light.occlusion:
-            places = list(range(1, len(rows) + 1))
+        shown = tuple(thing for _, thing in rows)
+        places = material_numbers(visible, drawables)
         numbers = tuple(-k if thing.shading == "edl" else k for k, thing in zip(places, shown, strict=True))
         early = any(thing.is_lit_as_drawn for thing in shown)
         lighting = light_set.seen_from(visible.eye.pose) if early else None
@@ -167,6 +214,31 @@ class FramePass:
             marks["visibility"] = self._steps.run("view visibility", find, *needed, of=surfaces)
         with canvas.opened(surfaces.window) as image:
             self._steps.always("light", partial(self._light.draw, linear=canvas.linear, **marks), image, *inputs)
+
+
+def _layers(visible: VisibleScene, drawables: Drawables) -> tuple[VisibleScene, VisibleScene]:
+    """Return what is opaque of a view, and its trained splats: as each pixel's middle sees them, in all samples."""
+    trained = [p for p in visible.shown if isinstance(drawables[p], PlacedSplats)]
+    opaque = [p for p in visible.shown if p not in trained] if trained else visible.shown
+    return visible._replace(shown=opaque), visible._replace(shown=trained, eye=visible.steady or visible.eye)
+
+
+def material_numbers(visible: VisibleScene, drawables: Drawables, after: int = 0) -> list[int]:
+    """Return the numbers of the objects' materials, from 1: of each object one where they hide each other.
+
+    after  how many objects come before
+    """
+    rows, materials = list(joined(drawables[p] for p in visible.shown)), visible.materials
+    if visible.environment_light.occlusion:
+        return [after + k + 1 for k in range(len(rows))]
+    return [1 + materials.index(visible.shown[first].content.material) for first, _ in rows]
+
+
+def numbered_materials(visible: VisibleScene, drawables: Drawables) -> Sequence[Material]:
+    """Return the materials by these numbers."""
+    if not visible.environment_light.occlusion:
+        return visible.materials
+    return [visible.shown[first].content.material for first, _ in joined(drawables[p] for p in visible.shown)]
 
 
 def single_object(visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> ShownPoints | ShownGrid | None:

@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from ..checks.arguments import Count
 from ..estimation.cloud_estimates import facing, is_scan, outward
+from ..estimation.splat_normals import splat_normals
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.clouds.cloud_store import CloudNormals, CloudStore, planes_of_slabs
+from ..gpu.clouds.splat_layer import PlacedSplats
 from ..gpu.core.frame_textures import FrameTextures, PointSurface
 from ..gpu.core.images import Image, Owner
 from ..gpu.core.steps import Steps
@@ -175,13 +177,21 @@ class GpuScene(Owner):
 
     def _prepare_clouds(self, clouds: list[Placed], visible: VisibleScene) -> Drawables:
         """Return as many points of each cloud as the view needs."""
-        if freed := self._clouds.keep_only(p.content for p in clouds):
+        trained = [p for p in clouds if p.content.is_gaussian]
+        others = {
+            p: p if p.content.gaussians is None else replace(p, content=p.content.as_discs)
+            for p in clouds
+            if not p.content.is_gaussian
+        }
+        if freed := self._clouds.keep_only(p.content for p in others.values()):
             self._steps.forget(of=freed)
-        drawables: Drawables = {}
-        for p in clouds:
-            level = level_of(p, visible.eye)
-            points = self._clouds.get(p.content, level)
-            drawables[p] = PlacedCloud(points, p.content, *p.rigid_axes, 2.0 ** (0.5 * level))
+        if trained or "splats" in vars(self._objects):
+            self._objects.splats.keep_only([p.content for p in trained])
+        drawables: Drawables = {p: PlacedSplats(p.content, *p.rigid_axes) for p in trained}
+        for p, placed in others.items():
+            level = level_of(placed, visible.eye)
+            points = self._clouds.get(placed.content, level)
+            drawables[p] = PlacedCloud(points, placed.content, *p.rigid_axes, 2.0 ** (0.5 * level))
         return drawables
 
     def _prepare_points(
@@ -297,6 +307,10 @@ def read_cloud_normals(context: moderngl.Context, cloud: PointCloud, noise: floa
     Others point to `seen_from`, without one to a scanner at zero that shows in how points are spread, else to where the
     surface is seen from outside, and those of a sheet up.
     """
+    if cloud.gaussians is not None:
+        normals = splat_normals(cloud.positions, cloud.gaussians, cloud.up_direction)
+        some, length = np.ones(len(cloud), np.float32), 2 * cloud.gaussians.median_length
+        return CloudNormals(normals, some, np.full(len(cloud), length, np.float32))
     found = planes_of_slabs(context, cloud.positions, cloud.normals, noise)
     given = np.zeros(len(cloud), np.bool_) if cloud.normals is None else np.any(cloud.normals, axis=1)
     if cloud.confidence is not None:

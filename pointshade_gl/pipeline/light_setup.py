@@ -11,6 +11,7 @@ import moderngl
 import numpy as np
 
 from ..estimation.environment_light import exponents_of
+from ..gpu.clouds.splat_layer import PlacedSplats
 from ..gpu.core.images import Owner, empty
 from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawables, Objects, Shape
@@ -62,11 +63,16 @@ class LightSetup(Owner):
         if not needs_map:
             return LightSet(lights, ambient, gain=gain, environment=environment)
         views, spans = shadow_views(lights, visible.scene.extent, light_part(visible.sample), roughness_of(drawables))
+        splat_shadows = None
         if views:
-            drawn = (thing for _, thing in joined(drawables[p] for p in visible.shadow_casters))
-            shapes = tuple(thing.shape for thing in drawn)
+            drawn = [thing for _, thing in joined(drawables[p] for p in visible.shadow_casters)]
+            trained = tuple(thing for thing in drawn if isinstance(thing, PlacedSplats))
+            shapes = tuple(thing.shape for thing in drawn if not isinstance(thing, PlacedSplats))
             self._steps.run("shadows", self._fill_shadow_map, self._shadow_map, views, shapes)
-        return LightSet(lights, ambient, views, spans, self._shadow_map, gain, environment)
+            if trained:
+                find = self._objects.splats.find_shadows
+                splat_shadows = self._steps.run("splat shadows", find, self._shadow_map, views, trained)
+        return LightSet(lights, ambient, views, spans, self._shadow_map, gain, environment, splat_shadows)
 
     def _fill_shadow_map(self, shadow_map: ShadowMap, views: list[ShadowView], shapes: tuple[Shape, ...]) -> None:
         if shadow_map.fit(views):

@@ -27,7 +27,16 @@ from ..scene.camera import Camera, check_pose
 from ..scene.cloud import PointCloud
 from ..scene.environment import Environment, check_environment
 from ..scene.frame import Frame
-from ..scene.graph import Scene, given_by, scene_of, shaded, styled, without_environment
+from ..scene.graph import (
+    Scene,
+    given_by,
+    lit_if_asked,
+    lit_where_asked,
+    scene_of,
+    shaded,
+    styled,
+    without_environment,
+)
 from ..scene.light import Light, check_lights
 from ..scene.node import Node
 from ..scene.objects import PointObject, check_frames
@@ -127,7 +136,10 @@ class RenderRequest:
         lights = check_lights(given["light"]) if "light" in given else None
         camera = check_type(given["camera"], Camera, "camera") if "camera" in given else None
         turns = (view.yaw, view.pitch, view.dolly) if view.yaw or view.pitch or view.dolly else STRAIGHT
-        request = cls(source, lights, look, camera, view.pose, turns, finish)
+        drawn: Any = source
+        if type(source) is not Frame:
+            drawn = _lit_where_asked(source, lights, finish)
+        request = cls(drawn, lights, look, camera, view.pose, turns, finish)
         if type(source) is Frame:
             request.__dict__["frames"] = (source,)
         return request
@@ -142,6 +154,7 @@ class RenderRequest:
         is_scene = isinstance(source, Scene)
         camera, pose = view.seen(source if is_scene else check_frames(source)[0], pivot)
         look = Appearance() if is_scene else view.look
+        source = _lit_where_asked(source, view.lights or None, view.finish)
         return cls(source, view.lights or None, look, camera, pose, STRAIGHT, view.finish)
 
     @cached_property
@@ -277,6 +290,16 @@ _NAMES = {group: [one.name for one in fields(group)] for group in GROUPS}
 _PLAIN: dict[type, Any] = {group: group() for group in GROUPS}  # shared: a picture without options makes none
 _OF_NO_GROUP = {"light", "camera"}
 _OF_VIEW = {*_OF_NO_GROUP, "pose", "yaw", "pitch", "dolly"}
+
+
+def _lit_where_asked(source: Any, lights: Sequence[Light] | None, finish: OutputSettings) -> Any:
+    """Return a source with light on trained splats, if the picture or the scene has a light that is not the default."""
+    is_asked = lights is not None or finish.environment is not None or bool(finish.ambient_occlusion)
+    if isinstance(source, PointCloud):
+        return lit_if_asked(source) if is_asked else source
+    if isinstance(source, Scene) and (is_asked or source.lights or source.environment is not None):
+        return lit_where_asked(source)
+    return source
 
 
 def _made_of(group: type, given: dict[str, Any]) -> Any:

@@ -100,7 +100,7 @@ def _is_cloud_size(text: str) -> bool:
 
 
 Shading = Literal["none", "flat", "gouraud", "phong", "edl"]
-Splat = Literal["footprint", "round", "mesh", "disc", "ball"]
+Splat = Literal["footprint", "round", "mesh", "disc", "ball", "gaussian"]
 Upsampling = Literal["vote", "none"]
 NormalsAt = Literal["source", "target"]
 Flying = Literal["keep", "snap"]
@@ -113,7 +113,7 @@ NORMALS_AT: tuple[NormalsAt, ...] = get_args(NormalsAt)
 FLYING: tuple[Flying, ...] = get_args(Flying)
 MISSING: tuple[Missing, ...] = get_args(Missing)
 LIT_EARLY = ("flat", "gouraud")  # of the shadings: light points or corners, and mix that light
-NOT_LIT = ("none", "edl")  # of the shadings: show the objects' own colours
+NOT_LIT = ("none", "edl", "auto")  # of the shadings: show the objects' own colours; "auto" until light is asked for
 
 
 @option_class
@@ -186,7 +186,8 @@ class Appearance(Options):
         'with it and end at its outline. "round" carries the circle round the square. "mesh" draws the triangles '
         "between neighbouring pixels instead, which have no size. The mesh reaches to the outer edge of the last "
         "pixels of a surface. A surface ends where max_depth_step says, or without it where neither of two "
-        'neighbours lies on the other\'s tangent plane, to 2 % of 1/z. "disc" and "ball" are of point clouds.',
+        'neighbours lies on the other\'s tangent plane, to 2 % of 1/z. "disc" and "ball" are of point clouds, '
+        '"gaussian" of trained splats.',
         f"What is drawn of each point: {', '.join(FRAME_SPLATS)} (triangles between pixels); of a point cloud "
         f"{', '.join(CLOUD_SPLATS)}.",
         Cli(SHADING, "SHAPE", SPLATS),

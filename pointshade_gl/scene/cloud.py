@@ -12,24 +12,27 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks.arguments import LARGEST, as_array, as_given, check_choice, check_type
+from ..checks.arguments import as_given, check_choice, check_type
 from ..checks.foreign_arrays import Numbers
 from ..notes.words import counted, option
 from .appearance import CLOUD_SPLATS, Material, check_cloud_size, parse_cloud_size
 from .camera import moved
 from .dense_part import STRAY, main_points
 from .frame import Frame
-from .values import DrawnValue, box_corners, frozen, linear_to_bytes
+from .gaussians import Gaussians
+from .values import DrawnValue, box_corners, floats_of, frozen, linear_to_bytes, shaped
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]
-CloudShading = Literal["none", "phong", "edl"]
-CloudSplat = Literal["disc", "ball"]
+CloudShading = Literal["none", "phong", "edl", "auto"]
+CloudSplat = Literal["disc", "ball", "gaussian"]
 UPS: tuple[Up, ...] = get_args(Up)
 CLOUD_SHADINGS: tuple[CloudShading, ...] = get_args(CloudShading)
+FLOATERS = 0.01  # share of the points of trained splats on each side of an axis that bounds leave out
 ARRAYS = "positions", "normals", "colors", "sizes", "confidence", "seen_from"
+KEPT = (*ARRAYS, "gaussians")  # what clouds share that only look otherwise
 
 
 class CloudStyle(TypedDict, total=False):
@@ -65,17 +68,21 @@ class PointCloud(DrawnValue):
         Where the scanner stood, from `origin`: normals that are written to files point there.
     material : Material
         How the surface answers light.
-    shading : {"phong", "none", "edl"}
+    shading : {"phong", "none", "edl", "auto"}
         Light for each pixel, or the points' own colours: "edl" (eye-dome lighting) darkens them beside what is nearer,
-        so that depth is seen without light. Prefer it to "none".
-    splat : {"disc", "ball"}
-        What is drawn of each point: discs are blended into a surface, balls stay single.
+        so that depth is seen without light. Prefer it to "none". "auto" is "none" until light is asked for: a light, an
+        environment or ambient occlusion; trained splats that are read have it.
+    splat : {"disc", "ball", "gaussian"}
+        What is drawn of each point: discs are blended into a surface, balls stay single; a cloud with `gaussians` is
+        blended as it was trained ("gaussian"), and has as discs and balls only those that are opaque.
     point_size : float or str, optional
         Radius of all points: world units, "3px" pixels of the picture, or "2x" the points' spacing; None is 2x for
         discs and 0.5x for balls, or `sizes`.
     front : {"x", "y", "z", "-x", "-y", "-z"}, optional
         Which axis points towards the viewer, as -z does in the points of frames: alone, the cloud is seen from there.
         None: one whose up is -y is seen so, too, others from above.
+    gaussians : Gaussians, optional
+        What trained splats are beside their positions.
 
     Raises
     ------
@@ -102,6 +109,7 @@ class PointCloud(DrawnValue):
     splat: CloudSplat = "disc"
     point_size: float | str | None = None
     front: Up | None = None
+    gaussians: Gaussians | None = None
 
     if TYPE_CHECKING:  # what may be passed is more than what is kept
 
@@ -110,6 +118,7 @@ class PointCloud(DrawnValue):
             sizes: Numbers | None = None, confidence: Numbers | None = None, origin: Numbers = ..., up: Up = ...,
             seen_from: Numbers | None = None, material: Material = ..., shading: CloudShading = ...,
             splat: CloudSplat = ..., point_size: float | str | None = None, front: Up | None = None,
+            gaussians: Gaussians | None = None,
         ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -123,7 +132,7 @@ class PointCloud(DrawnValue):
             colors = np.array(as_given(self.colors, "colors must be uint8 of shape (n, 3)"))
             if colors.dtype != np.uint8:
                 raise TypeError(f"colors must be uint8 sRGB, got {colors.dtype}")
-            self._set("colors", _shaped(colors, "colors", (count, 3)))
+            self._set("colors", shaped(colors, "colors", (count, 3)))
         for name in ("sizes", "confidence"):
             if getattr(self, name) is not None:
                 values = _floats(getattr(self, name), name, (count,), np.float32)
@@ -142,6 +151,8 @@ class PointCloud(DrawnValue):
             check_choice("front", self.front, UPS)
             if self.front[-1] == self.up[-1]:
                 raise ValueError(f"front must be another axis than {option('up', self.up)}, got {self.front}")
+        if self.gaussians is not None and len(check_type(self.gaussians, Gaussians, "gaussians")) != count:
+            raise ValueError(f"gaussians must be {count}, as many as the positions, got {len(self.gaussians)}")
         object.__setattr__(self, "point_size", check_cloud_size(self.point_size))
 
     def _set(self, name: str, array: NDArray[Any]) -> None:
@@ -163,9 +174,11 @@ class PointCloud(DrawnValue):
         """
         if others := [name for name in look if name not in CloudStyle.__annotations__]:
             raise TypeError(f"a cloud is styled by {', '.join(CloudStyle.__annotations__)}, got {', '.join(others)}")
+        if look.get("splat") == "gaussian" and self.gaussians is None:
+            raise ValueError(f"{option('splat', 'gaussian')} is of trained splats, and this cloud has none")
         kept: CloudStyle = {name: getattr(self, name) for name in CloudStyle.__annotations__}  # type: ignore[assignment]
         made = PointCloud(np.empty((0, 3)), **(kept | look))
-        for name in ("origin", "up", "front", *ARRAYS):
+        for name in ("origin", "up", "front", *KEPT):
             object.__setattr__(made, name, getattr(self, name))
         if (known := vars(self).get("main_points")) is not None:
             vars(made)["main_points"] = known
@@ -189,7 +202,7 @@ class PointCloud(DrawnValue):
         """
         named = ("up", "front", *CloudStyle.__annotations__)
         alike = all(getattr(self, name) == getattr(other, name) for name in named)
-        return alike and all(getattr(self, name) is getattr(other, name) for name in ("origin", *ARRAYS))
+        return alike and all(getattr(self, name) is getattr(other, name) for name in ("origin", *KEPT))
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:
@@ -207,18 +220,41 @@ class PointCloud(DrawnValue):
         if not len(self):
             return self.corners
         low, high = self._main_box
-        margin = STRAY * (high - low) + self.reach(1 - STRAY)
+        margin = self.stray * (high - low) + self.reach(1 - self.stray)
         return frozen(box_corners(low - margin, high + margin) + self.origin)
 
     @cached_property
     def _main_box(self) -> NDArray[np.floating[Any]]:
         """Two corners, (2, 3), of the box round all but stray points."""
-        return np.quantile(self.main_points, (STRAY, 1 - STRAY), axis=0) if len(self) else np.zeros((2, 3))
+        return np.quantile(self.main_points, (self.stray, 1 - self.stray), axis=0) if len(self) else np.zeros((2, 3))
 
     @cached_property
     def main_points(self) -> NDArray[np.floating[Any]]:
         """Return a sample of the positions, (m, 3), without stray points: few, and far from all others."""
         return main_points(self.positions)
+
+    @property
+    def stray(self) -> float:
+        """Return which share of the points on each side of an axis bounds leave out: trained splats have floaters."""
+        return STRAY if self.gaussians is None else FLOATERS
+
+    @property
+    def is_gaussian(self) -> bool:
+        """Return whether it is drawn as trained splats."""
+        return self.splat == "gaussian" and self.gaussians is not None
+
+    @cached_property
+    def as_discs(self) -> PointCloud:
+        """Return the cloud without what only trained splats have: those that can be drawn as opaque discs."""
+        if self.gaussians is None:
+            return self
+        kept, normals, radii = self.gaussians.as_discs()
+        colors = self.gaussians.colors[kept] if self.colors is None else self.colors[kept]
+        look: CloudStyle = {"material": self.material, "point_size": self.point_size}
+        look["shading"] = "none" if self.shading == "auto" else self.shading
+        look["splat"] = "disc" if self.splat == "gaussian" else self.splat
+        place: Any = {"origin": self.origin, "up": self.up, "front": self.front}
+        return PointCloud(self.positions[kept], normals, colors, radii, **place, **look)
 
     @property
     def up_direction(self) -> NDArray[np.float64]:
@@ -255,6 +291,8 @@ class PointCloud(DrawnValue):
         share : float
             Of the points that do not exceed it.
         """
+        if self.gaussians is not None:
+            return 2 * self.gaussians.median_length
         number, unit = self.radius_rule
         if unit != "x" or not len(self):
             return number if unit == "" else 0.0
@@ -274,29 +312,8 @@ def direction_of(axis: Up) -> NDArray[np.float64]:
     return np.eye(3)["xyz".index(axis[-1])] * (-1 if axis.startswith("-") else 1)
 
 
-def floats_of(value: Any, name: str, shape: tuple[int | None, ...], kind: Any, advice: str = "") -> NDArray[Any]:
-    """The numbers as an array. Raises TypeError or ValueError for another shape, and unless all are finite."""
-    wanted = _words(shape)
-    array = _shaped(as_array(value, f"{name} must be numbers of shape {wanted}", kind), name, shape)
-    if array.size and not (array.min() >= -LARGEST and array.max() <= LARGEST):  # NaN fails, too
-        raise ValueError(f"{name} must be finite and below {LARGEST:g}{advice}")
-    return array
-
-
 def _floats(value: Any, name: str, shape: tuple[int | None, ...], kind: Any) -> NDArray[Any]:
     return floats_of(value, name, shape, kind, ": leave out points that are not")
-
-
-def _shaped(array: NDArray[Any], name: str, shape: tuple[int | None, ...]) -> NDArray[Any]:
-    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
-    if not fits:
-        raise ValueError(f"{name} must have shape {_words(shape)}, got {array.shape}")
-    return array
-
-
-def _words(shape: tuple[int | None, ...]) -> str:
-    words = ", ".join("n" if want is None else str(want) for want in shape)
-    return f"({words},)" if len(shape) == 1 else f"({words})"
 
 
 def cloud_of(found: Iterable[tuple[Frame, NDArray[np.float32], NDArray[np.float32]]]) -> PointCloud:
@@ -342,6 +359,8 @@ def turned(cloud: PointCloud, axes: CloudAxes) -> PointCloud:
     turn = _axes_of(up, front) @ _axes_of(cloud.up, cloud.front or USUAL_FRONT[cloud.up]).T
     names = "positions", "normals", "seen_from", "origin"
     changed: dict[str, Any] = {name: _turned(getattr(cloud, name), turn) for name in names}
+    if cloud.gaussians is not None:
+        changed["gaussians"] = cloud.gaussians.turned(turn)
     return replace(cloud, **changed, up=up, front=front if cloud.front else None)
 
 

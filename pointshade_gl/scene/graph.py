@@ -18,7 +18,6 @@ from ..notes.words import counted, option
 from .appearance import Appearance
 from .camera import IDENTITY, Camera, check_pose, orbit_pose
 from .cloud import USUAL_FRONT, CloudStyle, PointCloud, Up, direction_of
-from .dense_part import STRAY
 from .environment import Environment, EnvironmentName, check_environment
 from .frame import Frame, Preview
 from .light import Light, transformed
@@ -289,6 +288,19 @@ def shaded(scene: Scene, shading: str | None) -> Scene:
 
 
 @lru_cache(maxsize=4)
+def lit_where_asked(scene: Scene) -> Scene:
+    """Return the scene with light on clouds that show their own colours until it is asked for; itself without any."""
+    if all(cloud.shading != "auto" for p in scene.instances for cloud in p.content.clouds):
+        return scene
+    return scene.with_every_node(lambda node: with_drawn(node, lit_if_asked))
+
+
+def lit_if_asked(part: Any) -> Any:
+    """Return what a node holds; such a cloud is lit."""
+    return part.styled(shading="phong") if part.clouds and part.shading == "auto" else part
+
+
+@lru_cache(maxsize=4)
 def without_environment(scene: Scene) -> Scene:
     """Return the scene without light from all around but the ambient light."""
     return replace(scene, environment=None)
@@ -372,10 +384,10 @@ def check_of_clouds(given: Iterable[str]) -> None:
 def _away(cloud: PointCloud, camera: Camera, turn: NDArray[np.float64], middle: NDArray[np.float64]) -> float:
     """Return how far before the middle one sees all of a cloud but stray points."""
     x, y, z = ((cloud.main_points + (cloud.origin - middle)) @ turn).T
-    reach = cloud.reach(1 - STRAY)
+    reach = cloud.reach(1 - cloud.stray)
     half = (camera.width - 1) / 2 / camera.fx, (camera.height - 1) / 2 / camera.fy  # of the picture, at depth 1
     across = [(np.abs(one) + reach * math.hypot(1, side)) / side for one, side in zip((x, y), half, strict=True)]
-    return float(np.quantile(np.maximum(*across) - z, 1 - STRAY))
+    return float(np.quantile(np.maximum(*across) - z, 1 - cloud.stray))
 
 
 def seen_upright(scene: Scene, up: Up, front: Up | None = None) -> Scene:

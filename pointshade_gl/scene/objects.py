@@ -14,9 +14,9 @@ from ..checks.arguments import as_given, check_choice, check_color, check_type, 
 from ..checks.foreign_arrays import Numbers, way_to
 from ..notes.words import counted, option, shown
 from .appearance import FRAME_SPLATS, SHADINGS, Appearance, AppearanceOptions, Material, Shading
-from .cloud import UPS, PointCloud, Up, direction_of, floats_of
+from .cloud import UPS, PointCloud, Up, direction_of
 from .frame import Frame
-from .values import DrawnValue, box_corners, frozen, median
+from .values import DrawnValue, box_corners, floats_of, frozen, median
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

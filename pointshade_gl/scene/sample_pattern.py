@@ -95,7 +95,8 @@ def at_sample(visible: VisibleScene, k: int) -> VisibleScene:
     lights = visible.lights
     if any(light.is_soft for light in lights):
         lights = [moved_light(light, k, visible.scene.bounds[0]) for light in lights]
-    return visible._replace(eye=visible.eye._replace(camera=camera), lights=lights, sample=k)
+    eye = visible.eye._replace(camera=camera)
+    return visible._replace(eye=eye, lights=lights, sample=k, steady=visible.eye)
 
 
 def _placed(light: Light, offset: NDArray[np.float64]) -> Light:

@@ -9,6 +9,7 @@ from typing import Any, Literal, NamedTuple, TypeVar, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..checks.arguments import LARGEST, as_array
 from ..notes.words import did_you_mean, shown
 
 _Array = TypeVar("_Array", bound=NDArray[Any])
@@ -100,6 +101,28 @@ def _is_same(one: Any, other: Any) -> bool:
 
 def _is_array(value: Any) -> bool:
     return isinstance(value, np.ndarray)
+
+
+def floats_of(value: Any, name: str, shape: tuple[int | None, ...], kind: Any, advice: str = "") -> NDArray[Any]:
+    """The numbers as an array. Raises TypeError or ValueError for another shape, and unless all are finite."""
+    wanted = _words(shape)
+    array = shaped(as_array(value, f"{name} must be numbers of shape {wanted}", kind), name, shape)
+    if array.size and not (array.min() >= -LARGEST and array.max() <= LARGEST):  # NaN fails, too
+        raise ValueError(f"{name} must be finite and below {LARGEST:g}{advice}")
+    return array
+
+
+def shaped(array: NDArray[Any], name: str, shape: tuple[int | None, ...]) -> NDArray[Any]:
+    """The array. Raises ValueError for another shape; None in it is any number."""
+    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
+    if not fits:
+        raise ValueError(f"{name} must have shape {_words(shape)}, got {array.shape}")
+    return array
+
+
+def _words(shape: tuple[int | None, ...]) -> str:
+    words = ", ".join("n" if want is None else str(want) for want in shape)
+    return f"({words},)" if len(shape) == 1 else f"({words})"
 
 
 def box_corners(low: NDArray[Any], high: NDArray[Any]) -> NDArray[np.float64]:

@@ -4,6 +4,14 @@
 #ifndef SHADOWS
 #define SHADOWS 1  // 2: some lights are larger than points
 #endif
+#ifndef SPLATS
+#define SPLATS 0   // 1: trained splats cast shadows, too
+#endif
+#if SPLATS
+#include "common/trained_splats.glsl"
+uniform sampler2D splat_map;  // tiles as in the shadow map: see shaders/splats/shadow.frag
+uniform float splat_thickness;
+#endif
 
 // Shadows: a light's views of the scene lie as tiles in one depth picture, 1 - near/z; here they are asked whether
 // anything nearer to the light stands before a point. One row of `views` a view:
@@ -15,6 +23,8 @@
 const float FLATTEST = 0.1;   // cosine: a receiver seen flatter by the light is taken to be tilted no more
 const float SHARP = 3.0;       // pixels: what blurs by less is compared with its neighbours alone, as of a point light,
 const float BLURRED = 1.125;   // and what blurs by more is looked for all round; between them both, so that few gaps open
+const float GRAZING = 0.5;     // cosine: where light comes flatter, a surface of splats looks no thicker to it
+const float PUSH = 0.25;       // thicknesses of splats by which a point rises from its surface before it is looked up
 const float MOST_BLUR = 48.0;  // pixels: shadows blur by no more in one view
 
 const int SPREAD_TAPS = 16;   // places spread evenly over a disc, each a golden angle farther round (Vogel 1979)
@@ -73,6 +83,24 @@ float soft_share(sampler2D shadow_map, vec4 tile, vec4 range, vec2 at, vec3 surf
     return seen > 0.0 ? open / seen : 1.0;
 }
 
+#if SPLATS
+// Share of a light that splats leave of it at a place of a tile, between four pixels; outside the tile all.
+float share_beside_splats(sampler2D seen_map, vec4 tile, float side, vec2 at, float depth, float thickness) {
+    vec2 low = floor(at), between = at - low;
+    float share = 0.0;
+    for (int y = 0; y < 2; ++y) {
+        for (int x = 0; x < 2; ++x) {
+            vec2 pixel = low + vec2(x, y);
+            bool inside = all(greaterThanEqual(pixel, vec2(0.0))) && all(lessThanEqual(pixel, vec2(side - 1.0)));
+            float own = 1.0;
+            if (inside) own = share_past_splats(texelFetch(seen_map, ivec2(pixel + tile.zw), 0), depth, thickness);
+            share += own * (x == 0 ? 1.0 - between.x : between.x) * (y == 0 ? 1.0 - between.y : between.y);
+        }
+    }
+    return share;
+}
+#endif
+
 // Share of a light's view `row` that reaches the point: 1 in the light, 0 in full shadow, between at a soft edge. The
 // occluders are compared with the receiver's own tangent plane at their place, so that a slanted surface does not shade
 // itself (receiver plane depth bias: Isidoro 2006). Those whose shadow is sharp are looked for apart from those that blur.
@@ -116,6 +144,11 @@ float light_share(sampler2D shadow_map, sampler2D views, int row, vec3 point, ve
     float widest = min(range.w * (1.0 / range.x - 1.0 / seen.z), MOST_BLUR);
     widest = share > 0.0 ? widest : 0.0;
     share *= soft_share(shadow_map, tile, range, at, vec3(1.0 / seen.z, slope), away, widest);
+#endif
+#if SPLATS
+    vec3 raised = seen + PUSH * splat_thickness * normal;
+    float slanted = splat_thickness / max(away / length(ray), GRAZING);
+    share *= share_beside_splats(splat_map, tile, range.y, project(raised, intrinsics), raised.z, slanted);
 #endif
     return share;
 }

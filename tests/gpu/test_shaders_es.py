@@ -35,7 +35,13 @@ CONSTANTS = {  # the values that the project builds each with
         "VISIBILITY": FLAG,
         "SHARED": (0, 1, 2),
     },
-    "meshes/grid_flat.frag": {"LOOK_UP": FLAG, "SHADOWS": (0, 1, 2), "VISIBILITY": (0,), "ENVIRONMENT": AROUND},
+    "meshes/grid_flat.frag": {
+        "LOOK_UP": FLAG,
+        "SHADOWS": (0, 1, 2),
+        "VISIBILITY": (0,),
+        "ENVIRONMENT": AROUND,
+        "SPLATS": FLAG,
+    },
     "meshes/grid_picture.frag": {
         "LOOK_UP": FLAG,
         "SHADING": (0, 2, 3),
@@ -47,12 +53,16 @@ CONSTANTS = {  # the values that the project builds each with
     },
     "meshes/odd_squares.comp": {"WINDOW": FLAG},
     "meshes/mesh.vert": {"COPIES": FLAG},
-    "meshes/mesh_lit.vert": {"COPIES": FLAG, "SHADOWS": (1,)},
+    "meshes/mesh_lit.vert": {"COPIES": FLAG, "SHADOWS": (1,), "SPLATS": (0,)},
     "shading/light.frag": dict.fromkeys(
-        ("POINTS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL", "TONE", "VISIBILITY", "SPLIT"), FLAG
+        ("POINTS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL", "TONE", "VISIBILITY", "SPLIT", "SPLATS"), FLAG
     )
     | {"SHADOWS": (0, 1, 2), "ENVIRONMENT": AROUND},
-    "shading/ground.frag": {"SHADOWS": (1, 2), "VISIBILITY": FLAG, "ENVIRONMENT": AROUND},
+    "shading/ground.frag": {"SHADOWS": (1, 2), "VISIBILITY": FLAG, "ENVIRONMENT": AROUND, "SPLATS": FLAG},
+    "splats/splat.vert": {"KIND": (0, 1, 2)},
+    "splats/splat.frag": {"KIND": (0, 1, 2), "HIDDEN": FLAG},
+    "splats/merge.frag": {"OPAQUE": (0, 1, 2)},
+    "splats/compose.frag": dict.fromkeys(("LINEAR", "LIT", "BEHIND"), FLAG),
     "surface/hidden_in_plane.frag": {"OBJECTS": FLAG},
     "surface/calm_doubts.frag": {"STAGE": (0, 1)},
     "surface/calm_levels.frag": {"SHARED": FLAG},

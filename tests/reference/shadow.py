@@ -7,6 +7,7 @@ import builtins
 import numpy as np
 
 from .camera import project
+from .trained_splats import share_past_splats
 from .vectors import dot, length, texel
 
 F = np.float32
@@ -121,3 +122,20 @@ def _turned(turn: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """turn * vector, column by column."""
     x, y, z = (turn[:, k] * vector[..., k : k + 1] for k in (0, 1, 2))
     return x + y + z
+
+
+def share_beside_splats(
+    seen_map: np.ndarray, tile: np.ndarray, side: float, at: np.ndarray, depth: np.ndarray, thickness: np.ndarray
+) -> np.ndarray:
+    """tile (4,), at (n, 2), depth and thickness (n,); (n,)"""
+    low = np.floor(at)
+    between, share = at - low, np.zeros(len(at), F)
+    for y in (0, 1):
+        for x in (0, 1):
+            pixel = low + np.array((x, y), F)
+            inside = (pixel >= 0).all(-1) & (pixel <= F(side) - F(1)).all(-1)
+            place = np.where(inside[:, None], pixel + tile[2:], F(0)).astype(int)
+            own = np.where(inside, share_past_splats(texel(seen_map, place), depth, thickness), F(1))
+            across, down = (between[:, k] if one else F(1) - between[:, k] for k, one in ((0, x), (1, y)))
+            share += own * across * down
+    return share

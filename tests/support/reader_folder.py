@@ -21,6 +21,7 @@ from .cloud_files import las
 from .places import README, ROOT
 from .posed_views import CAMERA, corner, view_from
 from .radiance_files import radiance_file
+from .trained_splats import ball_over_floor
 from .view_sets import write_views
 
 PAGES = [README, ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -103,6 +104,7 @@ def make_folder(folder: Path) -> None:
     cloud = ball(1000)
     for name in ("scan.ply", "scan.xyz", "knot.ply"):
         ps.save_points(folder / name, cloud) if name.endswith(".ply") else np.savetxt(folder / name, cloud.positions)
+    ps.save_points(folder / "splats.ply", ball_over_floor(300))
     las(folder / "scan.laz", np.round(cloud.positions, 3).astype(np.float64))
     sky = np.full((16, 32, 4), (120, 140, 160, 128), np.uint8)
     (folder / "studio.hdr").write_bytes(radiance_file(sky))

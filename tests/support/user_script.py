@@ -223,6 +223,12 @@ of_place = (
     point_cloud.up_direction,
 )
 of_levels = point_cloud.front, point_cloud.points_known, point_cloud.thins, point_cloud.arrays, point_cloud.reach(0.5)
+gaussians = ps.Gaussians(np.ones((1, 3)), np.ones((1, 4)), np.ones(1), np.ones((1, 3)), None, antialiased=True)
+trained = ps.PointCloud([(0, 0, 0)], gaussians=gaussians, splat="gaussian", shading="auto")
+of_trained = point_cloud.gaussians, point_cloud.is_gaussian, point_cloud.as_discs, point_cloud.stray, trained
+of_gaussians = gaussians.scales, gaussians.rotations, gaussians.opacities, gaussians.base, gaussians.harmonics
+of_splats = gaussians.antialiased, gaussians.degree, gaussians.covariances, gaussians.colors, gaussians.median_length
+turned_splats = gaussians.select(np.zeros(1, np.int64)), gaussians.as_discs(), gaussians.turned(np.eye(3))
 balls = point_cloud.styled(splat="ball", point_size="3px", shading="edl")
 is_like = point_cloud.is_like(balls)
 of_nodes = point_cloud.frames, point_cloud.clouds, point_cloud.is_single, point_cloud.pose_in_node

@@ -3,6 +3,7 @@
 import ast
 import os
 import re
+import struct
 import subprocess
 import sys
 import tarfile
@@ -60,6 +61,16 @@ def write_heic(folder):
     (folder / "in.heic").write_bytes(heic(SPHERE.color, depth))
 
 
+def write_spz(folder):
+    import zstandard
+
+    plain = [bytes(9 * 4), bytes([200] * 4), bytes([128] * 12), bytes([100] * 12), bytes(16)]
+    packed = [zstandard.ZstdCompressor().compress(one) for one in plain]
+    head = struct.pack("<4sII4BI12x", b"NGSP", 4, 4, 0, 12, 0, len(plain), 32)
+    table = b"".join(struct.pack("<2Q", len(one), len(two)) for one, two in zip(packed, plain, strict=True))
+    (folder / "in.spz").write_bytes(head + table + b"".join(packed))
+
+
 # of each extra: what writes its input here, where all extras are, and a command that needs it
 EXTRAS = {
     "exr": (None, "depth vase -o out.exr"),
@@ -71,6 +82,7 @@ EXTRAS = {
     "record3d": (write_record3d, "info in.r3d"),
     "las": (write_las, "info in.laz"),
     "e57": (write_e57, "info in.e57"),
+    "spz": (write_spz, "info in.spz"),
     "onnx": (write_network, "render in.jpg --depth-model mean.onnx -o out.png"),
     "ray": (None, "batch vase -o many --ray local --workers 1"),
 }

@@ -14,6 +14,7 @@ from pointshade_gl.viewer.events import Open, TurnAround
 from pointshade_gl.viewer.state import clouds_of
 
 from ..support.cloud_ball import ball, write_ball
+from ..support.trained_splats import ball_over_floor
 from ..support.viewing import drag, press, quiet, shown
 
 
@@ -191,3 +192,11 @@ def test_view_opens_clouds_as_they_are_typed(open_viewer, again, monkeypatch, ty
     assert {"ball", "0.05", "edl", "0.4"} <= set(words)
     press(opened[0], "4")
     assert "--shading" not in again(opened[0], but=0.02)
+
+
+def test_trained_splats_are_blended_anew_when_they_turn(open_viewer):
+    viewer = open_viewer(ball_over_floor(300), window_size=(120, 90))
+    before = shown(quiet(viewer)).astype(int)
+    assert np.abs(before - before[0, 0]).max(-1).mean() > 20
+    drag(viewer, (30, 45), (70, 45))
+    assert (shown(quiet(viewer)) != before).any()

@@ -40,8 +40,8 @@ _KINDS = (
     _Kind("a recording of OpenNI", "oni", None, f"{_TOOL} OpenNI's or PCL's tools"),
     _Kind("a recording of ElasticFusion's Logger", "klg", None, f"{_TOOL} any converter from .klg to PNG"),
     _Kind("a ScanNet recording", "sens", None, f"{_TOOL} ScanNet's SensReader"),
-    _Kind("a point cloud", "ply|las|laz|xyz|pts|e57", None, _CLOUD),
-    _Kind("a file of Gaussian splats", "spz|splat|k?splat|sog|rad|lcc", None, _SPLATS),
+    _Kind("a point cloud", "ply|las|laz|xyz|pts|e57|spz|splat|sog", None, _CLOUD),
+    _Kind("a file of Gaussian splats", "ksplat|rad|lcc", None, _SPLATS),
     _Kind(
         "a model",
         "obj|mtl|stl|fbx|usdz?|usd[ac]|dae|off|3mf|3ds|blend|abc|wrl|x3d|max|c4d|ifc|step|stp|iges",

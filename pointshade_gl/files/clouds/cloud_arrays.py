@@ -1,9 +1,8 @@
-"""The points of NumPy's files, of plain float32 (KITTI), PLY, PCD and 3-D Gaussians."""
+"""The points of NumPy's files, of plain float32 (KITTI), PLY and PCD."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,9 +10,8 @@ from numpy.typing import NDArray
 
 from ...notes.notes import Note
 from ...notes.words import shown
-from ...scene.camera import rotation_of
 from ...scene.cloud import UPS, PointCloud, axes_in_words, front_in_words
-from ..access.content import FILE_BYTES, FilePath, check_limit, naming, read_bytes, split_numbers
+from ..access.content import FILE_BYTES, FilePath, check_limit, naming, read_bytes, read_head, split_numbers
 from ..arrays.compression import Archive
 from ..arrays.numpy_files import NpyArray, NpzArray, is_named, list_arrays, plain
 from ..arrays.ply_and_pcd import read_pcd, read_ply
@@ -25,9 +23,9 @@ from .cloud_columns import (
     found_by_number,
     found_in,
     has_positions,
-    side_by_side,
 )  # fmt: skip
 from .placing import is_before_camera
+from .splat_files import PACKED, is_trained, packed_splats, splats_in, trained_columns
 
 POSITIONS = (
     "points", "xyz", "positions", "position", "pos", "vertices", "verts", "pts", "coords", "coord", "point_cloud",
@@ -200,51 +198,8 @@ def read_pcd_points(path: FilePath, note: Note, options: CloudOptions) -> FoundP
     return found
 
 
-_COLOR = ("f_dc_0", "f_dc_1", "f_dc_2")
-_SCALE = ("scale_0", "scale_1", "scale_2")
-_TURN = ("rot_1", "rot_2", "rot_3", "rot_0")  # x, y, z, w
-_FAINT = 0.4  # opacity below which one is left out
-_HARMONIC = 0.28209479177387814  # of degree 0
-_RADIUS = 2.0  # deviations: a disc that fades as (1 - r^2)^2 is nearest to a Gaussian of half its radius
-_FLAT = 0.4  # of the middle axis is the shortest one of a disc
-_GIANT = 0.99, 4.0  # quantile of the radii, and how many times that is too large
-_STEEPEST = 40.0  # exponents beyond overflow float32
-_AT_A_TIME = 1 << 18
-
-
-def gaussians_in(columns: Mapping[str, NDArray[Any]], form: str, name: str, note: Note) -> FoundPoints:
-    """The points of the columns of a Gaussian .ply. Faint ones are left out, and giants, which are fog."""
-    opacity = 1 / (1 + np.exp(-columns["opacity"].astype(np.float32).clip(-_STEEPEST, _STEEPEST)))
-    kept = np.flatnonzero(opacity >= _FAINT)
-    scales = np.sort(np.stack([columns[one][kept] for one in _SCALE], -1).astype(np.float32), -1)
-    radii = _RADIUS * np.exp(scales[:, 1].clip(-_STEEPEST, _STEEPEST))
-    if len(kept):
-        quantile, times = _GIANT
-        is_small = radii <= times * np.quantile(radii[np.isfinite(radii)], quantile) if np.isfinite(radii).any() else []
-        kept, radii = kept[is_small], radii[is_small]
-    note(f"{name}: {len(kept)} of {len(opacity)} Gaussians are opaque discs of usual size; the others are left out")
-    positions = side_by_side([columns[one] for one in "xyz"])[kept]
-    parts = [kept[at : at + _AT_A_TIME] for at in range(0, len(kept), _AT_A_TIME)] or [kept]
-    normals = np.concatenate([_normals(columns, part) for part in parts])
-    dc = np.stack([columns[one][kept] for one in _COLOR], -1).astype(np.float32)
-    colors = np.rint(np.nan_to_num(255 * (0.5 + np.float32(_HARMONIC) * dc)).clip(0, 255)).astype(np.uint8)
-    up: dict[str, Any] = {"up": "-y", "up_from": "usual of reconstructions", "up_is_guessed": True}
-    return FoundPoints(form, positions, normals, colors, sizes=radii, **up)
-
-
-def _normals(columns: Mapping[str, NDArray[Any]], rows: NDArray[Any]) -> NDArray[np.float32]:
-    """(n, 3) the shortest axes of those that are flat, 0 of all others."""
-    scales = np.stack([columns[one][rows] for one in _SCALE], -1).astype(np.float64)
-    turns = np.stack([columns[one][rows] for one in _TURN], -1).astype(np.float64)
-    axes = rotation_of(turns / np.linalg.norm(turns, axis=1, keepdims=True))
-    shortest = axes[np.arange(len(rows)), :, scales.argmin(1)]
-    ordered = np.sort(scales, 1)
-    is_flat = (ordered[:, 0] - ordered[:, 1] < np.log(_FLAT)) & np.isfinite(shortest).all(1)
-    return np.where(is_flat[:, None], shortest, 0).astype(np.float32)
-
-
 PLY = (b"ply\n", b"ply\r")
-VERTEX = "vertex"
+VERTEX, HEADER = "vertex", 2**13
 _UP, _ORIGIN, _SEEN_FROM = "up", "origin", "seen_from"  # first words of comments
 _FAR = 1000.0  # sizes of a cloud from zero: beyond, float32 would move its points visibly
 _PROPERTIES = {  # what is written of each value
@@ -260,7 +215,9 @@ _KINDS = {"colors": "u1", "seen_from": "<f8"}  # else float
 
 def read_ply_points(path: FilePath, note: Note, options: CloudOptions) -> FoundPoints:
     """The vertices of a PLY file. Raises ValueError for one that is broken, or has none."""
-    ply = read_ply(path, options.max_pixels, VERTEX)
+    head = read_head(path, HEADER)
+    is_packed = b"property uint packed_position" in head  # and has other elements behind its vertices
+    ply = read_ply(path, options.max_pixels, "" if is_packed else VERTEX)
     with naming(path, "cannot be read as a point cloud", (ValueError,)):
         if VERTEX not in ply.elements:
             raise ValueError(f"it has no vertices, only {', '.join([*ply.elements][:12]) or 'a header'}")
@@ -268,13 +225,17 @@ def read_ply_points(path: FilePath, note: Note, options: CloudOptions) -> FoundP
         check_points(len(rows), path, options.max_pixels)
         columns = {name: rows[name] for name in rows.dtype.names or ()}
         form = f"PLY, {ply.form}"
-        if {"opacity", *_COLOR, *_SCALE, *_TURN} <= columns.keys():
-            return gaussians_in(columns, f"{form}, 3-D Gaussians", str(path), note)
+        if {*PACKED} <= columns.keys() and "chunk" in ply.elements:
+            return packed_splats(ply.elements, path, note)
+        if is_trained(columns):
+            return splats_in(columns, form, ply.comments, path, note)
         return _as_commented(found_in(columns, form, options), ply.comments)
 
 
 def vertices_of(cloud: PointCloud) -> NDArray[np.void]:
     """(n,) structured, a field for each property: those values that the cloud has."""
+    if cloud.gaussians is not None:
+        return trained_columns(cloud)
     world = cloud.positions + cloud.origin
     size = np.ptp(world, 0).max() if len(world) else 0.0
     is_far = len(world) > 0 and np.abs(world).max() > _FAR * size

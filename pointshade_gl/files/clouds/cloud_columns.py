@@ -23,6 +23,7 @@ from ...checks.arguments import (
 from ...notes.notes import Note
 from ...notes.words import option, shown
 from ...scene.cloud import UPS, Up
+from ...scene.gaussians import Gaussians
 from ..access.content import CLOUD_TEXT, MAX_PIXELS, FilePath, check_limit, naming, read_bytes
 from ..arrays.numpy_files import parse_numbers, plain
 
@@ -112,6 +113,7 @@ class FoundPoints:
     # (n,) numbers of the points by the file's names; None: not read, as nobody asks for them
     fields: dict[str, NDArray[Any] | None] = field(default_factory=dict)
     legend: ColorLegend | None = None  # of colours that numbers were turned into
+    gaussians: Gaussians | None = None  # what trained splats are beside their positions
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -123,6 +125,7 @@ class FoundPoints:
             column = getattr(self, name)
             if column is not None and column.shape[0] == count and (name != "seen_from" or column.ndim == 2):
                 setattr(self, name, column[rows])
+        self.gaussians = self.gaussians and self.gaussians.select(rows)
         self.fields = {name: None if one is None else one[rows] for name, one in self.fields.items()}
 
     def field_named(self, wanted: str | None) -> str | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeGuard
@@ -59,6 +60,7 @@ from .placing import (
     up_of,
 )  # fmt: skip
 from .scans import E57, LAS, is_ptx, read_e57_points, read_las_points, read_ptx_points
+from .splat_files import META, is_sog, is_splat, is_spz, read_sog_points, read_splat_points, read_spz_points
 
 _Reader = Callable[[FilePath, Note, CloudOptions], FoundPoints]
 
@@ -74,8 +76,9 @@ def load_cloud(
     Parameters
     ----------
     path : path
-        PLY, also of 3-D Gaussians; PCD; text such as .xyz, .pts, .ptx and .csv; .npy and .npz; KITTI's .bin; .obj
-        without faces; with the extra las LAS, LAZ and COPC, with the extra e57 E57. Of a mesh the vertices.
+        PLY, PCD, text such as .xyz, .pts, .ptx and .csv; .npy and .npz; KITTI's .bin; .obj without faces; with the
+        extra las LAS, LAZ and COPC, with the extra e57 E57. Of a mesh the vertices. Of trained splats .ply,
+        .compressed.ply, .splat, .spz and .sog: drawn as they were trained, and lit where a light is given.
     up : {"x", "y", "z", "-x", "-y", "-z"}, optional
         Which axis points up. The default is what the format or the file says, else what its planes and extents show.
     most : int, optional
@@ -129,6 +132,8 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
     )
     if path.suffix.lower() == _MODEL:
         read = read_obj_points
+    if _is_of_splats(path, head):
+        read = read_splat_points if not head.startswith(ZIP) and path.name != META else read_sog_points
     read = read or (cloud_arrays.read_lidar_points if is_bare else read_text_points)
     found = read(path, note, options)
     if is_mesh_head(head):
@@ -156,6 +161,10 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
     if found.confidence is not None and found.normals is not None:  # how sure each normal is, 0 to 1
         shares = np.nan_to_num(found.confidence.astype(np.float32), posinf=1).clip(0, 1)
     cloud = PointCloud(positions, normals, colors, sizes, shares, origin, up, seen_from, front=front)
+    if (held := found.gaussians) is not None:
+        if options.color_by not in (None, "rgb") and colors is not None:
+            held = replace(held, base=colors / np.float32(255), harmonics=None)
+        cloud = replace(cloud, gaussians=held, splat="gaussian", shading="auto")
     _note_strays(cloud, name, note)
     return cloud, found
 
@@ -196,7 +205,23 @@ _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (
     (lambda head: head.startswith(NUMPY), cloud_arrays.read_npy_points),
     (lambda head: head.startswith(ZIP), cloud_arrays.read_npz_points),
     (is_ptx, read_ptx_points),
+    (is_spz, read_spz_points),
 )
+
+
+def _is_of_splats(path: Path, head: bytes) -> bool:
+    """Whether a file that has no beginning of its own holds trained splats: .splat, .sog."""
+    if head.startswith(ZIP):
+        return path.suffix.lower() != ".npz" and is_sog(Archive(path))
+    if path.name == META:
+        return path.with_name("means_l.webp").exists()
+    return path.suffix.lower() == SPLAT or _is_bare_splats(path, head)
+
+
+def _is_bare_splats(path: Path, head: bytes) -> bool:
+    """Whether the content alone shows that it is a .splat, which has no header: of a few rows it may be chance."""
+    size = path.stat().st_size
+    return path.suffix.lower() not in CLOUD_SUFFIXES and size >= _FEWEST_SPLATS * 32 and is_splat(head, size)
 
 
 def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
@@ -286,7 +311,9 @@ _MANY = 100  # rows: no picture is so much higher than wide
 _WIDE = 12  # columns
 _LOOKED_AT = 1000  # rows
 _NARROW = 20  # times as high as wide is no picture
-CLOUD_SUFFIXES = (".ply", ".las", ".laz", ".e57", *TEXTS)
+SPLAT = ".splat"
+CLOUD_SUFFIXES = (".ply", ".las", ".laz", ".e57", SPLAT, *TEXTS)
+_FEWEST_SPLATS = 4
 _MODEL = ".obj"  # with faces it is no cloud, and is not read
 _MAYBE_TEXTS = (".txt", ".csv")
 
@@ -342,12 +369,16 @@ def _is_cloud(path: Path, head: bytes) -> bool:
         return not is_organised(path)
     if head.startswith(NUMPY):
         return _is_table(path)
+    if is_spz(head) or (path.name == META and _is_of_splats(path, head)):
+        return True
     if head.startswith(ZIP):
-        return suffix == ".npz" and _has_points(path)
+        return _has_points(path) if suffix == ".npz" else is_sog(Archive(path))
     if suffix == ".bin" and not NOT_PICTURES.fullmatch(path.name):
         columns = cloud_arrays.lidar_columns(head, path.stat().st_size) or 0
         numbers = np.frombuffer(head[: len(head) // (4 * columns) * 4 * columns], "<f4") if columns else None
         return numbers is not None and bool(numbers.reshape(-1, columns)[:, :3].min() < 0)
+    if suffix not in _MAYBE_TEXTS and _is_bare_splats(path, head):
+        return True
     if suffix in _MAYBE_TEXTS and (found := read_text_head(head)):
         is_long = head.count(b"\n") > _MANY
         return has_positions(found.names) or (is_long and (found.columns in COUNTS or shows_points(head, found)))

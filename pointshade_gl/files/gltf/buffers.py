@@ -40,6 +40,7 @@ _NAMED = {"name": str, "extensions": dict, "extras": object}
 _TEXTURE = {"index": int, "texCoord": int}
 _INDICES = {"bufferView": int, "byteOffset": int, "componentType": int}
 _PRIMITIVE = {"attributes": {"": int}, "indices": int, "mode": int, "material": int, "targets": list, "extras": object}
+_PRIMITIVE |= {"extensions": dict}
 _SPARSE = {"count": int, "indices": _INDICES, "values": _INDICES}
 _TRANSFORM = {"matrix": [float], "rotation": [float], "scale": [float], "translation": [float]}
 _NODE = _TRANSFORM | {"mesh": int, "camera": int, "children": [int]}
@@ -97,8 +98,9 @@ def _plain(value: Any, kind: type, place: str) -> Any:
 
 
 LIGHTS, UNLIT, QUANTIZED = "KHR_lights_punctual", "KHR_materials_unlit", "KHR_mesh_quantization"
+SPLATS = "KHR_gaussian_splatting"
 IMAGE_BASED = "EXT_lights_image_based"
-KNOWN = (LIGHTS, IMAGE_BASED, UNLIT, QUANTIZED)
+KNOWN = (LIGHTS, IMAGE_BASED, UNLIT, QUANTIZED, SPLATS)
 SPECULAR = "KHR_materials_specular"  # written for other programs: our own values are nearer
 GENERATOR = "pointshade_gl"  # what our files name as their writer
 _MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import singledispatch
 from types import SimpleNamespace
 from typing import Any
@@ -11,9 +12,10 @@ from numpy.typing import NDArray
 
 from ...notes.words import cut
 from ...scene.cloud import PointCloud
+from ...scene.gaussians import CONSTANT, Gaussians
 from ...scene.objects import Mesh
 from ...scene.values import linear_to_bytes, srgb_to_linear
-from .buffers import UNLIT, GltfParts, label, naming_part, numbers, options, pick
+from .buffers import SPLATS, UNLIT, GltfParts, label, naming_part, numbers, options, pick
 from .cameras_and_lights import Matrix
 from .stored_points import read_material
 
@@ -43,6 +45,7 @@ def read_cloud(parts: GltfParts, primitive: SimpleNamespace, look: dict[str, Any
     if "COLOR_0" in held or color != _WHITE:
         linear = _shares(parts, held["COLOR_0"]) if "COLOR_0" in held else np.ones_like(each["positions"])
         each["colors"] = linear_to_bytes(np.clip(np.nan_to_num(linear[:, :3] * np.float32(color)), 0, 1))
+    chosen: NDArray[Any] | slice = slice(None)
     if primitive.indices is not None:
         chosen, least = parts.array(primitive.indices, ("SCALAR",))[:, 0], min(map(len, each.values()))
         if chosen.dtype.kind != "u" or chosen.max() >= least:
@@ -50,7 +53,43 @@ def read_cloud(parts: GltfParts, primitive: SimpleNamespace, look: dict[str, Any
         each = {name: one[chosen] for name, one in each.items()}
     if "seen_from" in ours:
         each["seen_from"] = numbers(ours.pop("seen_from"), (3,), "seen_from")
+    if SPLATS in (primitive.extensions or {}):
+        each["gaussians"] = _trained(parts, held, chosen)
+        ours, look = {"splat": "gaussian", **ours}, {"shading": "auto", **look}
     return PointCloud(**each, **look, up=ours.pop("up", UP), point_size=ours.pop("size", None), **ours)
+
+
+def _trained(parts: GltfParts, held: Mapping[str, Any], chosen: NDArray[Any] | slice) -> Gaussians:
+    """What the attributes of KHR_gaussian_splatting hold. Raises ValueError where some are missing."""
+
+    def read(name: str, kind: str) -> NDArray[np.float32]:
+        if f"{SPLATS}:{name}" not in held:
+            raise ValueError(f"it has no {SPLATS}:{name}")
+        values = parts.array(held[f"{SPLATS}:{name}"], (kind,))[chosen]
+        most = np.iinfo(values.dtype).max if values.dtype.kind in "iu" else 1
+        return values.astype(np.float32) / np.float32(most)
+
+    names = [f"SH_DEGREE_{degree}_COEF_{k}" for degree in (1, 2, 3) for k in range(2 * degree + 1)]
+    count = next((n for n in (15, 8, 3) if f"{SPLATS}:{names[n - 1]}" in held), 0)
+    harmonics = np.stack([read(name, "VEC3") for name in names[:count]], 1) if count else None
+    base = 0.5 + np.float32(CONSTANT) * read("SH_DEGREE_0_COEF_0", "VEC3")
+    opacities = read("OPACITY", "SCALAR")[:, 0].clip(0, 1)
+    return Gaussians(read("SCALE", "VEC3"), read("ROTATION", "VEC4"), opacities, base, harmonics)
+
+
+def splat_attributes(held: Gaussians) -> dict[str, NDArray[np.float32]]:
+    """The arrays of trained splats by their names, beside positions."""
+    lengths = np.linalg.norm(held.rotations, axis=1, keepdims=True)
+    values = {
+        "ROTATION": held.rotations / np.where(lengths > 0, lengths, 1), "SCALE": held.scales,
+        "OPACITY": held.opacities[:, None], "SH_DEGREE_0_COEF_0": (held.base - 0.5) / np.float32(CONSTANT),
+    }  # fmt: skip
+    if held.harmonics is not None:
+        names = [f"SH_DEGREE_{degree}_COEF_{k}" for degree in (1, 2, 3) for k in range(2 * degree + 1)]
+        values |= {
+            name: one.astype(np.float32) for name, one in zip(names, held.harmonics.swapaxes(0, 1), strict=False)
+        }
+    return {f"{SPLATS}:{name}": one for name, one in values.items()}
 
 
 def _floats(parts: GltfParts, index: Any, kind: str) -> NDArray[np.float32]:
@@ -86,6 +125,8 @@ def cloud_attributes(cloud: PointCloud) -> dict[str, NDArray[Any]]:
     held: dict[str, NDArray[Any]] = {"POSITION": (cloud.positions - shift).astype(np.float32)}
     if cloud.colors is not None:
         held["COLOR_0"] = linear_colors(cloud.colors)
+    if cloud.gaussians is not None:
+        held |= splat_attributes(cloud.gaussians)
     for key, name in SINGLES.items():
         if getattr(cloud, name) is not None:
             held[key] = getattr(cloud, name)[:, None]
@@ -101,7 +142,11 @@ def linear_colors(colors: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 def cloud_extras(cloud: PointCloud) -> dict[str, Any]:
     """What extras hold of the cloud: all that differs from the default."""
-    values = {"splat": (cloud.splat, "disc"), "size": (cloud.point_size, None), "up": (cloud.up, UP)}
+    values = {
+        "splat": (cloud.splat, "disc" if cloud.gaussians is None else "gaussian"),
+        "size": (cloud.point_size, None),
+        "up": (cloud.up, UP),
+    }
     values["front"] = cloud.front, None
     ours: dict[str, Any] = {key: value for key, (value, usual) in values.items() if value != usual}
     if cloud.seen_from is not None and cloud.seen_from.ndim == 1:

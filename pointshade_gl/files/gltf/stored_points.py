@@ -32,6 +32,7 @@ from .buffers import (
     IMAGE_BASED,
     LIGHTS,
     SPECULAR,
+    SPLATS,
     UNLIT,
     GltfParts,
     inside,
@@ -215,7 +216,7 @@ def write_material(material: Material) -> dict[str, float]:
 
 
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963  # numbers of OpenGL
-KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
+KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 COMPONENTS = {"f": 5126, "H": 5123, "I": 5125}  # by NumPy's type
 WHITE = (1.0, 1.0, 1.0)
 QUALITY = 92  # of JPEG
@@ -345,7 +346,10 @@ class GltfDocument:
             name: {"lights": some} for name, some in ((LIGHTS, self.lights), (IMAGE_BASED, self.environments)) if some
         }
         worn = {name for one in self.gltf["materials"] for name in one.get("extensions", ())}
-        used = [name for name in (LIGHTS, IMAGE_BASED, UNLIT, SPECULAR) if name in held or name in worn]
+        worn |= {
+            name for mesh in self.gltf["meshes"] for one in mesh["primitives"] for name in one.get("extensions", ())
+        }
+        used = [name for name in (LIGHTS, IMAGE_BASED, UNLIT, SPECULAR, SPLATS) if name in held or name in worn]
         ours: dict[str, Any] = {"asset": {"generator": GENERATOR, "version": "2.0"}}
         ours |= {"extensionsUsed": used, "scene": 0}
         ours |= {kind: self.gltf[kind] for kind in ("scenes", "nodes", "cameras")}

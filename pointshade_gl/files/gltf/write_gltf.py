@@ -25,7 +25,7 @@ from ..access.atomic_write import FileSet, check_place, name_key, naming_written
 from ..access.content import FilePath
 from ..access.known_names import SCENE_SUFFIXES, check_suffix
 from ..frames.assembly import read_color
-from .buffers import IMAGE_BASED, LIGHTS, naming_part
+from .buffers import IMAGE_BASED, LIGHTS, SPLATS, naming_part
 from .cameras_and_lights import (
     FLIP,
     Matrix,
@@ -48,6 +48,11 @@ WINDOW = (1, 2, 4)  # pixels between those whose mean is taken, one round each
 EVEN = 1e-3  # share of 1/z by which the slopes of two sides may differ and count the same
 TO_GLTF = np.array([1.0, -1.0, -1.0], np.float32)  # axes of a camera
 Floats = NDArray[np.float32]
+
+
+SPLATS_AS_TRAINED = {
+    "kernel": "ellipse", "colorSpace": "srgb_rec709_display", "projection": "perspective", "sortingMethod": "zDepth",
+}  # fmt: skip
 
 
 class TriangleSurface(NamedTuple):
@@ -412,9 +417,11 @@ class _Writer:
     @primitive.register
     def _(self, cloud: PointCloud) -> dict[str, Any]:
         primitive = {"mode": POINTS, "attributes": self.document.attributes(cloud.normals, cloud_attributes(cloud))}
-        is_plain = cloud.shading == "phong" and cloud.material == Material()
+        is_plain = cloud.shading in ("phong", "auto") and cloud.material == Material()
         material = None if is_plain else self.document.material(cloud.material, cloud.shading)
         beside = {"material": material, "extras": extras_of(cloud_extras(cloud))}
+        if cloud.gaussians is not None:
+            primitive["extensions"] = {SPLATS: SPLATS_AS_TRAINED}
         return primitive | {key: value for key, value in beside.items() if value is not None}
 
 

@@ -420,7 +420,7 @@ def data_texture(context: moderngl.Context, width: int, height: int, components:
     return texture
 
 
-ADD, ONE = 0x8006, 1
+ADD, ONE, REST = 0x8006, 1, 0x0303  # what is there counts by the rest of the alpha
 FACTORS = 0x80C9, 0x80C8, 0x80CB, 0x80CA  # of the source and of the target, for colour, then for alpha
 EQUATIONS = 0x8009, 0x883D  # for colour, for alpha
 BUFFERS = 3  # colours of a target that are added to
@@ -430,10 +430,14 @@ _adding: set[moderngl.Context] = set()  # whose draws are added to their target
 
 
 class AdditiveBlend:
-    """Additive blending. Afterwards the caller's own factors and equations are back: no other pass changes them."""
+    """Additive blending. Afterwards the caller's own factors and equations are back: no other pass changes them.
 
-    def __init__(self, context: moderngl.Context):
+    covers  draws hide what is there by their alpha, by which their colours are multiplied already
+    """
+
+    def __init__(self, context: moderngl.Context, covers: bool = False):
         self._context, self._gl = context, GL(context)
+        self._factors = [ONE, REST if covers else ONE] * 2
         self._is_indexed = context.version_code >= 400  # each buffer has its own
 
     @managed
@@ -441,7 +445,7 @@ class AdditiveBlend:
         """Add draws to their target inside the context."""
         before = [[self._asked(name, k) for name in (*FACTORS, *EQUATIONS)] for k in range(BUFFERS)]
         for k in range(BUFFERS):
-            self._set(k, [ONE] * 4 + [ADD] * 2)
+            self._set(k, [*self._factors, ADD, ADD])
         self._context.enable_direct(BLEND)
         _adding.add(self._context)
         try:

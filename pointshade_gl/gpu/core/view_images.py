@@ -275,6 +275,11 @@ class Target(Images):
         self.samples = self._keep(SampleSums(context, size))
 
     @cached_property
+    def behind(self) -> Target:
+        """What is drawn of other objects where trained splats are in view: they stand before them, in part."""
+        return self._keep(Target(self._context, self.size))
+
+    @cached_property
     def color(self) -> moderngl.Texture:
         """RGBA8, the picture."""
         return self._allocate(self._context.texture, self.size, 4)

@@ -32,7 +32,7 @@ from ..core.view_images import Canvas, Drawable, ShownFrame, SplatImage, Surface
 from ..points.point_objects import model_view
 from ..points.rasterizers import MOST_GROUPS, RimList, clear_nearest, head_of, no_rims, window_of
 from ..points.set_merge import shared_variant
-from ..shading.light_set import DARK, HIGHLIGHTS, ShadowTile, environment_of
+from ..shading.light_set import DARK, HIGHLIGHTS, SPLAT_SHADOWS, ShadowTile, environment_of
 
 CORNER = "position", "normal", "uv"
 TINT = "tint"  # a colour less white: without one it is 0 throughout, so that nothing changes
@@ -114,7 +114,10 @@ class MeshObjects(Owner):
         if mesh.shading in ("flat", "gouraud"):
             array = buffers.arrays["lit"]
             inputs |= DARK.inputs | lights | {"material": mesh.material.strengths}
-            for name in HIGHLIGHTS:  # corners have no highlights of an environment
+            for name in (
+                *HIGHLIGHTS,
+                *SPLAT_SHADOWS,
+            ):  # corners have no highlights of an environment, and none of these
                 inputs.pop(name, None)
         else:
             array = buffers.arrays["surface"]
@@ -429,7 +432,7 @@ class GridObjects(FullscreenPasses):
         if shown.shading == "flat":
             inputs |= lights | {"material": shown.material}
             shadows = 2 if "shadow_map" in lights else 0  # soft ones, in case: of hard ones the picture is the same
-            constants = {"SHADOWS": shadows, **environment_of(lights)}
+            constants = {"SHADOWS": shadows, "SPLATS": int("splat_map" in lights), **environment_of(lights)}
             passed = self.fullscreen("meshes/grid_flat.frag", self._look_up, **constants)
         else:
             passed = self._pass("meshes/grid.frag", shown)

@@ -13,7 +13,8 @@ from ..core.programs import FullscreenPass, FullscreenPasses, data_texture
 from .light_set import Lighting
 
 CONSTANTS = (  # of shaders/shading/light.frag
-    "POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL", "VISIBILITY", "SPLIT", "ENVIRONMENT"
+    "POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL", "VISIBILITY", "SPLIT", "SPLATS",
+    "ENVIRONMENT",
 )  # fmt: skip
 SURELY_HELD = 1024  # rows of a texture, by every driver
 
@@ -63,7 +64,7 @@ class LightPass(FullscreenPasses):
         kind = (
             points is not None, lighting.shadows.kind if lighting.shadows else 0, "materials" in inputs, linear,
             "only_light" in inputs, has_doubts or certainty is not None, has_eye_dome, visibility is not None, split,
-            0 if lighting.environment is None else 2 if "lobe_map" in inputs else 1,
+            "splat_map" in inputs, 0 if lighting.environment is None else 2 if "lobe_map" in inputs else 1,
         )  # fmt: skip
         light = self._passes.get(kind) or self._pass_of(kind)
         colors = "albedo_map" if points is None else "color_map"
@@ -90,6 +91,8 @@ class LightPass(FullscreenPasses):
         if shadows is not None:
             inputs |= {"shadow_map": shadows.shadow_map.texture, "views": self._table("views", shadows.views)}
             inputs["to_world"] = shadows.to_world.T.astype("f4").tobytes()
+            if shadows.splats is not None:
+                inputs |= {"splat_map": shadows.splats.image.texture, "splat_thickness": shadows.splats.thickness}
         return inputs
 
     def _table(self, name: str, rows: np.ndarray) -> moderngl.Texture:

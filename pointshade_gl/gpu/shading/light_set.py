@@ -13,7 +13,7 @@ from ...estimation.environment_light import above_horizon, lobe_maps, radiance_b
 from ...scene.environment import Environment, EnvironmentLight
 from ...scene.light import Light, light_rows
 from ...scene.shadow_cameras import ShadowView, Span
-from ..core.images import Box, Owner, check_size, confine
+from ..core.images import Box, Image, Owner, check_size, confine
 from ..core.steps import Steps, Versioned
 
 
@@ -49,7 +49,7 @@ class ShadowMap(Versioned, Owner):
 
     def tile(self, k: int) -> ShadowTile:
         """Return the k-th view's part, emptied. Its target draws only there, until the next one is asked for."""
-        side, first = self._layout[0], self._first(k)
+        side, first = self._layout[0], self.place(k)
         confine(self._target, None)
         self._target.use()
         self._target.clear(depth=1.0, viewport=(*first, side, side))
@@ -63,11 +63,12 @@ class ShadowMap(Versioned, Owner):
         rows = np.zeros((max(len(views), 1), 5, 4))
         for k, (eye, contact, spread) in enumerate(views):
             rows[k, :3] = (np.linalg.inv(eye.pose) @ axes)[:3]
-            rows[k, 3] = (eye.camera.fx, eye.camera.cx, *self._first(k))
+            rows[k, 3] = (eye.camera.fx, eye.camera.cx, *self.place(k))
             rows[k, 4] = eye.near, eye.camera.width, contact, spread * eye.camera.fx
         return rows
 
-    def _first(self, k: int) -> tuple[int, int]:
+    def place(self, k: int) -> tuple[int, int]:
+        """Return the first column and row of the k-th view's part."""
         side, count = self._layout
         columns = math.ceil(math.sqrt(count))
         return k % columns * side, k // columns * side
@@ -83,12 +84,20 @@ class ShadowMap(Versioned, Owner):
             self._target: Any = self._allocate(self._context.framebuffer, [], self.texture)
 
 
+class SplatShadows(NamedTuple):
+    """The shadows of trained splats, in tiles as those of the shadow map: see shaders/splats/shadow.frag."""
+
+    image: Image
+    thickness: float  # of a surface of them, world units
+
+
 class ShadowLookUp(NamedTuple):
     """The inputs with which shaders look up shadows."""
 
     shadow_map: ShadowMap
     views: np.ndarray  # (n, 5, 4) as shaders/common/shadow.glsl reads them, for points in the surfaces' axes
     to_world: np.ndarray  # (3, 3) from the surfaces' axes
+    splats: SplatShadows | None = None  # of trained splats, beside those of the shadow map
 
     @property
     def kind(self) -> int:
@@ -124,6 +133,7 @@ class EnvironmentLookUp(NamedTuple):
         return inputs
 
 
+SPLAT_SHADOWS = "splat_map", "splat_thickness"  # the inputs of shadows of trained splats
 HIGHLIGHTS = "lobe_map", "lobe_gain", "lobes", "to_sky"  # the inputs of an environment that only these need
 DARK = EnvironmentLookUp(np.zeros((9, 3)), np.eye(3), None)
 
@@ -147,11 +157,13 @@ class LightSet(NamedTuple):
     shadow_map: ShadowMap | None = None  # None: the lights are plain, no spot and no shadow among them
     gain: float = 1.0  # factor on all light
     environment: EnvironmentLookUp | None = None  # an environment, in world axes
+    splat_shadows: SplatShadows | None = None  # those of trained splats: see shaders/splats/shadow.frag
 
     def seen_from(self, axes: np.ndarray) -> Lighting:
         """Return the lights in the axes of a camera with this pose (4, 4)."""
         rows, shadow_map, gain = light_rows(self.lights, axes, self.spans), self.shadow_map, self.gain
-        shadows = shadow_map and ShadowLookUp(shadow_map, shadow_map.rows(self.views, axes), axes[:3, :3])
+        seen_by = axes[:3, :3], self.splat_shadows
+        shadows = shadow_map and ShadowLookUp(shadow_map, shadow_map.rows(self.views, axes), *seen_by)
         rows[:, 1, :3] *= gain
         if self.environment is None:
             red, green, blue = self.ambient

@@ -177,17 +177,17 @@ class GpuScene(Owner):
 
     def _prepare_clouds(self, clouds: list[Placed], visible: VisibleScene) -> Drawables:
         """Return as many points of each cloud as the view needs."""
-        trained = [p for p in clouds if p.content.is_gaussian]
-        others = {
-            p: p if p.content.gaussians is None else replace(p, content=p.content.as_discs)
-            for p in clouds
-            if not p.content.is_gaussian
-        }
+        drawables: Drawables = {}
+        others: dict[Placed, Placed] = {}
+        for p in clouds:
+            if p.content.is_gaussian:
+                drawables[p] = PlacedSplats(p.content, *p.rigid_axes)
+            else:
+                others[p] = p if p.content.gaussians is None else replace(p, content=p.content.as_discs)
         if freed := self._clouds.keep_only(p.content for p in others.values()):
             self._steps.forget(of=freed)
-        if trained or "splats" in vars(self._objects):
-            self._objects.splats.keep_only([p.content for p in trained])
-        drawables: Drawables = {p: PlacedSplats(p.content, *p.rigid_axes) for p in trained}
+        if drawables or "splats" in vars(self._objects):
+            self._objects.splats.keep_only([p.content for p in drawables])
         for p, placed in others.items():
             level = level_of(placed, visible.eye)
             points = self._clouds.get(placed.content, level)

@@ -121,7 +121,7 @@ class FrameStore(Owner):
         found = [known[frame].pop(0) if known.get(frame) else None for frame in frames]
         free = [textures for rest in known.values() for textures in rest]
         wanted: list[FrameTextures] = []
-        drawn = Counter(frame.source for frame in set(frames))
+        drawn = Counter(frame.source for frame in set(frames)) if len(frames) > 1 else {}
         for frame, textures in zip(frames, found, strict=True):
             textures = textures or next((one for one in free if one.fits(frame)), None)
             if textures is None:
@@ -129,7 +129,7 @@ class FrameStore(Owner):
                 self._kept.append(textures)
             elif textures in free:
                 free.remove(textures)
-            textures.is_next = frame.source is not None and drawn[frame.source] == 1  # together they are no film
+            textures.is_next = frame.source is not None and drawn.get(frame.source, 1) == 1  # together they are no film
             wanted.append(textures)
             self._steps.run("upload", wanted[-1].upload, frame, of=wanted[-1])
         for textures in free:

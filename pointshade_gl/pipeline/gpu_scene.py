@@ -58,6 +58,7 @@ class GpuScene(Owner):
         self._steps, self._objects = steps, objects
         self.frames = self._keep(FrameStore(context, steps))
         self._clouds = self._keep(CloudStore(context))
+        self._has_splats = False  # did the last picture have trained ones?
         self.tiles = self._keep(TileStore(context, steps, self.frames, objects.points))
         self._coarse: dict[tuple[Frame, int], Frame] = {}
         self.drawn: Drawables = {}
@@ -184,11 +185,13 @@ class GpuScene(Owner):
                 drawables[p] = PlacedSplats(p.content, *p.rigid_axes)
             else:
                 others[p] = p if p.content.gaussians is None else replace(p, content=p.content.as_discs)
-        if freed := self._clouds.keep_only(p.content for p in others.values()):
+        if freed := self._clouds.keep_only(others[p].content for p in others):
             self._steps.forget(of=freed)
-        if drawables or "splats" in vars(self._objects):
+        if drawables or self._has_splats:
+            self._has_splats = bool(drawables)
             self._objects.splats.keep_only([p.content for p in drawables])
-        for p, placed in others.items():
+        for p in others:
+            placed = others[p]
             level = level_of(placed, visible.eye)
             points = self._clouds.get(placed.content, level)
             drawables[p] = PlacedCloud(points, placed.content, *p.rigid_axes, 2.0 ** (0.5 * level))

@@ -287,12 +287,14 @@ def shaded(scene: Scene, shading: str | None) -> Scene:
     return scene.with_every_node(lambda node: with_drawn(node, lambda part: part._shaded(shading)))
 
 
-@lru_cache(maxsize=4)
 def lit_where_asked(scene: Scene) -> Scene:
     """Return the scene with light on clouds that show their own colours until it is asked for; itself without any."""
     if all(cloud.shading != "auto" for p in scene.instances for cloud in p.content.clouds):
         return scene
-    return scene.with_every_node(lambda node: with_drawn(node, lit_if_asked))
+    kept = vars(scene)  # and not in a cache, which would keep the scene
+    if "lit" not in kept:
+        kept["lit"] = scene.with_every_node(lambda node: with_drawn(node, lit_if_asked))
+    return kept["lit"]
 
 
 def lit_if_asked(part: Any) -> Any:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..checks.arguments import Count
 from ..estimation.cloud_estimates import facing, is_scan, outward
-from ..estimation.splat_normals import splat_normals
+from ..estimation.splat_projection import splat_normals
 from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.clouds.cloud_store import CloudNormals, CloudStore, planes_of_slabs
 from ..gpu.clouds.splat_layer import PlacedSplats

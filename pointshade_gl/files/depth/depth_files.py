@@ -26,8 +26,7 @@ from ..access.content import (
 )
 from ..access.known_names import asset
 from ..arrays.numpy_files import NUMPY, parse_numbers, read_dpt, read_npy, read_npz
-from ..pictures.float_tiff import read_float_tiff
-from ..pictures.hdr_files import EXR, read_exr
+from ..pictures.hdr_files import EXR, read_exr, read_float_tiff
 from ..pictures.picture_files import NotAPictureError, read_deep_colors, read_image
 from .missing_depth import FAR, blocks
 from .planes import measure_bending

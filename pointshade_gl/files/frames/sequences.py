@@ -19,8 +19,7 @@ from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..access.content import FilePath, note_read
 from ..access.folders import LEVELS, Folder, Listing
-from ..access.known_names import COLOR_SUFFIXES, DEPTH_SUFFIXES, VIDEO_SUFFIXES
-from ..access.other_kinds import what_else
+from ..access.known_names import COLOR_SUFFIXES, DEPTH_SUFFIXES, VIDEO_SUFFIXES, what_else
 from ..cameras.camera_files import camera_from_exif, read_intrinsics
 from ..cameras.intrinsics import Intrinsics, Size, place_camera
 from ..cameras.lenses import PANORAMA

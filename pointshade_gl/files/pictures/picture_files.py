@@ -25,8 +25,7 @@ from ...notes.notes import Note
 from ...notes.words import cut
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import MAX_PIXELS, FilePath, check_pixels, check_size, open_regular, read_head
-from ..access.known_names import IMAGES, PICTURES, check_suffix
-from ..access.other_kinds import what_else
+from ..access.known_names import IMAGES, PICTURES, check_suffix, what_else
 from .color_profiles import in_srgb, read_cicp
 
 if TYPE_CHECKING:

@@ -10,8 +10,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ...estimation.splat_normals import splat_normals
-from ...estimation.splat_projection import COLUMNS, SURFACE_COLUMNS, Rows, SplatView, project_splats
+from ...estimation.splat_projection import COLUMNS, SURFACE_COLUMNS, Rows, SplatView, project_splats, splat_normals
 from ...scene.appearance import NOT_LIT
 from ...scene.camera import Eye, view_matrix
 from ...scene.cloud import PointCloud

@@ -14,6 +14,7 @@ const float COMPLETED_TILT = 0.35;  // radians: of normals that nobody measured
 const float OUTLIER = 3.0;        // standard deviations from the others, from which on a normal counts less
 const float FAR_OUTLIER = 7.0;    // from a pixel's own normal: noise is underrated, but such a difference is a shape
 const float FLAT_OUTLIER = 1.2;   // from its own normal, where the photograph says nothing
+const float SURER = 0.12;         // of its own tilt: neighbours count as no surer than that, or a strange one decides
 const float RIDGE = 0.05;         // of the places' variance: few places have no slope
 const float DARK = 0.08;          // brightness below which the photograph tells little
 const float BELIEF = 3.5;         // times their tilts, by which normals scatter where depth is right
@@ -23,6 +24,9 @@ const float SCATTER = 0.2;        // and which are one
 const float LIKE = 0.2;           // difference of luminance, as PHOTO, of what may be one surface
 const float LEAST_LIKE = 7.0;     // cells of 25 that are: fewer are no wide area
 const float WRONG_TILT = 0.7;     // radians: where depth is wrong
+const float LOST = 0.3;           // radians: surfaces that are both less sure are not told apart by depth
+const float BLACK = -5.1;         // luminance of the photograph, below which
+const float BURNT = 0.165;        // and above which all look alike: that is no plain surface
 
 // What a pixel, or a cell of pixels, knows of its surface.
 struct Facet {
@@ -52,7 +56,7 @@ float strangeness(Facet own, Facet other, float noise, vec4 intrinsics) {
     float off = min(abs(dot(way, own.normal)), abs(dot(way, other.normal)));
     float tilt = min(own.tilt + other.tilt, STEEPEST_TILT);
     float slack = (SLACK * noise + 0.5 / mean_focal_length(intrinsics)) * own.point.z + tilt * length(way);
-    off /= slack;
+    off = min(own.tilt, other.tilt) > LOST ? 0.0 : off / slack;
     return 0.5 * off * off + abs(other.luminance - own.luminance) * (1.0 / PHOTO);
 }
 
@@ -89,7 +93,8 @@ vec4 join_facets(
         point += m * facet.point;
         luminance += m * facet.luminance;
     }
-    joined = vec2(luminance / s, darkest == brightest ? -own.tilt : own.tilt);
+    bool is_plain = darkest == brightest && darkest > BLACK && brightest < BURNT;
+    joined = vec2(luminance / s, is_plain ? -own.tilt : own.tilt);
     if (!is_facet(own)) return vec4(0.0);
     vec3 ray = pixel_ray(float(SIDE) * vec2(cell) + 0.5 * float(SIDE - 1), intrinsics);
     float depth = dot(normal, point / s) / dot(normal, ray);
@@ -164,6 +169,13 @@ vec2 doubted_witness(sampler2D witness_map, sampler2D scatter_map, ivec2 cell) {
     return vec2(own.x, (own.y < 0.0 ? -1.0 : 1.0) * max(abs(own.y), WRONG_TILT * doubt));
 }
 
+// The certainty of normals for highlights, of a texel of 4x4 cells: what noise has left, without what is doubted.
+float doubted_certainty(sampler2D certainty_map, sampler2D witness_map, ivec2 texel) {
+    float tilt = 0.0;
+    for (int k = 0; k < 4; ++k) tilt += 0.25 * abs(texel_at(witness_map, 4 * texel + ivec2(k % 2, k / 2) + 1).y);
+    return texel_at(certainty_map, texel).r * (1.0 - 0.99 * smoothstep(COMPLETED_TILT, WRONG_TILT, tilt));
+}
+
 // A cell among those around, `stride` apart: first the mean of those on its surface, then, without those that miss the
 // mean, the value at its own place of what varies evenly. is_shared: do neighbours this near share their noise?
 vec4 calm_facet(
@@ -178,7 +190,8 @@ vec4 calm_facet(
         ivec2 off = ivec2(k % 3, k / 3) - 1;
         Facet other = facet_at(surface_map, witness_map, cell + stride * off, float(SIDE), intrinsics);
         float far = 0.69 * float(off.x * off.x + off.y * off.y);  // about 1 2 1
-        float m = exp(-far - strangeness(own, other, noise, intrinsics)) / (other.tilt * other.tilt);
+        float surest = own.tilt > LOST ? other.tilt : max(other.tilt, SURER * own.tilt);
+        float m = exp(-far - strangeness(own, other, noise, intrinsics)) / (surest * surest);
         weights[k] = is_facet(other) ? m : 0.0;
         tilts[k] = other.tilt * other.tilt;
         normals[k] = other.normal;

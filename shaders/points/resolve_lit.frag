@@ -8,6 +8,9 @@
 #ifndef ALONE
 #define ALONE 0      // 1: a single light
 #endif
+#ifndef CALM
+#define CALM 0  // 1: normals for light are not those of the surface
+#endif
 #ifndef CERTAINTY
 #define CERTAINTY 0  // 1: some normals are uncertain
 #endif
@@ -24,6 +27,7 @@
 
 uniform sampler2D color_map;  // sRGB, of any size
 uniform sampler2D certainty_map;
+uniform sampler2D light_normals;
 uniform sampler2D lights;
 uniform vec4 material;
 uniform vec3 ambient;
@@ -36,7 +40,7 @@ out vec4 color;
 void main() {
     Seen seen = find_seen();
     vec4 weight = seen_weights(seen, source);
-    vec3 normal = mat3(view) * mix_normal(seen, weight);
+    vec3 normal = mat3(view) * (CALM == 1 ? normalize(mix_light(seen, weight, light_normals)) : mix_normal(seen, weight));
     vec2 size = vec2(textureSize(surface_map, 0));
     vec2 at = color_position(seen, weight);
     vec3 encoded = SAME_SIZE == 1 ? mix_color(seen, weight, color_map) : picture_at(color_map, at, size);

@@ -8,6 +8,9 @@
 #ifndef VISIBILITY
 #define VISIBILITY 0  // 1: it is known what the points see of the light from all around
 #endif
+#ifndef CALM
+#define CALM 0  // 1: normals for light are not those of the surface
+#endif
 #ifndef CERTAINTY
 #define CERTAINTY 0  // 1: some normals are uncertain
 #endif
@@ -26,6 +29,7 @@
 uniform sampler2D color_map;  // none and phong: sRGB, of any size
 uniform sampler2D light_map;  // flat and gouraud: the points' light, linear
 uniform sampler2D certainty_map;
+uniform sampler2D light_normals;
 uniform float near;
 uniform float scale;  // of the object; the view does not contain it
 uniform sampler2D visibility_map;
@@ -48,7 +52,7 @@ void main() {
     if (SHADING == 2) linear = mix_light(seen, seen_weights(seen, source), light_map);
     if (SHADING == 3) {
         vec4 weight = seen_weights(seen, source);
-        normal = mat3(view) * mix_normal(seen, weight);
+        normal = mat3(view) * (CALM == 1 ? normalize(mix_light(seen, weight, light_normals)) : mix_normal(seen, weight));
         if (CERTAINTY == 1) normal *= certainty_at(certainty_map, seen.at, size);
         vec2 at = color_position(seen, weight);
         if (SHARED > 0) {

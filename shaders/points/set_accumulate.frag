@@ -5,6 +5,9 @@
 #ifndef VISIBILITY
 #define VISIBILITY 0  // 1: it is known what the points see of the light from all around
 #endif
+#ifndef CALM
+#define CALM 0  // 1: normals for light are not those of the surface
+#endif
 #ifndef SHADING
 #define SHADING 3  // one program for each model: software drivers run both sides of every branch
 #endif
@@ -19,6 +22,7 @@ uniform sampler2D surface_map;
 uniform sampler2D color_map;  // none and phong: sRGB, of any size
 uniform sampler2D light_map;  // flat and gouraud: the points' light, linear
 uniform sampler2D trust_map;
+uniform sampler2D light_normals;
 uniform sampler2D visibility_map;
 uniform vec4 source;
 uniform vec4 target;
@@ -44,7 +48,11 @@ void main() {
     if (SHADING == 0 || SHADING == 3) linear = srgb_to_linear(picture_at(color_map, color_position(seen, corner), size));
     if (SHADING == 1) linear = texelFetch(light_map, seen.pixel, 0).rgb;
     if (SHADING == 2) linear = mix_light(seen, corner, light_map);
-    vec3 normal = SHADING == 3 ? mat3(view) * mix_normal(seen, corner) : vec3(0.0);
+    vec3 normal = vec3(0.0);
+    if (SHADING == 3) {
+        normal = CALM == 1 ? normalize(mix_light(seen, corner, light_normals)) : mix_normal(seen, corner);
+        normal = mat3(view) * normal;
+    }
 
     vec2 trust = texel_at(trust_map, seen.pixel).rg;
     float off = seen.inverse_depth / inverse_depth - 1.0;

@@ -98,6 +98,8 @@ def test_a_cell_of_one_brightness_is_blind(maps):
     witness[:SIDE, :SIDE] = -1.5, 0.1
     _, joined = mirror.join_facets(maps["surface_map"], witness, np.array([(0, 0), (2, 2)]), NOISE, K)
     assert joined[0, 1] < 0 < joined[1, 1]
+    witness[:SIDE, :SIDE, 0] = mirror.witness_of(np.ones((1, 3), F), np.ones((1, 1), F), np.ones((1, 1), bool))[0, 0]
+    assert mirror.join_facets(maps["surface_map"], witness, np.array([(0, 0)]), NOISE, K)[1][0, 1] > 0  # burnt
 
 
 @pytest.mark.parametrize("is_shared", [True, False])
@@ -173,3 +175,17 @@ def test_doubts_agree_with_the_mirror(gpu):
     maps = {"witness_map": witness, "scatter_map": scatter}
     found = gpu("calm_normals.glsl", "doubted_witness(witness_map, scatter_map, ivec2(p)), 0, 0", p=cells, **maps)
     close(found, mirror.texel(doubted, cells), 1e-4)
+
+
+def test_highlights_of_doubted_places_agree_with_the_mirror(gpu):
+    rng = np.random.default_rng(9)
+    witness = np.stack([np.zeros((HEIGHT, WIDTH)), rng.uniform(-0.9, 0.9, (HEIGHT, WIDTH))], -1).astype(F)
+    certainty = rng.uniform(0.3, 1, (HEIGHT // SIDE, WIDTH // SIDE, 1)).astype(F)
+    places = some(WIDTH // SIDE, HEIGHT // SIDE, 100)
+    expected = mirror.doubted_certainty(certainty, witness, places)
+    maps = {"certainty_map": certainty, "witness_map": witness}
+    found = gpu(
+        "calm_normals.glsl", "doubted_certainty(certainty_map, witness_map, ivec2(p)), 0, 0, 0", p=places, **maps
+    )
+    close(found, expected)
+    assert (expected == mirror.texel(certainty, places)).any() and expected.min() < 0.5 * certainty.min()

@@ -64,7 +64,7 @@ CONSTANTS = {  # the values that the project builds each with
     "splats/merge.frag": {"OPAQUE": (0, 1, 2)},
     "splats/compose.frag": dict.fromkeys(("LINEAR", "LIT", "BEHIND"), FLAG),
     "surface/hidden_in_plane.frag": {"OBJECTS": FLAG},
-    "surface/calm_doubts.frag": {"STAGE": (0, 1)},
+    "surface/calm_doubts.frag": {"STAGE": (0, 1, 2)},
     "surface/calm_levels.frag": {"SHARED": FLAG},
     "surface/calm_normals.frag": {"DOUBTED": FLAG},
     "surface/calm_witness.frag": {"SAME_SIZE": FLAG, "COMPLETED": FLAG},
@@ -73,9 +73,9 @@ CONSTANTS = {  # the values that the project builds each with
     "points/set_resolve_depth.frag": {"LOOK_UP": FLAG},
     "surface/noise_blocks.frag": {"MEASURED": (0, 1, 2)},
     "surface/noise_patches.frag": {"COARSE": FLAG},
-    "points/set_accumulate.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2, 3), "VISIBILITY": FLAG},
+    "points/set_accumulate.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2, 3), "CALM": FLAG, "VISIBILITY": FLAG},
     "points/resolve_lit.frag": dict.fromkeys(
-        ("LOOK_UP", "LINEAR", "ALONE", "CERTAINTY", "VISIBILITY", "SAME_SIZE", "HIDDEN", "FILLED"), FLAG
+        ("LOOK_UP", "LINEAR", "ALONE", "CALM", "CERTAINTY", "VISIBILITY", "SAME_SIZE", "HIDDEN", "FILLED"), FLAG
     )
     | {"ENVIRONMENT": AROUND},
     "points/resolve_picture.frag": {
@@ -88,6 +88,7 @@ CONSTANTS = {  # the values that the project builds each with
     "points/resolve_surfaces.frag": {
         "LOOK_UP": FLAG,
         "SHADING": (0, 1, 2, 3),
+        "CALM": FLAG,
         "CERTAINTY": FLAG,
         "VISIBILITY": FLAG,
         "SHARED": (0, 1, 2),

@@ -106,6 +106,24 @@ def test_wrong_depth_is_lit_like_what_surrounds_it_and_its_share_is_named(render
     assert f"depth seems wrong over {100 * share:.0f} % of the picture" in describe(renderer.choice)
 
 
+def test_wrong_depth_shows_no_highlights(renderer, blank):
+    black = ps.Frame((blank.color // 30).astype(np.uint8), blank.depth, CAMERA)
+    matt, shiny = (renderer.render(black, LIGHT, ps.Material(0.1, 0.9, s), exposure=0, fill=0) for s in (0, 0.3))
+    highlights = (shiny.astype(int) - matt)[..., 0]
+    assert highlights[80:160, 210:260].max() <= 3 and highlights[~WRONG].max() > 100
+
+
+def test_calm_normals_open_no_gaps_between_splats_that_are_turned(renderer):
+    ramp = 1.2 + 0.6 * np.clip((U - 120) / 40, 0, 1)  # what a sensor's own filter makes of an edge
+    depth = (ramp + noises(corner())["shared"] - corner()).astype(np.float32)
+    grey = np.round(150 + np.random.default_rng(1).normal(0, 1, (240, 320, 1))).astype(np.uint8).repeat(3, -1)
+    frame = ps.Frame(grey, depth, CAMERA)
+    pose = ps.orbit_pose(frame.pose, tuple(frame.pivot), yaw=20)
+    plain, calm = (renderer.render(frame, pose=pose, normals=name)[..., 3] for name in ("adaptive", "auto"))
+    assert renderer.choice.calm
+    assert (plain > 0).mean() > 0.5 and ((plain > 0) & (calm == 0)).sum() == 0
+
+
 def test_right_depth_is_not_doubted(renderer, noisy):
     renderer.render(noisy, LIGHT, MATT)
     assert renderer.choice.calm and renderer.choice.wrong < 0.001

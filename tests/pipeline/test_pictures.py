@@ -110,9 +110,18 @@ def test_noisy_depth_is_drawn_calmed(rasterizer, golden):
     assert not noise.bumps
     normals = calm_normals(surface, color, certainty, noise.relative, False, intrinsics)
     assert 0.001 < np.abs(surface[..., 3] - frame.depth).mean() < 0.004
-    calm = ps.Frame(frame.color, surface[..., 3], frame.camera)
+    filtered = ps.Frame(frame.color, surface[..., 3], frame.camera)
     eye = Eye.at_distance(frame.camera, pose, frame.scale)
-    mirror = mirror_render(calm, normals, (LIGHT,), Appearance(), eye, rasterizer.name, certainty=certainty)
+    mirror = mirror_render(
+        filtered,
+        surface[..., :3],
+        (LIGHT,),
+        Appearance(),
+        eye,
+        rasterizer.name,
+        certainty=certainty,
+        light_normals=normals,
+    )
     golden("noisy", actual, mirror, rasterizer.name == "points")
 
 

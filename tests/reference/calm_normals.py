@@ -16,7 +16,8 @@ SIDE = 4
 PHOTO, SLACK, STEEPEST_TILT, LEAST_TILT, COMPLETED_TILT = F(0.08), F(0.6), F(0.5), F(0.004), F(0.35)
 OUTLIER, FAR_OUTLIER, FLAT_OUTLIER, RIDGE, DARK = F(3), F(7), F(1.2), F(0.05), F(0.08)
 BELIEF, UNSURE, LEAST_SCATTER, SCATTER = F(3.5), F(0.05), F(0.08), F(0.2)
-LIKE, LEAST_LIKE, WRONG_TILT = F(0.2), F(7), F(0.7)
+LIKE, LEAST_LIKE, WRONG_TILT, LOST = F(0.2), F(7), F(0.7), F(0.3)
+SURER, BLACK, BURNT = F(0.12), F(-5.1), F(0.165)
 
 
 class Facet(NamedTuple):
@@ -52,6 +53,7 @@ def strangeness(own: Facet, other: Facet, noise: float, intrinsics: np.ndarray) 
     tilt = np.minimum(own.tilt + other.tilt, STEEPEST_TILT)
     slack = (SLACK * F(noise) + F(0.5) / mean_focal_length(intrinsics)) * depth + tilt * length(way)
     off = off / np.where(is_facet(own), slack, F(1))
+    off = np.where(np.minimum(own.tilt, other.tilt) > LOST, F(0), off)
     return F(0.5) * off * off + np.abs(other.luminance - own.luminance) / PHOTO
 
 
@@ -92,7 +94,8 @@ def join_facets(
     depth = dot(normal, point / s) / dot(normal, ray)
     mean = point[:, 2:] / s
     depth = np.where(np.abs(depth / mean - F(1)) < F(0.1), depth, mean)
-    joined = np.concatenate([luminance / s, np.where(darkest == brightest, -own.tilt, own.tilt)], -1)
+    is_plain = (darkest == brightest) & (darkest > BLACK) & (brightest < BURNT)
+    joined = np.concatenate([luminance / s, np.where(is_plain, -own.tilt, own.tilt)], -1)
     return np.where(is_known, np.concatenate([normalize(normal), depth], -1), F(0)), joined
 
 
@@ -163,6 +166,15 @@ def doubted_witness(witness_map: np.ndarray, scatter_map: np.ndarray, cell: np.n
     return np.concatenate([own[:, :1], np.where(own[:, 1:] < 0, -tilt, tilt)], -1)
 
 
+def doubted_certainty(certainty_map: np.ndarray, witness_map: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """(n, 1)"""
+    tilt = np.zeros((len(place), 1), F)
+    for k in range(4):
+        tilt = tilt + F(0.25) * np.abs(texel(witness_map, 4 * place + np.array((k % 2, k // 2)) + 1)[:, 1:])
+    doubt = np.clip((tilt - COMPLETED_TILT) / (WRONG_TILT - COMPLETED_TILT), F(0), F(1))
+    return texel(certainty_map, place)[:, :1] * (F(1) - F(0.99) * doubt * doubt * (F(3) - F(2) * doubt))
+
+
 def calm_facet(
     surface_map: np.ndarray, witness_map: np.ndarray, cell: np.ndarray, stride: int, noise: float,
     intrinsics: np.ndarray, is_shared: bool,
@@ -175,7 +187,8 @@ def calm_facet(
     weights = []
     for off, other in zip(offsets, others, strict=True):
         m = np.exp(F(-0.69) * F(off @ off) - strangeness(own, other, noise, intrinsics))
-        weights.append(np.where(is_facet(other), m / np.square(other.tilt), F(0)))
+        surest = np.where(own.tilt > LOST, other.tilt, np.maximum(other.tilt, SURER * own.tilt))
+        weights.append(np.where(is_facet(other), m / np.square(np.where(is_facet(other), surest, F(1))), F(0)))
     total = sum(weights)
     mean = sum(m * other.normal for m, other in zip(weights, others, strict=True))
     total, mean = np.where(is_known, total, F(1)), np.where(is_known, mean, F(1))

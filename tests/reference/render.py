@@ -75,6 +75,7 @@ class Splatted(NamedTuple):
     merge: float
     certainty: np.ndarray | None = None  # of the normals, see toksvig.py
     visibility: np.ndarray | None = None  # (h, w, 4), see around.py
+    light_normals: np.ndarray | None = None  # (h, w, 3), if splats do not lie by them
 
     def certainty_at(self, at: np.ndarray) -> np.ndarray | None:
         """(n, 1) at positions (n, 2); None where nobody doubts."""
@@ -94,6 +95,7 @@ def render(
     certainty: np.ndarray | None = None,
     surroundings: EnvironmentLight = NO_ENVIRONMENT,
     stride: int = 1,
+    light_normals: np.ndarray | None = None,
 ) -> np.ndarray:
     """The result of Renderer.render, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing, certainty of these."""
     marked = mark_rim(frame.depth, pixel_grid(frame.depth), frame.camera.intrinsics)
@@ -101,7 +103,7 @@ def render(
     if surroundings.occlusion:
         radius = surroundings.radius(frame.scale)
         seen = visibility_map(surface_map, np.array(frame.camera.intrinsics, F), radius, stride)
-    points = Splatted(frame, surface_map, look, rasterizer, merge, certainty, seen)
+    points = Splatted(frame, surface_map, look, rasterizer, merge, certainty, seen, light_normals)
     lights = [at_upper_left(light, eye.pose) for light in lights]
     shot = VisibleScene(eye, lights, Scene((Node(PointObject(frame)),)), (), (), environment_light=surroundings)
     return finished(lambda sample: draw_sample(points, sample, finish), shot, finish)
@@ -145,7 +147,7 @@ def draw_splats(points: Splatted, eye: Eye, lamps: LightSet) -> tuple[np.ndarray
             depths[v, u, 3] = 1 / seen.inverse_depth.ravel()
             image[v, u, :3] *= eye_dome(depths, target_pixel, depths[v, u, 3])[:, None]
     elif look.shading == "phong":
-        surface, albedo = surfaces(seen, picture, source, view)
+        surface, albedo = surfaces(seen, picture, source, view, points.light_normals)
         shown[v, u] = surface
         axes = camera, np.zeros(3, F), lamps, eye.pose
         certainty, visibility = points.certainty_at(seen.at), None

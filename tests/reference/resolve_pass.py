@@ -9,8 +9,9 @@ from pointshade_gl.scene.camera import Camera
 from .color import srgb_to_linear
 from .depth_lookup import pixel_of
 from .picture import picture_at
-from .resolve import Seen, color_position, look_up, mix_normal, see_splat, seen_weights
+from .resolve import Seen, color_position, look_up, mix_light, mix_normal, see_splat, seen_weights
 from .splat_corners import Corners
+from .vectors import normalize
 
 F = np.float32
 
@@ -54,9 +55,12 @@ def some_of(seen: Seen, which: np.ndarray) -> Seen:
     return Seen(at, w, pixel, own, Corners(*(part[which] for part in seen.corners)))
 
 
-def surfaces(seen: Seen, picture: np.ndarray, source: Camera, view: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def surfaces(
+    seen: Seen, picture: np.ndarray, source: Camera, view: np.ndarray, light_normals: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Surface (n, 4), unit normal and depth in target axes, and linear albedo (n, 3); picture (h, w, 3|4) 0..1."""
     weight = seen_weights(seen, np.array(source.intrinsics, F))
-    normal = mix_normal(seen, weight) @ view[:3, :3].T
+    calm = None if light_normals is None else normalize(mix_light(seen, weight, light_normals))
+    normal = (mix_normal(seen, weight) if calm is None else calm) @ view[:3, :3].T
     encoded = picture_at(picture, color_position(seen, weight), np.array([source.width, source.height], F))
     return np.concatenate([normal, F(1) / seen.inverse_depth[:, None]], -1), srgb_to_linear(encoded)

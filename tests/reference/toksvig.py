@@ -8,7 +8,7 @@ from .picture import rescale_position
 from .vectors import texel
 
 F = np.float32
-WANDERING = F(4)
+WANDERING, LEAST_CERTAINTY = F(4), F(0.4)
 
 
 def normal_certainty(variance: np.ndarray) -> np.ndarray:
@@ -35,7 +35,8 @@ def certainty_at(certainty_map: np.ndarray, at: np.ndarray, size: np.ndarray) ->
 def widened(material: np.ndarray, certainty: np.ndarray) -> np.ndarray:
     """(..., 4), of a material (4,) and certainties (..., 1)."""
     share = certainty / (certainty + F(4) * material[3] * (F(1) - certainty))
-    dimmed = (F(1) + share * material[3]) / (F(1) + material[3])
+    fade = np.clip(certainty / LEAST_CERTAINTY, F(0), F(1))
+    dimmed = (F(1) + share * material[3]) / (F(1) + material[3]) * fade * fade * (F(3) - F(2) * fade)
     same = np.broadcast_to(material[:2], (*share.shape[:-1], 2))
     return np.concatenate([same, dimmed * material[2], share * material[3]], -1).astype(F)
 

@@ -160,8 +160,10 @@ class PointSurface(Image):
 
     window     the part with points: the passes write no other
     certainty  of the normals, see shaders/common/toksvig.glsl: a smaller picture; None where nobody doubts them
+    shape      the same points with the normals by which splats lie, if these are for light alone
     """
 
+    shape: PointSurface | None = None
     certainty: moderngl.Texture | None = None
     _rims: KnownRims | None = None
     _listed: Hashable = None  # the state whose rims were listed last

@@ -243,7 +243,7 @@ class PointObjects(FullscreenPasses):
         rasterizer, splats = self._rasterizer(points), _splats(points, eye)
         rasterizer.draw_set(image, [_splats(hidden, eye), splats] if hidden else [splats])
         if not rasterizer.look_up:
-            maps = {"source_ids": image.source_ids, "window_depths": image.depth, "surface_map": points.surface.texture}
+            maps = {"source_ids": image.source_ids, "window_depths": image.depth, "surface_map": splats.surface.texture}
             return False, maps | splats.way | {"first_id": 1, "near": splats.near}
         image.nearest.bind_to_storage_buffer(0)
         return True, {"side": image.size[0], "near": splats.near}
@@ -254,8 +254,10 @@ class PointObjects(FullscreenPasses):
         view, near = model_view(points.pose, points.scale, eye), eye.near / points.scale
         where = points.source, splats, eye.camera, view, self._rasterizer(points).look_up, near
         visibility = shown.visibility and shown.visibility.texture
-        certainty = points.surface.certainty
-        return ResolveInputs(points.surface.texture, colors, *where, shown.shading, certainty, visibility)
+        surface = points.surface
+        shape = surface.shape or surface
+        normals = None if shape is surface else surface.texture
+        return ResolveInputs(shape.texture, colors, *where, shown.shading, surface.certainty, visibility, normals)
 
     def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
         return self._rasterizers.choose(points.sizes, points.splat)
@@ -277,4 +279,5 @@ _last_view: tuple[Any, Any, float, Any] = None, None, 0.0, None  # for whom it w
 
 def _splats(points: Points, eye: Eye) -> Splats:
     view, near = model_view(points.pose, points.scale, eye), eye.near / points.scale
-    return Splats(points.surface, points.source, eye.camera, view, near, points.sizes, points.splat)
+    shape = points.surface.shape or points.surface
+    return Splats(shape, points.source, eye.camera, view, near, points.sizes, points.splat)

@@ -37,6 +37,7 @@ class ResolveInputs(NamedTuple):
     shading: str
     certainty: moderngl.Texture | None  # of the frame's normals
     visibility: moderngl.Texture | None  # what its points see of the light from all around
+    normals: moderngl.Texture | None  # for light, if they are not those of the surface
 
     def maps(self) -> dict[str, moderngl.Texture]:
         """Return the textures of the frame by the names of the shaders' samplers."""
@@ -109,6 +110,8 @@ class ResolvePass(FullscreenPasses):
         textures = looking.maps()
         if looking.shading == "phong" and looking.certainty is not None:
             constants["CERTAINTY"], textures["certainty_map"] = 1, looking.certainty
+        if looking.shading == "phong" and looking.normals is not None:
+            constants["CALM"], textures["light_normals"] = 1, looking.normals
         if looking.shading == "phong" and looking.visibility is not None:
             constants["VISIBILITY"], textures["visibility_map"] = 1, looking.visibility
         if looking.look_up:
@@ -147,6 +150,8 @@ class SetMergePass(FullscreenPasses):
             maps, constants = looking.maps() | {"trust_map": part.trust}, {"SHADING": shader_model(looking.shading)}
             if looking.visibility is not None:
                 maps["visibility_map"], constants["VISIBILITY"] = looking.visibility, 1
+            if looking.shading == "phong" and looking.normals is not None:
+                maps["light_normals"], constants["CALM"] = looking.normals, 1
             inputs = key_inputs(looking.splats, looking.look_up) | looking.way()
             inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
             confine(sums.target, part.window)

@@ -145,7 +145,8 @@ class CalmNormalsPass(FullscreenPasses):
         calm.confine(surface.window)
         turn = self.fullscreen("surface/calm_normals.frag", DOUBTED=int(is_shared))
         turn.draw(calm.target, pixels | around | doubts, own_share=OWN_SHARE[is_shared], **inputs)
-        calm.certainty = surface.certainty
+        calm.certainty = self._doubted_certainty(surface, calm, doubts["doubt_map"]) if is_shared else surface.certainty
+        calm.shape = surface
         calm.raise_version()
         return float((np.abs(self._doubts.fit(cells.size).read()[..., 1]) >= WRONG).mean()) if is_shared else 0.0
 
@@ -168,6 +169,16 @@ class CalmNormalsPass(FullscreenPasses):
         find.draw(scatter.target, facets)
         judge.draw(doubts.target, {"witness_map": facets["witness_map"], "scatter_map": scatter.texture})
         return doubts.texture
+
+    def _doubted_certainty(
+        self, surface: PointSurface, calm: PointSurface, doubt_map: moderngl.Texture
+    ) -> moderngl.Texture:
+        assert surface.certainty is not None, "of noisy frames it was found"
+        lower, target = self.fullscreen("surface/calm_doubts.frag", STAGE=2), calm.certainty_target
+        lower.draw(target, {"certainty_map": surface.certainty, "witness_map": doubt_map})
+        (texture,) = target.color_attachments
+        assert isinstance(texture, moderngl.Texture)
+        return texture
 
 
 def _facets(cells: Image) -> Textures:

@@ -29,6 +29,7 @@ void main() {
     ivec2 pixel = pixel_of(id - first_id, textureSize(surface_map, 0).x);
     bool stretched = is_stretched(footprint_extent(splat, reach, is_round), side);
     float trust = texelFetch(trust_map, pixel, 0).r;
+    if (is_spare(trust)) discard;
     int level = splat_level(trust, stretched, is_among(pixel, primary_share(primary, trust)));
     float here = footprint_inverse_depth(splat, to_source, offset);
     key = int(splat_key(here, level, false));

@@ -20,6 +20,7 @@ def test_the_band_follows_the_spread_within_its_bounds():
     assert consensus.band_of(pairs_of({(0, 1): 0.004, (1, 0): 0.004, (0, 2): np.inf})) == pytest.approx(0.012)
     assert consensus.band_of(pairs_of({(0, 1): 0.3})) == consensus.WIDEST
     assert consensus.band_of(pairs_of({(0, 1): 1e-6})) == consensus.NARROWEST
+    assert consensus.band_of(pairs_of({(0, 1): 1e-6}), None, consensus.FINEST) == consensus.FINEST
 
 
 def test_gains_make_overlaps_equally_bright_and_keep_the_mean():

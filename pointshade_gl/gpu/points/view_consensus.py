@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 
 from ...checks.arguments import Count
 from ...estimation.agreement import LONGER_SIDE, Contradictions, ReducedFrame, contradictions
-from ...estimation.multi_view import Comparison, band_of, best_spreads, compared, excess_noise, gains_of, nearest_others
+from ...estimation.multi_view import (
+    FINEST,
+    Comparison,
+    band_of,
+    best_spreads,
+    compared,
+    excess_noise,
+    gains_of,
+    nearest_others,
+)
 from ...notes.notes import print_note
 from ...notes.words import option
 from ...scene.camera import Camera, view_matrix
@@ -70,6 +79,7 @@ class Consensus(NamedTuple):
     """What several frames of one object agree on."""
 
     band: float  # share of 1/z within which two frames see the same surface
+    fine_band: float  # the same where they are compared pixel by pixel: less for frames without noise
     gains: NDArray[np.float64]  # (n, 3) what each frame's linear colours are multiplied by
     is_exact: bool  # they have no noise, and no depth where nothing is
     wrong: frozenset[int]  # the numbers of frames that contradict the others
@@ -82,7 +92,7 @@ class ConsensusPass(FullscreenPasses):
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
         self._steps, self._adding = steps, AdditiveBlend(context)
-        self._votes = self._keep(Fitted(context, Image, RG8, RGBA16F, R32F))  # outputs of view_votes.frag
+        self._votes = self._keep(Fitted(context, Image, RGBA8, RGBA16F, R32F))  # outputs of view_votes.frag
         self._ends = self._keep(Fitted(context, Image, RG8))  # how far surfaces reach, these two
         self._rows = self._keep(Fitted(context, Image, RG8))
         self._bands: WeakKeyDictionary[FrameTextures, tuple[int, float]] = WeakKeyDictionary()  # of votes, by version
@@ -120,15 +130,16 @@ class ConsensusPass(FullscreenPasses):
         band = band_of(comparisons, before)
         mute = found.frames.union(k for k, frame in enumerate(frames) if frame.points_known == 0)  # these have no vote
         is_exact = all(_shows_nothing(member) for k, member in enumerate(members) if k not in mute)
+        fine_band = min(band, band_of(comparisons, None, FINEST)) if is_exact else band
         for k, member in enumerate(members):
             if k in found.frames:
                 self._steps.run("trust", self._distrust, *inputs[k], of=member)
             else:
                 voters = tuple(inputs[j] for j in others[k] if j not in mute)
-                self._steps.run("trust", self._judge, *inputs[k], voters, band, is_exact, of=member)
+                self._steps.run("trust", self._judge, *inputs[k], voters, fine_band, is_exact, of=member)
             self._bands[member] = member.version, band
             count.step()
-        return Consensus(band, gains_of(comparisons, len(members)), is_exact, found.frames, spreads)
+        return Consensus(band, fine_band, gains_of(comparisons, len(members)), is_exact, found.frames, spreads)
 
     def _compare_two(self, one: Seen, other: Seen) -> Comparison:
         (textures, surface, colors), (_, other_surface, other_colors) = one, other

@@ -80,6 +80,7 @@ class TestPrimaryViews:
 
     def test_all_of_a_few_are_primary(self, frames):
         assert (consensus.importances(frames[: consensus.PRIMARY], pose_at(90)) == 1).all()
+        assert (consensus.importances(frames, frames[4].pose, is_exact=True) == 1).all()
 
     def test_weights_change_smoothly_along_a_path(self, frames):
         path = np.array([consensus.importances(frames, pose_at(yaw)) for yaw in np.arange(-20, 20, 0.1)])

@@ -95,7 +95,7 @@ def is_shown_better(
     slope = inverse_depth_slope(normal, pixel_ray(pixel.astype(F), source), z, source)
     all_are = texel_at(votes_map, pixel)[..., 2] > 0
     for k in range(9):
-        following = np.clip(pixel + (k % 3 - 1, k // 3 - 1), 0, last)
+        following = np.clip(pixel + np.array([k % 3 - 1, k // 3 - 1]), 0, last)
         there, off = surface_at(surface_map, following)[..., 3], (following - pixel).astype(F)
         goes_on = lies_on_plane(there, off, own[..., 3], slope, float(SAME_SURFACE))
         all_are &= ~goes_on | (texel_at(votes_map, following)[..., 2] > 0)

@@ -41,7 +41,7 @@ def sample_sharply(picture: np.ndarray, position: np.ndarray) -> np.ndarray:
     total = np.zeros((*position.shape[:-1], 3), F)
     for k in range(16):
         weight = across[..., k & 3] * down[..., k >> 2]
-        total += weight[..., None] * texel(picture, np.clip(first + (k & 3, k >> 2), 0, last))[..., :3]
+        total += weight[..., None] * texel(picture, np.clip(first + np.array([k & 3, k >> 2]), 0, last))[..., :3]
     return np.clip(total, F(0), F(1))
 
 

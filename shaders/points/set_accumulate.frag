@@ -47,17 +47,20 @@ void main() {
     vec4 corner = seen_weights(seen, source);
     vec3 linear = vec3(0.0);
     vec2 trust = texel_at(trust_map, seen.pixel).rg, at = color_position(seen, corner);
-    bool is_sharp = EXACT == 1 && trust.y > INNER && at == seen.at && size == vec2(textureSize(color_map, 0));
+    float off = seen.inverse_depth / inverse_depth - 1.0;
+    float across = off * share_across(seen.own.xyz, pixel, view, target);
+    float weight = importance * trust.x * trust.y * agreement(across, band) * view_weight(seen, pixel, source, view, target, EXACT == 1);
     if (SHADING == 0 || SHADING == 3) {
-        linear = srgb_to_linear(is_sharp ? sample_sharply(color_map, at) : picture_at(color_map, at, size));
+        vec3 encoded = picture_at(color_map, at, size);
+        bool is_inside = trust.y > INNER && at == seen.at && size == vec2(textureSize(color_map, 0));
+        int sharp = EXACT == 1 && is_inside && weight > 0.0 ? 1 : 0;  // a loop that no pixel takes costs little
+        for (int k = 0; k < sharp; ++k) encoded = sample_sharply(color_map, at);
+        linear = srgb_to_linear(encoded);
     }
     if (SHADING == 1) linear = texelFetch(light_map, seen.pixel, 0).rgb;
     if (SHADING == 2) linear = mix_light(seen, corner, light_map);
     vec3 normal = SHADING == 3 ? mat3(view) * mix_normal(seen, corner) : vec3(0.0);
 
-    float off = seen.inverse_depth / inverse_depth - 1.0;
-    float across = off * share_across(seen.own.xyz, pixel, view, target);
-    float weight = importance * trust.x * trust.y * agreement(across, band) * view_weight(seen, pixel, source, view, target, EXACT == 1);
     float total = weight + fallback_weight(across, band);
     visibility = VISIBILITY == 1 ? total * carried_visibility(visibility_map, at, size, mat3(view)) : vec4(0.0);
     geometry = vec4(total * normal, weight * off);

@@ -23,8 +23,11 @@ void main() {
     own.w = abs(own.w);
     vec3 there = carry_forth(vec2(pixel), 1.0 / own.w, source, view, other);
     vec2 vote = vote_on(other_map, there, other, band);
-    bool is_better = is_exact && vote.x > 0.0
-        && shows_better(other_map, there, other, band, point_density(own, vec2(pixel), source));
+    bool is_better = false;
+    int asked = is_exact && vote.x > 0.0 ? 1 : 0;
+    for (int k = 0; k < asked; ++k) {
+        is_better = shows_better(other_map, there, other, band, point_density(own, vec2(pixel), source));
+    }
     votes = vec4(vote, is_better ? 1.0 : 0.0, 0.0) / 255.0;
     beside = vec4(0.0);
     here = 0.0;

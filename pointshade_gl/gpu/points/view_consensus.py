@@ -28,7 +28,20 @@ from ...notes.words import option
 from ...scene.camera import Camera, view_matrix
 from ...scene.frame import Frame
 from ..core.frame_textures import Colors, FrameTextures, PointSurface, frame_of
-from ..core.images import R32F, RG8, RGBA8, RGBA16, RGBA16F, RGBA32F, Fitted, Image, Images, empty, read_texture
+from ..core.images import (
+    R32F,
+    RG8,
+    RGBA8,
+    RGBA16,
+    RGBA16F,
+    RGBA32F,
+    Box,
+    Fitted,
+    Image,
+    Images,
+    empty,
+    read_texture,
+)
 from ..core.programs import AdditiveBlend, FullscreenPasses
 from ..core.steps import Steps
 
@@ -73,6 +86,7 @@ def _notes_on(frames: Sequence[Frame], found: Contradictions) -> dict[int, str]:
 Seen = tuple[FrameTextures, PointSurface, Colors]
 Voter = tuple[FrameTextures, PointSurface]
 STRIDE = 8  # pixels, as in view_difference.frag
+EDGE_REACH = 4  # pixels from a point to where its surface ends that matter, as in consensus.glsl
 
 
 class Consensus(NamedTuple):
@@ -164,7 +178,9 @@ class ConsensusPass(FullscreenPasses):
         frame = frame_of(member)
         votes, ends, rows = (images.fit(member.size) for images in (self._votes, self._ends, self._rows))
         maps, rules = {"surface_map": surface.texture}, {"band": band, "is_exact": is_exact}
-        empty(votes.target)
+        assert member.trust is not None
+        for image in (votes, ends, rows, member.trust):
+            empty(image.target, widened(surface.window, EDGE_REACH, member.size))
         support = self.fullscreen("points/view_votes.frag")
         with self._adding.on():
             for other, other_surface in voters:
@@ -172,9 +188,6 @@ class ConsensusPass(FullscreenPasses):
                 support.draw(votes.target, maps | others, **way_between(frame, frame_of(other)), **rules)
         source = {"source": frame.camera.intrinsics}
         stages = [self.fullscreen("points/point_confidence.frag", STAGE=stage) for stage in range(3)]
-        assert member.trust is not None
-        for image in (ends, rows, member.trust):
-            empty(image.target)
         stages[0].draw(ends.target, maps, **source)
         stages[1].draw(rows.target, {"ends_map": ends.texture})
         found = dict(zip(("votes_map", "beside_map", "here_map"), votes.textures, strict=True))
@@ -185,6 +198,13 @@ class ConsensusPass(FullscreenPasses):
         assert member.trust is not None
         empty(member.trust.target)
         member.trust.raise_version()
+
+
+def widened(window: Box, by: int, size: tuple[int, int]) -> Box:
+    """Return a window with so many more pixels on each side, inside of a picture."""
+    left, top = (max(at - by, 0) for at in window[:2])
+    right, bottom = (min(at + side + by, most) for at, side, most in zip(window[:2], window[2:], size, strict=True))
+    return left, top, right - left, bottom - top
 
 
 def _shows_nothing(member: FrameTextures) -> bool:

@@ -53,7 +53,7 @@ void main() {
     gl_FragDepth = 1.0 - near * here;
 #elif SET
     float trust = texelFetch(trust_map, pixel, 0).r;
-    if (is_spare(trust)) discard;
+    if (EXACT == 1 && is_spare(trust)) discard;
     int level = splat_level(trust, stretched > 0.5, is_among(pixel, primary_share(primary, trust)));
     bool goes_on = is_hidden(found, met.yz), is_cut = is_cut_off(texelFetch(cuts_map, pixel, 0), met.yz);
     is_cut = is_cut && (EXACT == 1 || found.drop == 0.0);

@@ -103,6 +103,7 @@ CONSTANTS = {  # the values that the project builds each with
     "surface/sparse_cells.frag": {"FROM_DEPTH": FLAG},
     "points/splats.frag": {"LIT": FLAG},
     "points/splats.vert": {"LIT": FLAG, "EXACT": FLAG},
+    "points/set_splats.frag": {"EXACT": FLAG},
     "points/splats.comp": {
         "SET": FLAG,
         "EXACT": FLAG,

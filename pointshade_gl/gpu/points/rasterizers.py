@@ -27,10 +27,6 @@ def has_rims(sizes: np.ndarray, splat: str) -> bool:
 FRAME, SET, EXACT = range(3)  # whose splats: a frame's alone, one of several frames', and of such without noise
 
 
-def constants_of(kind: int) -> dict[str, int]:
-    return {"SET": int(kind != FRAME)} | ({"EXACT": 1} if kind == EXACT else {})
-
-
 class Splats(NamedTuple):
     """A frame's splats, and their way into a view."""
 
@@ -115,8 +111,8 @@ class PointSplatPass(Owner):
 
     def _fit_vertices(self, sizes: np.ndarray, kind: int) -> Vertices:
         if kind not in self._vertices:
-            fragment, exact = f"points/{'set_' * (kind != FRAME)}splats.frag", {"EXACT": 1} if kind == EXACT else {}
-            program = self._keep(build_program(self._context, "points/splats.vert", fragment, **exact))
+            shaders = "points/splats.vert", f"points/{'set_' * (kind != FRAME)}splats.frag"
+            program = self._keep(build_program(self._context, *shaders, EXACT=int(kind == EXACT)))
             self._vertices[kind] = Vertices(self._context, program, sizes)
         self._vertices[kind] = self._vertices[kind].fitted(sizes)
         return self._vertices[kind]
@@ -131,7 +127,9 @@ class PointSplatPass(Owner):
     def _rim_array(self, kind: int) -> moderngl.VertexArray:
         if kind not in self._rims:
             shaders = "points/rims.vert", "points/rims.frag"
-            program = self._keep(build_program(self._context, *shaders, **constants_of(kind)))
+            program = self._keep(
+                build_program(self._context, *shaders, SET=int(kind != FRAME), EXACT=int(kind == EXACT))
+            )
             self._rims[kind] = self._allocate(self._context.vertex_array, program, [])
         return self._rims[kind]
 
@@ -311,7 +309,8 @@ class ComputeSplatPass(Owner):
     def _program(self, name: str, kind: int, masked: int = 0) -> moderngl.ComputeShader:
         key = name, kind, masked
         if key not in self._programs:
-            constants = {"WINDOW": int(self._is_software)} | constants_of(kind) | ({"MASKED": masked} if masked else {})
+            constants = {"WINDOW": int(self._is_software), "SET": int(kind != FRAME), "EXACT": int(kind == EXACT)}
+            constants |= {"MASKED": masked} if masked else {}
             constants |= {} if self._block == BLOCK else {"BLOCK": self._block, "GROUP": self._group}
             self._programs[key] = self._keep(build_compute(self._context, name, **constants))
         return self._programs[key]

@@ -14,6 +14,7 @@ from ..scene.noise import Choice
 
 COMPARED = 16  # others that a frame is compared with, at most: those seen from nearest by
 NARROWEST, WIDEST = 0.004, 0.04  # of the band, a share of 1/z
+FINEST = 0.0005  # of frames without noise, where they are compared pixel by pixel
 SPREADS = 3.0  # of the differences between frames that the band holds
 FARTHEST = 0.1  # a greater difference is another surface
 FEWEST = 20  # samples that are enough for a median
@@ -96,15 +97,17 @@ def nearest_others(frames: Sequence[Frame]) -> list[list[int]]:
     return found
 
 
-def band_of(comparisons: Mapping[tuple[int, int], Comparison], before: float | None = None) -> float:
+def band_of(
+    comparisons: Mapping[tuple[int, int], Comparison], before: float | None = None, narrowest: float = NARROWEST
+) -> float:
     """Return the depth tolerance: by which share of 1/z two frames may differ on the same surface.
 
     It is estimated from the frames' own differences, so it covers noise and errors of poses without being given them.
     That of the time before stays if it is nearly right, because a new one repeats all votes.
     """
     spreads = [one.spread for one in comparisons.values() if np.isfinite(one.spread)]
-    widest = SPREADS * float(np.median(spreads)) if spreads else NARROWEST
-    widest = min(max(widest, NARROWEST), WIDEST)
+    widest = SPREADS * float(np.median(spreads)) if spreads else narrowest
+    widest = min(max(widest, narrowest), WIDEST)
     if before is not None and abs(widest / before - 1) < STEADY:
         return before
     return float(f"{widest:.2g}")
@@ -144,14 +147,16 @@ def excess_noise(samples: NDArray[np.float32]) -> float:
     return max(float(np.quantile(darker, DARKER)), LEAST_EXCESS) if len(darker) else LEAST_EXCESS
 
 
-def importances(frames: Sequence[Frame], eye: Matrix, wrong: Set[int] = frozenset()) -> NDArray[np.float64]:
+def importances(
+    frames: Sequence[Frame], eye: Matrix, wrong: Set[int] = frozenset(), is_exact: bool = False
+) -> NDArray[np.float64]:
     """Return (n,) weights of the frames in a view from the pose `eye`, in their world: 1 for the PRIMARY nearest ones.
 
-    The others fade with their distance, so that nothing pops as the viewer moves. Frames with wrong poses and frames
-    without points weigh 0.
+    The others fade with their distance, so that nothing pops as the viewer moves: but not where no frame has noise, as
+    far ones contradict none then. Frames with wrong poses and frames without points weigh 0.
     """
     right = np.array([k not in wrong and frame.points_known > 0 for k, frame in enumerate(frames)])
-    if right.sum() <= PRIMARY:
+    if is_exact or right.sum() <= PRIMARY:
         return right.astype(np.float64)
     away = distances(frames, eye)
     reach = max(float(np.sort(away[right])[PRIMARY - 1]), 1e-9)

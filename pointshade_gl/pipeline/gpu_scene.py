@@ -261,7 +261,7 @@ class GpuScene(Owner):
         if p.content.look.remove_highlights:
             found = self._highlights.find(members, colors, consensus)
             views = tuple(replace(view, colors=one) for view, one in zip(views, found, strict=True))
-        weights = importances(p.content.frames, p.seen_from(visible.eye.pose), consensus.wrong)
+        weights = importances(p.content.frames, p.seen_from(visible.eye.pose), consensus.wrong, consensus.is_exact)
         return ShownSet(points, views, consensus, weights, views[0].shading, target_estimator(p.content.look))
 
 

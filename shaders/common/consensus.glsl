@@ -1,5 +1,5 @@
+#include "common/parts.glsl"
 #include "common/rim_marks.glsl"
-#include "common/splat_corners.glsl"
 
 // What several frames of one object say about each other's points. A frame supports a point if it has one there, too; it
 // sees through it if it has only points beyond.
@@ -11,6 +11,7 @@ const float BRIGHTEST = 0.941;
 const int EDGE_REACH = 4;        // source pixels from an edge of the surface in which points are trusted less
 const int BORDER_REACH = 24;     // and from the border of the picture
 const float CONTESTED = 0.75;    // trust in points that some see through, but not most
+const float DENSER = 1.3;         // so many times as many points on a surface show it better
 const float FLAT_COSINE = 0.25;  // what is seen flatter beside an edge is taken for flying pixels
 
 // Where a point lies for another camera: position in its picture, and 1/z. view takes source axes to its axes.
@@ -48,6 +49,39 @@ vec2 vote_on(sampler2D surface_map, vec3 there, vec4 intrinsics, float band) {
     bool is_beyond = all(greaterThan(abs(depth) * there.z, vec4(1.0 + max(2.0 * band, SEE_THROUGH))));
     bool is_there = abs(depth_excess(surface_map, there, intrinsics)) < band;
     return vec2(is_there ? 1.0 : 0.0, is_beyond ? 1.0 : 0.0);
+}
+
+// How densely the points of a frame lie on the surface at one of them.
+float point_density(vec4 own, vec2 pixel, vec4 intrinsics) {
+    return abs(intrinsics.x * intrinsics.y) * max(-dot(own.xyz, normalize(pixel_ray(pixel, intrinsics))), 0.0) / (own.w * own.w);
+}
+
+// Does a frame show the surface of the point projected there more densely, and all around it? density: the point's
+bool shows_better(sampler2D surface_map, vec3 there, vec4 intrinsics, float band, float density) {
+    Corners corners = corners_at(surface_map, there.xy);
+    bvec2 side = seen_corner(corners, there.xy, there.z);
+    vec4 own = corner_surface(corners, side);
+    vec2 pixel = vec2(corner_pixel(corners, side)), low = vec2(corners.low), high = vec2(corners.high);
+    vec2 slope = inverse_depth_slope(own.xyz, pixel_ray(pixel, intrinsics), own.w, intrinsics);
+    return point_density(own, pixel, intrinsics) > DENSER * density
+        && lies_on_plane(corners.a.w, low - pixel, own.w, slope, 2.0 * band)
+        && lies_on_plane(corners.b.w, vec2(high.x, low.y) - pixel, own.w, slope, 2.0 * band)
+        && lies_on_plane(corners.c.w, vec2(low.x, high.y) - pixel, own.w, slope, 2.0 * band)
+        && lies_on_plane(corners.d.w, high - pixel, own.w, slope, 2.0 * band);
+}
+
+// Do others show a point better, and all points of its surface beside it? votes_map: from view_votes.frag
+bool is_shown_better(sampler2D votes_map, sampler2D surface_map, ivec2 pixel, vec4 source) {
+    vec4 own = surface_at(surface_map, pixel);
+    ivec2 last = textureSize(surface_map, 0) - 1;
+    vec2 slope = inverse_depth_slope(own.xyz, pixel_ray(vec2(pixel), source), own.w, source);
+    bool all_are = true;
+    for (int k = 0; k < 9; ++k) {
+        ivec2 next = clamp(pixel + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
+        bool goes_on = lies_on_plane(surface_at(surface_map, next).w, vec2(next - pixel), own.w, slope, SAME_SURFACE);
+        all_are = all_are && (!goes_on || texel_at(votes_map, next).b > 0.0);
+    }
+    return all_are && texel_at(votes_map, pixel).b > 0.0;
 }
 
 // The four pixels around a point, by how near they are to it: those that have its surface less those that see through it.
@@ -121,10 +155,10 @@ int end_around(sampler2D rows_map, ivec2 pixel) {
 }
 
 // x: above a half if a point is trusted; y: how good it is, more than 0 and at most 1. Points that more frames see through than
-// support float; those at an edge, or beside it and seen flat, that nobody supports fly.
-vec2 trust_in(vec2 votes, int edge, int border, float cosine) {
+// support float; those at an edge, or beside it and seen flat, that nobody supports fly, but in frames without noise.
+vec2 trust_in(vec2 votes, int edge, int border, float cosine, bool is_exact) {
     bool floats = votes.y > votes.x + (edge >= 2 ? 1.0 : 0.0);
-    bool flies = (edge == 0 || (edge == 1 && cosine < FLAT_COSINE)) && votes.x == 0.0;
+    bool flies = !is_exact && (edge == 0 || (edge == 1 && cosine < FLAT_COSINE)) && votes.x == 0.0;
     float quality = float(edge) / float(EDGE_REACH) * float(min(border, BORDER_REACH)) / float(BORDER_REACH);
     return vec2(floats || flies ? 0.0 : votes.y > 0.0 ? CONTESTED : 1.0, max(quality, 1.0 / 255.0));
 }

@@ -9,6 +9,9 @@ const float LEAST_ALIKE = 0.0005;      // weight of a frame that saw it from qui
 const float FALLBACK = 1e-11;          // weight of a frame that has no part in the surface: it only closes holes
 const float FLATTEST = 0.25;           // cosine of a ray, at which differences along it count least
 const float MOST_DETAIL = 4.0;         // source pixels for each target pixel, beyond which more say no more
+const float MOST_SHARP = 1.5;          // the same of frames without noise, of which the sharpest counts
+const float DEEP_RIM = 3.0;            // pixels of depth from a rim's pixel to where frames without noise draw it
+const float SPARE = 0.6;               // trust in points that another frame shows better: they are not drawn
 const float UNLIKE = 0.7;              // cosine of two normals, below which they contradict each other
 const uint INVERSE_DEPTH = 0x3fffffffu; // the bits of a key that tell how far its splat is
 
@@ -46,6 +49,17 @@ bool is_among(ivec2 pixel, float share) {
 // The share of a frame's splats that are primary: as its importance fades, first those go that others see through.
 float primary_share(float primary, float trust) {
     return clamp(2.0 * primary - (trust < 1.0 ? 1.0 : 0.0), 0.0, 1.0);
+}
+
+// Does what a target pixel shows of a rim, with this 1/z, lie deep behind or before its pixel, whose depth is z? There a
+// frame guesses the surface, and others see it.
+bool lies_deep(vec2 target_pixel, float inverse_depth, float z, vec4 source, mat4 view, vec4 target) {
+    float w = carry_back(target_pixel, inverse_depth, target, view, source).z;
+    return mean_focal_length(source) * abs(1.0 - z * w) > DEEP_RIM;
+}
+
+bool is_spare(float trust) {
+    return abs(trust - SPARE) < 0.05;
 }
 
 // 0 to 3: what is trusted hides all that is not, and of either the primary views hide the others.
@@ -96,13 +110,15 @@ float agreement(float off, float band) {
 }
 
 // How much a frame can say about what a target pixel shows: more if it saw it from near, from ahead, and from where the
-// target sees it.
-float view_weight(Seen seen, vec2 target_pixel, vec4 source, mat4 view, vec4 target) {
+// target sees it. is_exact: only how sharply it saw it counts.
+float view_weight(Seen seen, vec2 target_pixel, vec4 source, mat4 view, vec4 target, bool is_exact) {
     vec3 from_source = normalize(pixel_ray(seen.at, source));
     vec3 from_target = normalize(pixel_ray(target_pixel, target) * mat3(view));  // source axes
     float ours = max(-dot(seen.own.xyz, from_source), 0.0), theirs = max(-dot(seen.own.xyz, from_target), MIN_COSINE);
     float closer = 1.0 / max(abs(seen.inverse_depth) * seen.own.w, 0.01);
     float detail = abs(source.x * source.y / (target.x * target.y)) * closer * closer * ours / theirs;
+    float sharp = min(detail, MOST_SHARP) * ours;
+    if (is_exact) return sharp * sharp;
     float turned = 2.0 * (1.0 - dot(from_source, from_target));  // angle squared, nearly
     return min(detail, MOST_DETAIL) * ours * max(exp(-turned / (SEEN_ALIKE * SEEN_ALIKE)), LEAST_ALIKE);
 }

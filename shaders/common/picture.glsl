@@ -14,6 +14,25 @@ vec3 sample_picture(sampler2D picture, vec2 position) {
     return mix_picture(picture, low, high, position - corner);
 }
 
+// Weights of the four pixels around a share of the way from the second to the third (Catmull and Rom 1974).
+vec4 cubic_weights(float share) {
+    float rest = 1.0 - share;
+    return 0.5 * share * rest * vec4(-rest, 0.0, 0.0, -share)
+        + vec4(0.0, rest * (1.0 + share * (1.0 - 1.5 * share)), share * (1.0 + rest * (1.0 - 1.5 * rest)), 0.0);
+}
+
+// As sample_picture, but from 4x4 pixels: sharper.
+vec3 sample_sharply(sampler2D picture, vec2 position) {
+    ivec2 last = textureSize(picture, 0) - 1, first = ivec2(floor(position)) - 1;
+    vec4 across = cubic_weights(fract(position.x)), down = cubic_weights(fract(position.y));
+    vec3 sum = vec3(0.0);
+    for (int k = 0; k < 16; ++k) {
+        ivec2 off = ivec2(k & 3, k >> 2);
+        sum += across[off.x] * down[off.y] * texelFetch(picture, clamp(first + off, ivec2(0), last), 0).rgb;
+    }
+    return clamp(sum, 0.0, 1.0);
+}
+
 // The same place in a picture of another size; the outer edges of both pictures coincide.
 vec2 rescale_position(vec2 position, vec2 size, vec2 other_size) {
     if (size == other_size) return position;

@@ -5,6 +5,7 @@
 // warp's Jacobian has a closed form (cf. surface splatting: Zwicker et al. 2001; plane-induced warp: McMillan 1997).
 
 const float MARGIN = 0.1;       // source pixels added round a square, so that neighbours overlap without gaps
+const float EXACT_MARGIN = 0.02; // the same of several frames without noise: others close what is left
 const float MIN_COSINE = 0.05;  // a surface seen flatter than 87 degrees is projected as if seen at 87
 const float ASIDE = 0.02;       // more than 88.9 degrees off the optical axis is not ahead: there a footprint has no end
 const float FLAT = 0.1;         // where depth in the view changes by less to the splat's rim, the Jacobian holds for all of it
@@ -61,6 +62,11 @@ vec2 splat_bend(Footprint splat, float reach) {
 // Half the splat's side, or its radius when round: the circle through the square's corners.
 float splat_reach(float size, bool is_round) {
     return size * (is_round ? 0.70710678 : 0.5) + MARGIN;
+}
+
+// The same of one of several frames without noise.
+float exact_reach(float size, bool is_round) {
+    return splat_reach(size, is_round) + (EXACT_MARGIN - MARGIN);
 }
 
 // Half width and half height of a box round the projected square or ellipse, target pixels.

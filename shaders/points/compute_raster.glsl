@@ -41,16 +41,21 @@ void note_source(ivec2 pixel, float side) {
     is_primary = is_among(pixel, primary_share(primary, trust));
 }
 
+bool is_left_out() {
+    return EXACT == 1 && is_spare(trust);  // into shadow maps all are drawn: lights see outlines that no frame has seen
+}
+
 // Are all pixels of a block trusted alike? It is not asked of those that are not whole.
 bool trusts_alike(ivec2 block, int side, bool whole) {
-    bool all_are = true, some_are = false;
+    int least = 2, most = 0;
     int count = whole ? side * side : 0;  // a loop that no block takes costs software drivers nothing
     for (int k = 0; k < count; ++k) {
-        bool is_trusted = texel_at(trust_map, block + ivec2(k % side, k / side)).r > 0.5;
-        all_are = all_are && is_trusted;
-        some_are = some_are || is_trusted;
+        float here = texel_at(trust_map, block + ivec2(k % side, k / side)).r;
+        int kind = is_spare(here) ? 1 : here > 0.5 ? 2 : 0;
+        least = min(least, kind);
+        most = max(most, kind);
     }
-    return whole && all_are == some_are;
+    return whole && least == most;
 }
 
 void note_extent(vec2 extent) {
@@ -62,6 +67,10 @@ uint noted(float inverse_depth, bool hidden) {
 }
 #else
 void note_source(ivec2 pixel, float side) {}
+
+bool is_left_out() {
+    return false;
+}
 
 bool trusts_alike(ivec2 block, int side, bool whole) {
     return whole;

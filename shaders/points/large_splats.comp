@@ -7,6 +7,9 @@
 #ifndef SET
 #define SET 0     // 1: one of several frames
 #endif
+#ifndef EXACT
+#define EXACT 0  // 1: one of several frames without noise
+#endif
 #include "points/splat_blocks.glsl"
 
 layout(local_size_x = 32) in;

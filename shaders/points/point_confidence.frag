@@ -18,12 +18,11 @@ uniform bool is_exact;
 layout(location = 0) out vec2 trust;
 layout(location = 1) out vec4 cuts;  // see end_cut
 
-// The votes for a rim at the next pixel, with the frame's own: one for a surface that goes on there, and one against others
-// where depth may be wrong.
+// The votes for a rim at the next pixel, with the frame's own: one for a surface that goes on there, and one against others.
 float votes_beside(ivec2 pixel, vec4 own, vec2 slope, int k) {
     ivec2 next = pixel + direction_of(k);
     bool goes_on = lies_on_plane(surface_at(surface_map, next).w, vec2(next - pixel), own.w, slope, band);
-    return texel_at(beside_map, pixel)[k] + (goes_on ? 1.0 : 0.0) + (is_exact ? 0.0 : 1.0);
+    return texel_at(beside_map, pixel)[k] + (goes_on ? 1.0 : 0.0) + 1.0;
 }
 
 vec4 cuts_around(ivec2 pixel) {
@@ -46,7 +45,8 @@ void main() {
         int border = min(min(pixel.x, size.x - 1 - pixel.x), min(pixel.y, size.y - 1 - pixel.y));
         float cosine = -dot(surface_at(surface_map, pixel).xyz, normalize(pixel_ray(vec2(pixel), source)));
         vec2 votes = floor(texel_at(votes_map, pixel).rg * 255.0 + 0.5);
-        trust = trust_in(votes, end_around(rows_map, pixel), border + 1, cosine);
+        trust = trust_in(votes, end_around(rows_map, pixel), border + 1, cosine, is_exact);
+        if (is_exact && is_shown_better(votes_map, surface_map, pixel, source)) trust.x = SPARE;
         cuts = cuts_around(pixel);
     }
 }

@@ -7,11 +7,13 @@
 #ifndef SET
 #define SET 0     // 1: one of several frames
 #endif
+#ifndef EXACT
+#define EXACT 0  // 1: one of several frames without noise
+#endif
 #include "points/compute_raster.glsl"
 
 #if SET
-uniform sampler2D cuts_map;  // where other frames say that rims end
-uniform bool is_exact;       // cut off is not drawn; else it only closes holes
+uniform sampler2D cuts_map;  // where other frames say that rims end: EXACT does not draw what is cut off, else it only closes holes
 #endif
 
 layout(local_size_x = 32) in;
@@ -69,6 +71,7 @@ void draw_rim(int place) {
     }
     if (!is_drawn) return;
     note_source(pixel, 1.0);
+    if (is_left_out()) return;
     note_extent(footprint_extent(splat, splat_reach(1.0, false), false));
     ivec2 low, high;
     pixels_of(rim_box(rim, vec2(pixel), own, source, view, target), low, high);
@@ -83,9 +86,10 @@ void draw_rim(int place) {
     for (int k = 0; k < steps.x * steps.y; ++k) {
         vec3 met = meet_rim(rim, vec2(pixel), own, splat.inverse_depth, vec2(q), source, view, target);
 #if SET
-        bool is_cut = (is_exact || rim.drop == 0.0) && is_cut_off(cuts, met.yz);
+        bool is_cut = (EXACT == 1 || rim.drop == 0.0) && is_cut_off(cuts, met.yz);
         level = is_cut ? whole_level & 1 : whole_level;
-        if (is_exact && (is_cut || is_hidden(rim, met.yz))) met.x = 0.0;
+        bool is_drawn = EXACT == 0 || !(is_cut || is_hidden(rim, met.yz));
+        if (!is_drawn || (EXACT == 1 && lies_deep(vec2(q), met.x, own.w, source, view, target))) met.x = 0.0;
 #endif
         if (met.x > 0.0) atomicMax(nearest[q.y * target_size.x + q.x], noted(met.x, is_hidden(rim, met.yz)));
         q = q.x < high.x ? ivec2(q.x + 1, q.y) : ivec2(low.x, q.y + 1);

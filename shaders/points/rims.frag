@@ -5,6 +5,9 @@
 #ifndef SET
 #define SET 0  // 1: one of several frames: notes the key of the rim, as set_splats.frag does of a splat
 #endif
+#ifndef EXACT
+#define EXACT 0  // 1: one of several frames without noise
+#endif
 // Keeps the pixels whose rays meet the rim, and notes which source pixel they show.
 #include "common/parts.glsl"
 #include "common/rim_splat.glsl"
@@ -17,8 +20,7 @@ uniform int first_id;
 uniform float near;
 #if SET
 uniform sampler2D trust_map;
-uniform sampler2D cuts_map;
-uniform bool is_exact;  // these two as in rims.comp
+uniform sampler2D cuts_map;  // as in rims.comp
 uniform float primary;  // share of its splats that hide those of others
 #endif
 
@@ -51,10 +53,11 @@ void main() {
     gl_FragDepth = 1.0 - near * here;
 #elif SET
     float trust = texelFetch(trust_map, pixel, 0).r;
+    if (EXACT == 1 && is_spare(trust)) discard;
     int level = splat_level(trust, stretched > 0.5, is_among(pixel, primary_share(primary, trust)));
     bool goes_on = is_hidden(found, met.yz), is_cut = is_cut_off(texelFetch(cuts_map, pixel, 0), met.yz);
-    is_cut = is_cut && (is_exact || found.drop == 0.0);
-    if (is_exact && (goes_on || is_cut)) discard;
+    is_cut = is_cut && (EXACT == 1 || found.drop == 0.0);
+    if (EXACT == 1 && (goes_on || is_cut || lies_deep(q, here, own.w, source, view, target))) discard;
     if (goes_on || is_cut) level &= 1;
     source_id = int(splat_key(here, level, goes_on));
     gl_FragDepth = (float(4 - level) - clamp(near * here, 0.0, 1.0)) * 0.25;

@@ -2,6 +2,9 @@
 #ifndef LOOK_UP
 #define LOOK_UP 0
 #endif
+#ifndef EXACT
+#define EXACT 0  // 1: one of several frames without noise
+#endif
 #ifndef VISIBILITY
 #define VISIBILITY 0  // 1: it is known what the points see of the light from all around
 #endif
@@ -35,6 +38,8 @@ layout(location = 0) out vec4 geometry;  // normal of phong, target axes; by whi
 layout(location = 1) out vec4 albedo;    // linear; the weight
 layout(location = 2) out vec4 visibility;
 
+const float INNER = 0.3;  // quality of points with neighbours on all sides
+
 void main() {
     uint key = key_at(ivec2(gl_FragCoord.xy));
     if (key == 0u) discard;
@@ -45,7 +50,17 @@ void main() {
 
     vec4 corner = seen_weights(seen, source);
     vec3 linear = vec3(0.0);
-    if (SHADING == 0 || SHADING == 3) linear = srgb_to_linear(picture_at(color_map, color_position(seen, corner), size));
+    vec2 trust = texel_at(trust_map, seen.pixel).rg, at = color_position(seen, corner);
+    float off = seen.inverse_depth / inverse_depth - 1.0;
+    float across = off * share_across(seen.own.xyz, pixel, view, target);
+    float weight = importance * trust.x * trust.y * agreement(across, band) * view_weight(seen, pixel, source, view, target, EXACT == 1);
+    if (SHADING == 0 || SHADING == 3) {
+        vec3 encoded = picture_at(color_map, at, size);
+        bool is_inside = trust.y > INNER && at == seen.at && size == vec2(textureSize(color_map, 0));
+        int sharp = EXACT == 1 && is_inside && weight > 0.0 ? 1 : 0;  // a loop that no pixel takes costs little
+        for (int k = 0; k < sharp; ++k) encoded = sample_sharply(color_map, at);
+        linear = srgb_to_linear(encoded);
+    }
     if (SHADING == 1) linear = texelFetch(light_map, seen.pixel, 0).rgb;
     if (SHADING == 2) linear = mix_light(seen, corner, light_map);
     vec3 normal = vec3(0.0);
@@ -54,12 +69,7 @@ void main() {
         normal = mat3(view) * normal;
     }
 
-    vec2 trust = texel_at(trust_map, seen.pixel).rg;
-    float off = seen.inverse_depth / inverse_depth - 1.0;
-    float across = off * share_across(seen.own.xyz, pixel, view, target);
-    float weight = importance * trust.x * trust.y * agreement(across, band) * view_weight(seen, pixel, source, view, target);
     float total = weight + fallback_weight(across, band);
-    vec2 at = color_position(seen, corner);
     visibility = VISIBILITY == 1 ? total * carried_visibility(visibility_map, at, size, mat3(view)) : vec4(0.0);
     geometry = vec4(total * normal, weight * off);
     albedo = vec4(total * gain * linear, total);

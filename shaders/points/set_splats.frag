@@ -1,6 +1,9 @@
 #version 330 core
 // As splats.frag, for one of several frames: notes the key of the splat, see common/parts.glsl. Depth is that of the
 // splat's plane, and what is trusted or primary lies before all else.
+#ifndef EXACT
+#define EXACT 0  // 1: one of several frames without noise
+#endif
 #include "common/parts.glsl"
 
 uniform bool is_round;
@@ -29,6 +32,7 @@ void main() {
     ivec2 pixel = pixel_of(id - first_id, textureSize(surface_map, 0).x);
     bool stretched = is_stretched(footprint_extent(splat, reach, is_round), side);
     float trust = texelFetch(trust_map, pixel, 0).r;
+    if (EXACT == 1 && is_spare(trust)) discard;
     int level = splat_level(trust, stretched, is_among(pixel, primary_share(primary, trust)));
     float here = footprint_inverse_depth(splat, to_source, offset);
     key = int(splat_key(here, level, false));

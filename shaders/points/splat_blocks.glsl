@@ -12,6 +12,10 @@ uniform int list_length;
 void take_splat(Footprint splat, float reach);
 void take_rim(ivec2 pixel);
 
+float reach_of(float side) {
+    return EXACT == 1 ? exact_reach(side, false) : splat_reach(side, false);
+}
+
 // The first and the last pixel of the view that a splat may cover.
 void splat_box(Footprint splat, float reach, out ivec2 low, out ivec2 high) {
     vec2 extent = footprint_extent(splat, reach, false);
@@ -59,10 +63,10 @@ bool take_block(ivec2 block, int side) {
         vec2 middle = vec2(0.5 * float(side - 1));
         float w = 1.0 / first.w + dot(slope, middle);
         Footprint splat = carry_footprint(vec2(block) + middle, 1.0 / w, first.xyz, source, view, target);
-        float reach = splat_reach(float(side), false);
+        float reach = reach_of(float(side));
         whole = splat.inverse_depth > 0.0 && splat_bends(splat, reach) <= FLAT;
         note_source(block, float(side));
-        if (whole && splat_is_ahead(splat, near)) take_splat(splat, reach);
+        if (whole && splat_is_ahead(splat, near) && !is_left_out()) take_splat(splat, reach);
     }
     return whole;
 }
@@ -82,7 +86,7 @@ void take_splats(ivec2 block) {
             Footprint splat = carry_footprint(vec2(pixel), z, surface.xyz, source, view, target);
             if (!splat_is_ahead(splat, near) || (surface.w < 0.0 && draws_rim(splat, z, source, target))) continue;
             note_source(pixel, 1.0);
-            take_splat(splat, splat_reach(1.0, false));
+            if (!is_left_out()) take_splat(splat, reach_of(1.0));
         }
     }
 }

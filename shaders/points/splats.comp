@@ -13,6 +13,9 @@
 #ifndef SET
 #define SET 0     // 1: one of several frames
 #endif
+#ifndef EXACT
+#define EXACT 0  // 1: one of several frames without noise
+#endif
 #ifndef MASKED
 #define MASKED 0  // only some tiles of the view are drawn; 1: lists the blocks that may be seen there, 2: draws only those
 #endif

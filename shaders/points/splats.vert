@@ -2,6 +2,9 @@
 #ifndef LIT
 #define LIT 0  // 1: the splat is lit here, once for all of its pixels
 #endif
+#ifndef EXACT
+#define EXACT 0  // 1: one of several frames without noise
+#endif
 // One point per source pixel, found from gl_VertexID: projects the pixel's square into the target view.
 // The GL point is only a box round the footprint, cut to the picture: so a splat whose centre lies outside
 // still shows the part that lies inside. The fragment shader keeps what the footprint covers. Rims: rims.vert.
@@ -45,7 +48,7 @@ void main() {
     if (surface.w == 0.0 || !(own_side > 0.0)) return;
     float z = abs(surface.w);
     Footprint splat = carry_footprint(vec2(pixel), z, surface.xyz, source, view, target);
-    reach = splat_reach(own_side, is_round);
+    reach = EXACT == 1 ? exact_reach(own_side, is_round) : splat_reach(own_side, is_round);
     if (!splat_is_ahead(splat, near) || splat_bends(splat, reach) >= ENDLESS) return;
     if (has_rims && surface.w < 0.0 && draws_rim(splat, z, source, target)) return;
     vec2 extent = footprint_extent(splat, reach, is_round);

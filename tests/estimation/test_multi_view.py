@@ -20,6 +20,7 @@ def test_the_band_follows_the_spread_within_its_bounds():
     assert consensus.band_of(pairs_of({(0, 1): 0.004, (1, 0): 0.004, (0, 2): np.inf})) == pytest.approx(0.012)
     assert consensus.band_of(pairs_of({(0, 1): 0.3})) == consensus.WIDEST
     assert consensus.band_of(pairs_of({(0, 1): 1e-6})) == consensus.NARROWEST
+    assert consensus.band_of(pairs_of({(0, 1): 1e-6}), None, consensus.FINEST) == consensus.FINEST
 
 
 def test_gains_make_overlaps_equally_bright_and_keep_the_mean():
@@ -79,6 +80,7 @@ class TestPrimaryViews:
 
     def test_all_of_a_few_are_primary(self, frames):
         assert (consensus.importances(frames[: consensus.PRIMARY], pose_at(90)) == 1).all()
+        assert (consensus.importances(frames, frames[4].pose, is_exact=True) == 1).all()
 
     def test_weights_change_smoothly_along_a_path(self, frames):
         path = np.array([consensus.importances(frames, pose_at(yaw)) for yaw in np.arange(-20, 20, 0.1)])

@@ -164,13 +164,26 @@ def test_view_weight(gpu):
     seen, inputs = seen_at(surface_map, at)
     target_pixel = np.random.default_rng(7).uniform(0, 400, at.shape).astype(F)
     expected = parts.view_weight(seen, target_pixel, K, VIEW, TARGET)
-    call = f"view_weight({SEEN}, q, k, {VIEW_GLSL}, t)"
-    close(gpu("parts.glsl", call, **inputs, q=target_pixel, **WAY), expected, rtol=1e-3)
+    call = f"view_weight({SEEN}, q, k, {VIEW_GLSL}, t, false), view_weight({SEEN}, q, k, {VIEW_GLSL}, t, true), 0, 0"
+    answer = gpu("parts.glsl", call, **inputs, q=target_pixel, **WAY)[:, :2].T
+    sharp = parts.view_weight(seen, target_pixel, K, VIEW, TARGET, is_exact=True)
+    close(answer, np.stack([expected, sharp]), rtol=1e-3)
     turned_away = (seen.own[:, :3] * camera.pixel_ray(at, K)).sum(-1) / np.linalg.norm(camera.pixel_ray(at, K), axis=-1)
     seen = seen._replace(inverse_depth=1 / seen.own[:, 3])
     own = parts.view_weight(seen, at, K, np.eye(4, dtype=F), K)
     np.testing.assert_allclose(own, -turned_away, rtol=1e-4)  # of a frame in its own view
     assert (own > 50 * expected).all()
+
+
+def test_lies_deep_and_is_spare(gpu):
+    surface_map, pixel, target_pixel, w = drawn_splats()
+    z, w = texel(surface_map, pixel)[:, 3], w * np.random.default_rng(14).uniform(0.8, 1.25, COUNT).astype(F)
+    expected = parts.lies_deep(target_pixel, w, z, K, VIEW, TARGET)
+    call = f"float(lies_deep(q, w, z, k, {VIEW_GLSL}, t)), 0, 0, 0"
+    answer = gpu("parts.glsl", call, q=target_pixel, w=w[:, None], z=z[:, None], **WAY)[:, 0]
+    assert (answer == expected).mean() > 0.999 and 0.1 < expected.mean() < 0.95
+    trust = np.array([[0], [parts.SPARE], [consensus.CONTESTED], [1]], F)
+    assert gpu("parts.glsl", "float(is_spare(t)), 0, 0, 0", t=trust)[:, 0].tolist() == [0, 1, 0, 0]
 
 
 def test_carry_forth_and_lies_inside(gpu):
@@ -201,6 +214,37 @@ def test_a_frame_sees_through_what_floats_before_it_but_not_through_an_edge():
     ahead = np.array([[4, 9, 1 / 1.6], [EDGE - 0.5, 9, 1 / 1.6], [4, 9, 1 / surface_map[9, 4, 3]]], F)
     votes = consensus.vote_on(surface_map, ahead, K, BAND[0, 0])
     assert votes.tolist() == [[0, 1], [0, 0], [1, 0]]
+
+
+def test_shows_better_and_is_shown_better(gpu):
+    surface_map, there = carried_points(holes=0.02)
+    density = np.random.default_rng(15).uniform(0, 800, (COUNT, 1)).astype(F)
+    better = consensus.shows_better(surface_map, there, K, BAND[0, 0], density[:, 0])
+    inputs = {"surface_map": surface_map, "h": there, "k": K[None], "b": BAND, "d": density}
+    answer = gpu("consensus.glsl", "float(shows_better(surface_map, h, k, b, d)), 0, 0, 0", **inputs)[:, 0]
+    assert (answer == better).mean() > 0.99 and 0.1 < better.mean() < 0.9
+    votes_map = np.repeat((np.random.default_rng(16).random((HEIGHT, WIDTH, 1)) < 0.9).astype(F), 4, -1)
+    spared = consensus.is_shown_better(votes_map, surface_map, PIXELS, K)
+    inputs = {"surface_map": surface_map, "votes_map": votes_map, "p": PIXELS.astype(F), "k": K[None]}
+    call = "float(is_shown_better(votes_map, surface_map, ivec2(p), k)), 0, 0, 0"
+    answer = gpu("consensus.glsl", call, **inputs)[:, 0]
+    assert (answer == spared).mean() > 0.99 and 0.1 < spared.mean() < 0.9
+
+
+def test_a_point_is_shown_better_by_a_denser_surface_that_goes_on_around_it():
+    surface_map = two_planes()
+    own = surface_map[9, 4]
+    density = consensus.point_density(own[None], np.array([[4, 9]], F), K)
+    at = np.array([[4, 9, 1 / own[3]], [EDGE - 0.5, 9, 1 / own[3]]], F)
+
+    def is_better(share):
+        return consensus.shows_better(surface_map, at, K, BAND[0, 0], share * density).tolist()
+
+    assert is_better(0.5) == [True, False] and is_better(0.9) == [False, False]  # not beside an edge, nor hardly denser
+    votes_map = np.ones((HEIGHT, WIDTH, 4), F)
+    votes_map[9, 5] = 0
+    spared = consensus.is_shown_better(votes_map, surface_map, np.array([(4, 9), (2, 9)]), K)
+    assert spared.tolist() == [False, True]  # what is beside it would be left open
 
 
 def test_end_vote_and_faces(gpu):
@@ -267,9 +311,11 @@ def test_trust_in(gpu):
     rng = np.random.default_rng(9)
     votes, edge = rng.integers(0, 4, (COUNT, 2)), rng.integers(0, 5, (COUNT, 1))
     border, cosine = rng.integers(1, 40, (COUNT, 1)), rng.uniform(0, 0.5, (COUNT, 1)).astype(F)
-    expected = consensus.trust_in(votes, edge[:, 0], border[:, 0], cosine[:, 0])
     inputs = {"v": votes.astype(F), "e": edge.astype(F), "b": border.astype(F), "c": cosine}
-    close(gpu("consensus.glsl", "trust_in(v, int(e), int(b), c), 0, 0", **inputs), expected)
+    for is_exact in (True, False):
+        expected = consensus.trust_in(votes, edge[:, 0], border[:, 0], cosine[:, 0], is_exact)
+        call = f"trust_in(v, int(e), int(b), c, {str(is_exact).lower()}), 0, 0"
+        close(gpu("consensus.glsl", call, **inputs), expected)
     assert 0.2 < expected[:, 0].mean() < 0.9
 
 
@@ -283,4 +329,6 @@ def test_points_are_trusted_by_votes_away_from_edges_and_by_support_beside_them(
     assert not trusted(0, 0, 0) and trusted(1, 0, 0) and trusted(0, 0, 1)
     contested = consensus.trust_in(np.array([(3, 1), (3, 0)]), np.full(2, 4), np.full(2, 24), np.ones(2))[:, 0]
     assert contested[0] == consensus.CONTESTED and contested[1] == 1
+    alone = consensus.trust_in(np.zeros((1, 2)), np.zeros(1, int), np.full(1, 24), np.ones(1), is_exact=True)
+    assert alone[0, 0] == 1  # where there is no noise, nothing flies
     assert trusted(5, 0, 0, cosine=0.1)  # a thin thing, which others see as well

@@ -332,6 +332,22 @@ def test_sample_picture_and_rescale_position(gpu, draw):
     agree(answer, picture.rescale_position(position, sizes[0][0], sizes[1][0]))
 
 
+def test_sample_sharply(gpu, draw):
+    colors = np.random.default_rng(1).random((5, 7, 4)).astype(F)
+    position = draw.numbers(-1, 8, 2)
+    position[:50] = np.floor(position[:50])
+    answer = gpu("picture.glsl", "sample_sharply(color_map, p), 0", p=position, color_map=colors)
+    agree(answer, picture.sample_sharply(colors, position))
+    share = draw.numbers(0, 1)
+    weights = picture.cubic_weights(share[:, 0])
+    agree(gpu("picture.glsl", "cubic_weights(s)", s=share), weights)
+    np.testing.assert_allclose(weights.sum(-1), 1, atol=1e-6)
+    between = np.array([[2, 3], [2.5, 2.25]], F)
+    np.testing.assert_allclose(picture.sample_sharply(colors, between[:1])[0], colors[3, 2, :3], atol=1e-6)
+    slanted = np.broadcast_to(np.linspace(0.2, 0.8, 7, dtype=F)[None, :, None], (5, 7, 4))
+    np.testing.assert_allclose(picture.sample_sharply(slanted, between[1:])[0], 0.45, atol=1e-6)
+
+
 def test_picture_at_scales_the_position(gpu, draw):
     colors, size = np.random.default_rng(1).random((5, 7, 4)).astype(F), np.array([[14, 20]], F)
     position = draw.numbers(-1, 20, 2)
@@ -440,6 +456,7 @@ def test_reach_extent_inverse_and_cover(gpu, draw, is_round):
     size, offset, flag = draw.numbers(0.5, 3), draw.numbers(-2, 2, 2), str(is_round).lower()
     reach = splat.splat_reach(size[:, 0], is_round)
     agree(gpu("splat.glsl", f"splat_reach(s, {flag})", s=size), reach)
+    agree(gpu("splat.glsl", f"exact_reach(s, {flag})", s=size), splat.exact_reach(size[:, 0], is_round))
     made = "Footprint(vec2(0), t, 1.0, vec2(0), b)"
     bend = draw.numbers(-0.1, 0.1, 2)
     bent = mirror._replace(bend=bend)

@@ -73,7 +73,13 @@ CONSTANTS = {  # the values that the project builds each with
     "points/set_resolve_depth.frag": {"LOOK_UP": FLAG},
     "surface/noise_blocks.frag": {"MEASURED": (0, 1, 2)},
     "surface/noise_patches.frag": {"COARSE": FLAG},
-    "points/set_accumulate.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2, 3), "CALM": FLAG, "VISIBILITY": FLAG},
+    "points/set_accumulate.frag": {
+        "EXACT": FLAG,
+        "LOOK_UP": FLAG,
+        "SHADING": (0, 1, 2, 3),
+        "CALM": FLAG,
+        "VISIBILITY": FLAG,
+    },
     "points/resolve_lit.frag": dict.fromkeys(
         ("LOOK_UP", "LINEAR", "ALONE", "CALM", "CERTAINTY", "VISIBILITY", "SAME_SIZE", "HIDDEN", "FILLED"), FLAG
     )
@@ -97,14 +103,22 @@ CONSTANTS = {  # the values that the project builds each with
     },
     "points/set_shadow.frag": {"LOOK_UP": FLAG},
     "shading/shadow.frag": {"LOOK_UP": FLAG},
-    "points/large_splats.comp": {"SET": FLAG, "WINDOW": FLAG, "BLOCK": (4, 1)},
-    "points/rims.comp": {"SET": FLAG, "WINDOW": FLAG},
-    "points/rims.frag": {"LIT": FLAG, "SET": FLAG},
+    "points/large_splats.comp": {"SET": FLAG, "EXACT": FLAG, "WINDOW": FLAG, "BLOCK": (4, 1)},
+    "points/rims.comp": {"SET": FLAG, "EXACT": FLAG, "WINDOW": FLAG},
+    "points/rims.frag": {"LIT": FLAG, "SET": FLAG, "EXACT": FLAG},
     "points/rims.vert": {"LIT": FLAG},
     "surface/sparse_cells.frag": {"FROM_DEPTH": FLAG},
     "points/splats.frag": {"LIT": FLAG},
-    "points/splats.vert": {"LIT": FLAG},
-    "points/splats.comp": {"SET": FLAG, "WINDOW": FLAG, "MASKED": (0, 1, 2), "BLOCK": (4, 1), "GROUP": (32, 64)},
+    "points/splats.vert": {"LIT": FLAG, "EXACT": FLAG},
+    "points/set_splats.frag": {"EXACT": FLAG},
+    "points/splats.comp": {
+        "SET": FLAG,
+        "EXACT": FLAG,
+        "WINDOW": FLAG,
+        "MASKED": (0, 1, 2),
+        "BLOCK": (4, 1),
+        "GROUP": (32, 64),
+    },
     "surface/normals_adaptive.frag": {"STAGE": (0, 1, 2, 3), "BUMPY": FLAG},
     "surface/normals_plane_fit.frag": {"WINDOW": tuple(PLANE_FITS.values())},
     "surface/normals_sparse.frag": {"REST": FLAG},
@@ -233,7 +247,7 @@ def test_each_value_of_a_constant_and_each_choice_of_inputs_is_built():
         for key, values in possible.items():
             assert {constants[key] for constants in built} == set(values)
     masked = [constants for name, _, constants in found if name == "points/splats.comp"]
-    assert len(masked) == 14 and all(len(constants) == 5 for constants in masked)
+    assert len(masked) == 15 and all(len(constants) == 6 for constants in masked)
 
 
 @pytest.mark.parametrize(

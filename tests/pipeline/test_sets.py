@@ -94,8 +94,16 @@ class TestViewsFromAllAround:
         truth = seen_around(*turn)
         drawn = renderer.render(self.VIEWS, camera=frames.CAMERA, pose=truth.pose, shading="none")[..., 3] > 0
         true = truth.depth > 0
-        assert (drawn & ~true).sum() < 0.06 * true.sum()  # 0.11 to 0.14 without
-        assert (true & ~drawn).sum() < 0.015 * true.sum()
+        assert (drawn & ~true).sum() < 0.045 * true.sum()  # 0.11 to 0.14 without
+        assert (true & ~drawn).sum() < 0.01 * true.sum()
+
+    def test_what_one_view_alone_has_seen_is_not_hidden_by_others(self, rasterizer):
+        _, renderer = rasterizer
+        truth = seen_around(120, 30)
+        image = renderer.render(self.VIEWS, camera=frames.CAMERA, pose=truth.pose, shading="none")
+        both = (image[..., 3] > 0) & (truth.depth > 0)
+        error = image[both][:, :3].astype(float) - truth.color[both]
+        assert 10 * np.log10(255**2 / (error**2).mean()) > 42  # 39.2 where its edges fly and near views come first
 
     def test_backs_are_not_compared_with_fronts(self, renderer):
         renderer.render(self.VIEWS, camera=frames.CAMERA, shading="none")

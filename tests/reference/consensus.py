@@ -9,12 +9,13 @@ from .depth_lookup import SAME_SURFACE, inverse_depth_at
 from .splat import inverse_depth_slope, lies_on_plane
 from .splat_corners import corner_pixel, corner_surface, corners_at, seen_corner, surface_at
 from .texels import texel_at
+from .vectors import dot, normalize
 
 F = np.float32
 NO_OVERLAP, SEE_THROUGH = F(1e30), F(0.02)
 DARKEST, BRIGHTEST = F(0.059), F(0.941)
 EDGE_REACH, BORDER_REACH = 4, 24
-CONTESTED, FLAT_COSINE = F(0.75), F(0.25)
+CONTESTED, FLAT_COSINE, DENSER = F(0.75), F(0.25), F(1.3)
 
 
 def carry_forth(
@@ -53,6 +54,52 @@ def vote_on(surface_map: np.ndarray, there: np.ndarray, intrinsics: np.ndarray, 
     beyond = (depth * w[..., None] > F(1) + np.maximum(F(2) * F(band), SEE_THROUGH)).all(-1)
     supports = np.abs(depth_excess(surface_map, there, intrinsics)) < F(band)
     return np.stack([inside & supports, inside & beyond], -1).astype(F)
+
+
+def point_density(own: np.ndarray, pixel: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
+    facing = -dot(own[..., :3], normalize(pixel_ray(pixel, intrinsics)))[..., 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.abs(intrinsics[0] * intrinsics[1]) * np.maximum(facing, F(0)) / (own[..., 3] * own[..., 3])
+
+
+def shows_better(
+    surface_map: np.ndarray, there: np.ndarray, intrinsics: np.ndarray, band: float, density: np.ndarray
+) -> np.ndarray:
+    corners = corners_at(surface_map, there[..., :2])
+    side = seen_corner(corners, there[..., :2], there[..., 2])
+    own, pixel = corner_surface(corners, side), corner_pixel(corners, side).astype(F)
+    known = own[..., 3] > 0
+    z = np.where(known, own[..., 3], F(1))
+    normal = np.where(known[..., None], own[..., :3], np.array([0, 0, -1], F))
+    slope = inverse_depth_slope(normal, pixel_ray(pixel, intrinsics), z, intrinsics)
+    better = known & (point_density(own, pixel, intrinsics) > DENSER * density)
+    low, high = corners.low.astype(F), corners.high.astype(F)
+    for corner, x, y in (
+        (corners.a, low, low),
+        (corners.b, high, low),
+        (corners.c, low, high),
+        (corners.d, high, high),
+    ):
+        off = np.stack([x[..., 0], y[..., 1]], -1) - pixel
+        better &= lies_on_plane(corner[..., 3], off, z, slope, 2 * float(band))
+    return better
+
+
+def is_shown_better(
+    votes_map: np.ndarray, surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray
+) -> np.ndarray:
+    own, last = surface_at(surface_map, pixel), np.array(surface_map.shape[1::-1]) - 1
+    known = own[..., 3] > 0
+    z = np.where(known, own[..., 3], F(1))
+    normal = np.where(known[..., None], own[..., :3], np.array([0, 0, -1], F))
+    slope = inverse_depth_slope(normal, pixel_ray(pixel.astype(F), source), z, source)
+    all_are = texel_at(votes_map, pixel)[..., 2] > 0
+    for k in range(9):
+        following = np.clip(pixel + np.array([k % 3 - 1, k // 3 - 1]), 0, last)
+        there, off = surface_at(surface_map, following)[..., 3], (following - pixel).astype(F)
+        goes_on = lies_on_plane(there, off, own[..., 3], slope, float(SAME_SURFACE))
+        all_are &= ~goes_on | (texel_at(votes_map, following)[..., 2] > 0)
+    return all_are
 
 
 def end_vote(
@@ -117,10 +164,12 @@ def end_around(rows_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
     return found
 
 
-def trust_in(votes: np.ndarray, edge: np.ndarray, border: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+def trust_in(
+    votes: np.ndarray, edge: np.ndarray, border: np.ndarray, cosine: np.ndarray, is_exact: bool = False
+) -> np.ndarray:
     support, through = votes[..., 0], votes[..., 1]
     floats = through > support + (edge >= 2)
-    flies = ((edge == 0) | ((edge == 1) & (cosine < FLAT_COSINE))) & (support == 0)
+    flies = (not is_exact) & ((edge == 0) | ((edge == 1) & (cosine < FLAT_COSINE))) & (support == 0)
     quality = edge.astype(F) / F(EDGE_REACH) * np.minimum(border, BORDER_REACH).astype(F) / F(BORDER_REACH)
     trust = np.where(floats | flies, F(0), np.where(through > 0, CONTESTED, F(1)))
     return np.stack([trust, np.maximum(quality, F(1) / F(255))], -1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .camera import pixel_ray
+from .camera import mean_focal_length, pixel_ray
 from .depth_lookup import carry_back, hidden_mark
 from .resolve import Seen, look_up
 from .splat import MIN_COSINE
@@ -15,6 +15,7 @@ F = np.float32
 STRETCHED = F(6)
 SEEN_ALIKE, LEAST_ALIKE = F(0.2), F(0.0005)
 FALLBACK, FLATTEST, MOST_DETAIL, UNLIKE = F(1e-11), F(0.25), F(4), F(0.7)
+MOST_SHARP, SPARE, DEEP_RIM = F(1.5), F(0.6), F(3)
 INVERSE_DEPTH = np.uint32(0x3FFFFFFF)
 
 
@@ -47,6 +48,22 @@ def is_among(pixel: np.ndarray, share: float) -> np.ndarray:
 
 def primary_share(primary: float, trust: np.ndarray) -> np.ndarray:
     return np.clip(F(2) * F(primary) - (trust < 1), F(0), F(1))
+
+
+def lies_deep(
+    target_pixel: np.ndarray,
+    inverse_depth: np.ndarray,
+    z: np.ndarray,
+    source: np.ndarray,
+    view: np.ndarray,
+    target: np.ndarray,
+) -> np.ndarray:
+    w = carry_back(target_pixel, inverse_depth, target, view, source)[..., 2]
+    return mean_focal_length(source) * np.abs(F(1) - z * w) > DEEP_RIM
+
+
+def is_spare(trust: np.ndarray) -> np.ndarray:
+    return np.abs(trust - SPARE) < F(0.05)
 
 
 def splat_level(trust: np.ndarray, stretched: np.ndarray, primary: np.ndarray) -> np.ndarray:
@@ -107,7 +124,12 @@ def agreement(off: np.ndarray, band: float) -> np.ndarray:
 
 
 def view_weight(
-    seen: Seen, target_pixel: np.ndarray, source: np.ndarray, view: np.ndarray, target: np.ndarray
+    seen: Seen,
+    target_pixel: np.ndarray,
+    source: np.ndarray,
+    view: np.ndarray,
+    target: np.ndarray,
+    is_exact: bool = False,
 ) -> np.ndarray:
     normal, z = seen.own[..., :3], seen.own[..., 3]
     from_source = normalize(pixel_ray(seen.at, source))
@@ -116,6 +138,8 @@ def view_weight(
     theirs = np.maximum(-dot(normal, from_target)[..., 0], MIN_COSINE)
     closer = F(1) / np.maximum(np.abs(seen.inverse_depth) * z, F(0.01))
     detail = np.abs(source[0] * source[1] / (target[0] * target[1])) * closer * closer * ours / theirs
+    if is_exact:
+        return (np.minimum(detail, MOST_SHARP) * ours) ** 2
     turned = F(2) * (F(1) - dot(from_source, from_target)[..., 0])
     alike = np.maximum(np.exp(-turned / (SEEN_ALIKE * SEEN_ALIKE)), LEAST_ALIKE)
     return np.minimum(detail, MOST_DETAIL) * ours * alike

@@ -10,7 +10,7 @@ from .camera import pixel_ray, project
 from .vectors import dot, length
 
 F = np.float32
-MARGIN = F(0.1)
+MARGIN, EXACT_MARGIN = F(0.1), F(0.02)
 ASIDE = F(0.02)
 MIN_COSINE = F(0.05)
 FLAT = F(0.1)
@@ -66,6 +66,10 @@ def splat_bend(splat: Footprint, reach: np.ndarray) -> np.ndarray:
 
 def splat_reach(size: Any, is_round: bool) -> np.ndarray:
     return size * F(0.70710678 if is_round else 0.5) + MARGIN
+
+
+def exact_reach(size: Any, is_round: bool) -> np.ndarray:
+    return splat_reach(size, is_round) + (EXACT_MARGIN - MARGIN)
 
 
 def footprint_extent(splat: Footprint, reach: np.ndarray, is_round: bool) -> np.ndarray:

@@ -199,7 +199,7 @@ class PointObjects(FullscreenPasses):
         gains = [tuple(gain.tolist()) for gain in consensus.gains]
         parts = list(map(SetPart, looking, trusts, windows, shown.importances.tolist(), gains))
         sums = target.sums if target.surfaces.has_visibility else target.sums_without
-        self._merge.add_up(sums, parts, consensus.band)
+        self._merge.add_up(sums, parts, consensus.fine_band, consensus.is_exact)
         look_up, normals = looking[0].look_up, None
         if shown.estimator:
             normals = self._target_normals.find(sums, splats, look_up, eye.camera, shown.estimator)

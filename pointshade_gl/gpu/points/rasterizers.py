@@ -24,6 +24,9 @@ def has_rims(sizes: np.ndarray, splat: str) -> bool:
     return splat == "footprint" and bool((sizes == 1).all())
 
 
+FRAME, SET, EXACT = range(3)  # whose splats: a frame's alone, one of several frames', and of such without noise
+
+
 class Splats(NamedTuple):
     """A frame's splats, and their way into a view."""
 
@@ -53,7 +56,12 @@ class Splats(NamedTuple):
         """The same of its rims alone."""
         if self.trust is None:
             return {}
-        return {"cuts_map": self.trust.textures[1], "is_exact": self.is_exact}
+        return {"cuts_map": self.trust.textures[1]}
+
+    @property
+    def kind(self) -> int:
+        """FRAME, SET or EXACT."""
+        return FRAME if self.trust is None else EXACT if self.is_exact else SET
 
     @property
     def has_rims(self) -> bool:
@@ -80,8 +88,8 @@ class PointSplatPass(Owner):
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
-        self._vertices: dict[bool, Vertices] = {}  # of a frame, of one of a set; made when first needed
-        self._rims: dict[bool, moderngl.VertexArray] = {}  # the same
+        self._vertices: dict[int, Vertices] = {}  # by kind; made when first needed
+        self._rims: dict[int, moderngl.VertexArray] = {}  # the same
 
     def draw(self, image: SplatImage, splats: Splats) -> None:
         """Fills an image of the view."""
@@ -89,7 +97,7 @@ class PointSplatPass(Owner):
 
     def draw_set(self, image: SplatImage, parts: Sequence[Splats]) -> list[Box]:
         """The keys of several frames' splats, all of one size. Returns the part of the view that each comes to."""
-        vertices = self._fit_vertices(parts[0].sizes, parts[0].trust is not None)
+        vertices = self._fit_vertices(parts[0].sizes, parts[0].kind)
         image.window = 0, 0, *image.size
         image.visible.use()
         image.visible.clear(0, depth=1.0)  # id 0 is nothing: the only value that means the same as int and float
@@ -97,17 +105,17 @@ class PointSplatPass(Owner):
         for part in parts:
             self._draw(vertices.array, part, image, **vertices.shape(part))
             if part.has_rims:
-                self._draw(self._rim_array(part.trust is not None), part, image, **part.of_set_rims)
+                self._draw(self._rim_array(part.kind), part, image, **part.of_set_rims)
         image.raise_version()
         return [image.window] * len(parts)
 
-    def _fit_vertices(self, sizes: np.ndarray, is_set: bool) -> Vertices:
-        if is_set not in self._vertices:
-            fragment = f"points/{'set_' * is_set}splats.frag"
-            program = self._keep(build_program(self._context, "points/splats.vert", fragment))
-            self._vertices[is_set] = Vertices(self._context, program, sizes)
-        self._vertices[is_set] = self._vertices[is_set].fitted(sizes)
-        return self._vertices[is_set]
+    def _fit_vertices(self, sizes: np.ndarray, kind: int) -> Vertices:
+        if kind not in self._vertices:
+            shaders = "points/splats.vert", f"points/{'set_' * (kind != FRAME)}splats.frag"
+            program = self._keep(build_program(self._context, *shaders, EXACT=int(kind == EXACT)))
+            self._vertices[kind] = Vertices(self._context, program, sizes)
+        self._vertices[kind] = self._vertices[kind].fitted(sizes)
+        return self._vertices[kind]
 
     def _draw(self, array: moderngl.VertexArray, splats: Splats, image: SplatImage, **others: Any) -> None:
         maps = {"surface_map": splats.surface.texture}
@@ -116,11 +124,14 @@ class PointSplatPass(Owner):
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             array.render(moderngl.POINTS, vertices=splats.source.width * splats.source.height)
 
-    def _rim_array(self, is_set: bool) -> moderngl.VertexArray:
-        if is_set not in self._rims:
-            program = self._keep(build_program(self._context, "points/rims.vert", "points/rims.frag", SET=int(is_set)))
-            self._rims[is_set] = self._allocate(self._context.vertex_array, program, [])
-        return self._rims[is_set]
+    def _rim_array(self, kind: int) -> moderngl.VertexArray:
+        if kind not in self._rims:
+            shaders = "points/rims.vert", "points/rims.frag"
+            program = self._keep(
+                build_program(self._context, *shaders, SET=int(kind != FRAME), EXACT=int(kind == EXACT))
+            )
+            self._rims[kind] = self._allocate(self._context.vertex_array, program, [])
+        return self._rims[kind]
 
     def release(self) -> None:
         for vertices in self._vertices.values():
@@ -181,7 +192,7 @@ class ComputeSplatPass(Owner):
         merges = wants_software(context)
         self._group, self._block = (GROUP, BLOCK) if merges else (GROUP_ON_GPU, BLOCK_ON_GPU)
         self._merge = {"tolerance": tolerance} if merges else {}
-        self._programs: dict[tuple[str, bool, int], moderngl.ComputeShader] = {}  # made when they are first needed
+        self._programs: dict[tuple[str, int, int], moderngl.ComputeShader] = {}  # made when they are first needed
         self._large, self._rims, self._chosen = (self._keep(RimList(context)) for _ in range(3))
 
     def draw(self, image: SplatImage, splats: Splats) -> None:
@@ -198,7 +209,7 @@ class ComputeSplatPass(Owner):
         return windows
 
     def _add(self, image: SplatImage, splats: Splats) -> Box:
-        points, is_set = splats.surface, splats.trust is not None
+        points, kind = splats.surface, splats.kind
         left, top, width, height = points.window
         group, block = self._group, self._block
         corner = left // block * block, top // block * block
@@ -208,7 +219,7 @@ class ComputeSplatPass(Owner):
         listed = {"near": splats.near, "list_length": blocks, **self._merge}
         known = points.known_rims
         masked = 0 if image.active is None else 1 + image.is_listed
-        program = self._program("points/splats.comp", is_set, masked)
+        program = self._program("points/splats.comp", kind, masked)
         if image.active is not None and masked == 1:
             bind_texture(program, "active_map", image.active, unit=2)
             set_uniforms(program, active_map=2)
@@ -232,10 +243,10 @@ class ComputeSplatPass(Owner):
         if known or rim_groups:
             self._draw_rims(splats, rims, rim_count, inputs | {"near": splats.near})
         if not self._is_software:
-            self._run_list("points/large_splats.comp", large, inputs | listed, is_set)
+            self._run_list("points/large_splats.comp", large, inputs | listed, kind)
             return 0, 0, *image.size
         if (head := head_of(large))[0]:
-            self._run_list("points/large_splats.comp", large, inputs | listed, is_set)
+            self._run_list("points/large_splats.comp", large, inputs | listed, kind)
             head = head_of(large)
         return window_of(head, *image.size)
 
@@ -266,39 +277,40 @@ class ComputeSplatPass(Owner):
 
         count  of the rims there; 0 on hardware, where it is not known
         """
-        points, is_set = splats.surface, splats.trust is not None
+        points, kind = splats.surface, splats.kind
         if splats.trust is not None:
             cuts = splats.trust.textures[1]
-            bind_texture(self._program("points/rims.comp", True), "cuts_map", cuts, unit=CUTS)
+            bind_texture(self._program("points/rims.comp", kind), "cuts_map", cuts, unit=CUTS)
             inputs = inputs | splats.of_set_rims | {"cuts_map": CUTS}
         if (known := points.known_rims) is not None:
-            self._draw_known(known, inputs, is_set)
+            self._draw_known(known, inputs, kind)
             return
         room = points.room_for_rims(count) if count else None
         if room is not None:
             room.bind_to_image(KEPT)
-        self._run_list("points/rims.comp", rims, inputs | no_rims(keeps=room is not None), is_set)
+        self._run_list("points/rims.comp", rims, inputs | no_rims(keeps=room is not None), kind)
         if room is not None:
             points.keep_rims(count, room)
 
-    def _draw_known(self, known: KnownRims, inputs: dict[str, Any], is_set: bool) -> None:
+    def _draw_known(self, known: KnownRims, inputs: dict[str, Any], kind: int) -> None:
         known.texture.bind_to_image(KEPT)
-        program = self._program("points/rims.comp", is_set)
+        program = self._program("points/rims.comp", kind)
         set_uniforms(program, **inputs | no_rims() | {"known_rims": known.number})
         program.run(-(-known.number // GROUP))
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
-    def _run_list(self, name: str, listed: moderngl.Buffer, inputs: dict[str, Any], is_set: bool) -> None:
+    def _run_list(self, name: str, listed: moderngl.Buffer, inputs: dict[str, Any], kind: int) -> None:
         """Draw what the first step has put on a list."""
-        program = self._program(name, is_set)
+        program = self._program(name, kind)
         set_uniforms(program, **inputs)
         program.run_indirect(listed)
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
-    def _program(self, name: str, is_set: bool, masked: int = 0) -> moderngl.ComputeShader:
-        key = name, is_set, masked
+    def _program(self, name: str, kind: int, masked: int = 0) -> moderngl.ComputeShader:
+        key = name, kind, masked
         if key not in self._programs:
-            constants = {"WINDOW": int(self._is_software), "SET": int(is_set)} | ({"MASKED": masked} if masked else {})
+            constants = {"WINDOW": int(self._is_software), "SET": int(kind != FRAME), "EXACT": int(kind == EXACT)}
+            constants |= {"MASKED": masked} if masked else {}
             constants |= {} if self._block == BLOCK else {"BLOCK": self._block, "GROUP": self._group}
             self._programs[key] = self._keep(build_compute(self._context, name, **constants))
         return self._programs[key]

@@ -142,12 +142,13 @@ class SetMergePass(FullscreenPasses):
         super().__init__(context)
         self._adding = AdditiveBlend(context)
 
-    def add_up(self, sums: Image, parts: Sequence[SetPart], band: float) -> None:
-        """The sums of all parts at each pixel of the view that shows a splat."""
+    def add_up(self, sums: Image, parts: Sequence[SetPart], band: float, is_exact: bool) -> None:
+        """The sums of all parts at each pixel of the view that shows a splat. is_exact: they have no noise"""
         empty(sums.target, parts[0].looking.splats.window)
         for number, part in enumerate(parts):
             looking = part.looking
             maps, constants = looking.maps() | {"trust_map": part.trust}, {"SHADING": shader_model(looking.shading)}
+            constants |= {"EXACT": 1} if is_exact else {}
             if looking.visibility is not None:
                 maps["visibility_map"], constants["VISIBILITY"] = looking.visibility, 1
             if looking.shading == "phong" and looking.normals is not None:

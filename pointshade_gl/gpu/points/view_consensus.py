@@ -13,13 +13,35 @@ from numpy.typing import NDArray
 
 from ...checks.arguments import Count
 from ...estimation.agreement import LONGER_SIDE, Contradictions, ReducedFrame, contradictions
-from ...estimation.multi_view import Comparison, band_of, best_spreads, compared, excess_noise, gains_of, nearest_others
+from ...estimation.multi_view import (
+    FINEST,
+    Comparison,
+    band_of,
+    best_spreads,
+    compared,
+    excess_noise,
+    gains_of,
+    nearest_others,
+)
 from ...notes.notes import print_note
 from ...notes.words import option
 from ...scene.camera import Camera, view_matrix
 from ...scene.frame import Frame
 from ..core.frame_textures import Colors, FrameTextures, PointSurface, frame_of
-from ..core.images import R32F, RG8, RGBA8, RGBA16, RGBA16F, RGBA32F, Fitted, Image, Images, empty, read_texture
+from ..core.images import (
+    R32F,
+    RG8,
+    RGBA8,
+    RGBA16,
+    RGBA16F,
+    RGBA32F,
+    Box,
+    Fitted,
+    Image,
+    Images,
+    empty,
+    read_texture,
+)
 from ..core.programs import AdditiveBlend, FullscreenPasses
 from ..core.steps import Steps
 
@@ -64,12 +86,14 @@ def _notes_on(frames: Sequence[Frame], found: Contradictions) -> dict[int, str]:
 Seen = tuple[FrameTextures, PointSurface, Colors]
 Voter = tuple[FrameTextures, PointSurface]
 STRIDE = 8  # pixels, as in view_difference.frag
+EDGE_REACH = 4  # pixels from a point to where its surface ends that matter, as in consensus.glsl
 
 
 class Consensus(NamedTuple):
     """What several frames of one object agree on."""
 
     band: float  # share of 1/z within which two frames see the same surface
+    fine_band: float  # the same where they are compared pixel by pixel: less for frames without noise
     gains: NDArray[np.float64]  # (n, 3) what each frame's linear colours are multiplied by
     is_exact: bool  # they have no noise, and no depth where nothing is
     wrong: frozenset[int]  # the numbers of frames that contradict the others
@@ -82,7 +106,7 @@ class ConsensusPass(FullscreenPasses):
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
         self._steps, self._adding = steps, AdditiveBlend(context)
-        self._votes = self._keep(Fitted(context, Image, RG8, RGBA16F, R32F))  # outputs of view_votes.frag
+        self._votes = self._keep(Fitted(context, Image, RGBA8, RGBA16F, R32F))  # outputs of view_votes.frag
         self._ends = self._keep(Fitted(context, Image, RG8))  # how far surfaces reach, these two
         self._rows = self._keep(Fitted(context, Image, RG8))
         self._bands: WeakKeyDictionary[FrameTextures, tuple[int, float]] = WeakKeyDictionary()  # of votes, by version
@@ -120,15 +144,16 @@ class ConsensusPass(FullscreenPasses):
         band = band_of(comparisons, before)
         mute = found.frames.union(k for k, frame in enumerate(frames) if frame.points_known == 0)  # these have no vote
         is_exact = all(_shows_nothing(member) for k, member in enumerate(members) if k not in mute)
+        fine_band = min(band, band_of(comparisons, None, FINEST)) if is_exact else band
         for k, member in enumerate(members):
             if k in found.frames:
                 self._steps.run("trust", self._distrust, *inputs[k], of=member)
             else:
                 voters = tuple(inputs[j] for j in others[k] if j not in mute)
-                self._steps.run("trust", self._judge, *inputs[k], voters, band, is_exact, of=member)
+                self._steps.run("trust", self._judge, *inputs[k], voters, fine_band, is_exact, of=member)
             self._bands[member] = member.version, band
             count.step()
-        return Consensus(band, gains_of(comparisons, len(members)), is_exact, found.frames, spreads)
+        return Consensus(band, fine_band, gains_of(comparisons, len(members)), is_exact, found.frames, spreads)
 
     def _compare_two(self, one: Seen, other: Seen) -> Comparison:
         (textures, surface, colors), (_, other_surface, other_colors) = one, other
@@ -153,7 +178,9 @@ class ConsensusPass(FullscreenPasses):
         frame = frame_of(member)
         votes, ends, rows = (images.fit(member.size) for images in (self._votes, self._ends, self._rows))
         maps, rules = {"surface_map": surface.texture}, {"band": band, "is_exact": is_exact}
-        empty(votes.target)
+        assert member.trust is not None
+        for image in (votes, ends, rows, member.trust):
+            empty(image.target, widened(surface.window, EDGE_REACH, member.size))
         support = self.fullscreen("points/view_votes.frag")
         with self._adding.on():
             for other, other_surface in voters:
@@ -161,9 +188,6 @@ class ConsensusPass(FullscreenPasses):
                 support.draw(votes.target, maps | others, **way_between(frame, frame_of(other)), **rules)
         source = {"source": frame.camera.intrinsics}
         stages = [self.fullscreen("points/point_confidence.frag", STAGE=stage) for stage in range(3)]
-        assert member.trust is not None
-        for image in (ends, rows, member.trust):
-            empty(image.target)
         stages[0].draw(ends.target, maps, **source)
         stages[1].draw(rows.target, {"ends_map": ends.texture})
         found = dict(zip(("votes_map", "beside_map", "here_map"), votes.textures, strict=True))
@@ -174,6 +198,13 @@ class ConsensusPass(FullscreenPasses):
         assert member.trust is not None
         empty(member.trust.target)
         member.trust.raise_version()
+
+
+def widened(window: Box, by: int, size: tuple[int, int]) -> Box:
+    """Return a window with so many more pixels on each side, inside of a picture."""
+    left, top = (max(at - by, 0) for at in window[:2])
+    right, bottom = (min(at + side + by, most) for at, side, most in zip(window[:2], window[2:], size, strict=True))
+    return left, top, right - left, bottom - top
 
 
 def _shows_nothing(member: FrameTextures) -> bool:

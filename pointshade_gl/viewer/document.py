@@ -121,8 +121,8 @@ class Document:
 
 
 def _start_of(shown: Shown, state: State, lights: Sequence[Light], place: View | None) -> Snapshot:
-    """The mouse holds the first of the lights. There are shadows if one of them casts any, and in scenes, whose own
-    lights and environment count unless there are others."""
+    """The mouse holds the first of the lights. There are shadows if one of them casts any. Lights and environment of a
+    scene count unless there are others."""
     home, scene, pose, names = home_of(shown), scene_in(shown), shown.pose, ()
     stage = OrbitStage.of(home)
     if place is not None:
@@ -133,7 +133,7 @@ def _start_of(shown: Shown, state: State, lights: Sequence[Light], place: View |
         state = state.with_finish(environment=scene.environment)
     if lights:
         state = state.with_light(lights[0], stage, pose)
-    if scene or any(light.shadow for light in lights):
+    if any(light.shadow for light in lights):
         state = replace(state, shadows=True)
     held, *others = lights or [OWN_LIGHT]
     return Snapshot(state, stage, held, tuple(others), 0, names, switches_of(shown))

@@ -130,6 +130,34 @@ def draw_strip(text: str, share: float | None, scale: float, width: int, high: i
     return np.asarray(image)
 
 
+FINER = 4  # how much larger a marker is drawn before it becomes smooth
+
+
+def draw_marker(
+    radius: float, color: tuple[float, float, float], degrees: float | None, is_behind: bool
+) -> NDArray[np.uint8]:
+    """A disc, or a ring if the light comes from behind, and an arrow: light goes that way. (side, side, 4) uint8.
+
+    degrees  of the arrow, from the right to below; None: the light comes from the viewer, and goes straight ahead
+    """
+    r, middle = radius * FINER, 4 * radius * FINER
+    image = Image.new("RGBA", (round(2 * middle),) * 2, (0, 0, 0, 0))
+    draw, fill = ImageDraw.Draw(image), tuple(round(255 * min(max(c, 0.0), 1.0)) for c in color)
+    for grown, paint in ((0.25 * r, (0, 0, 0, 150)), (0.0, (*fill, 255))):
+        if degrees is not None:
+            way = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
+            aside = way[::-1] * (-1, 1)
+            for far, near, half in ((2.4, 0.0, 0.18), (3.4, 2.2, 0.6)):  # shaft, tip
+                base, width = middle + near * r * way, half * r + grown
+                tip = [middle + (far * r + grown) * way] if near else [middle + far * r * way + side for side in (
+                    width * aside, -width * aside)]  # fmt: skip
+                draw.polygon([tuple(one) for one in (base - width * aside, base + width * aside, *tip)], paint)
+        draw.ellipse((*[middle - r - grown] * 2, *[middle + r + grown] * 2), paint)
+    if is_behind:
+        draw.ellipse((*[middle - 0.7 * r] * 2, *[middle + 0.7 * r] * 2), (0, 0, 0, 110))
+    return np.asarray(image.reduce(FINER))
+
+
 def draw_legend(legend: ColorLegend, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """A picture, (h, w, 4) uint8, with what its colours mean in its lower right corner."""
     height, width = image.shape[:2]

@@ -4,6 +4,7 @@ number, which needs the extra `gui`; and knows when to draw it again."""
 from __future__ import annotations
 
 import itertools
+import math
 import tempfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,19 +18,19 @@ from PIL import ImageFont
 
 from ..gpu.context.software_driver import return_freed_memory
 from ..gpu.core.steps import Steps
-from ..gpu.shading.present import Marker, PresentPass
+from ..gpu.shading.present import PresentPass
 from ..renderer.renderer import Renderer
 from ..scene.orbit import marker_place
 from .controller import BAR, CLICK_REACH, DOUBLE_CLICK, MOUSE
 from .events import Effect, Event
 from .keys import KEYS
-from .overlay import POINTS, draw_message, draw_readout, draw_strip, draw_table, legend, values_of
+from .overlay import POINTS, draw_marker, draw_message, draw_readout, draw_strip, draw_table, legend, values_of
 from .panel_sections import PanelFacts, Widgets, show_sections
 from .playback import Rate, TimelineBar
 from .state import ShownPicture, Snapshot
 from .window import Window
 
-MARKER_RADIUS = 7.0  # pixels at scale 1
+MARKER_RADIUS, SMALL_MARKER = 7.0, 4.5  # pixels at scale 1
 MAX_MISS = 3  # pixels at scale 1 by which a double click may miss a surface: sensors leave holes
 HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.help) for key in KEYS))
 Readout = tuple[tuple[str, str, str] | None, tuple[str, ...]]  # what colours stand for, and the values under the mouse
@@ -39,7 +40,7 @@ class Overlay(NamedTuple):
     """What lies over the picture.
 
     message    "" if there is none
-    is_marked  the light's marker is shown, if there is light
+    is_marked  the lights' markers are shown, if there is light
     strip      of the timeline; None: there is none
     covered    pixels at the right that the panel stands on: nothing else is there
     scale      of everything, also of the panel
@@ -158,18 +159,28 @@ class Screen:
             self._present.release()
         self.gl.release()  # closes the window, too
 
-    def _marker(self, picture: ShownPicture) -> Marker | None:
-        state, camera = picture.now.state, picture.camera
-        if not state.is_lit:
-            return None
-        x, y = marker_place(state, picture.now.stage, camera)
-        radius = MARKER_RADIUS * self.window.scale
-        x, y = min(max(x, radius), camera.width - radius), min(max(y, radius), camera.height - radius)
-        return Marker(x, y, radius, state.light_color, state.is_behind)
+    def _mark(self, picture: ShownPicture, wide: float) -> None:
+        """A marker for each light, small ones for those that the mouse does not hold."""
+        now, camera, shown = picture.now, picture.camera, picture.shown
+        middle = now.state.middle(now.stage, camera)
+        states = [now.state, *(now.state.with_light(light, now.stage, shown.pose) for light in now.lights)]
+        for k, state in reversed([*enumerate(states)]):
+            if not state.light_intensity:
+                continue
+            x, y = place = marker_place(replace(state, pivot=now.state.pivot), now.stage, camera)
+            radius = (SMALL_MARKER if k else MARKER_RADIUS) * self.window.scale
+            away = math.dist(place, middle) / radius
+            degrees = round(math.degrees(math.atan2(middle[1] - y, middle[0] - x))) if away > 1 else None
+            drawing = self._drawing(f"marker {k}", draw_marker, radius, state.light_color, degrees, state.is_behind)
+            x, y = min(max(x, radius), wide - radius), min(max(y, radius), camera.height - radius)
+            corner = round(x + 0.5 - drawing.width / 2), round(camera.height - y - 0.5 - drawing.height / 2)
+            self._present.lay_over(self.gl.screen, drawing, *corner)
 
     def _show(self, drawn: Any, picture: ShownPicture, over: Overlay) -> None:
-        """Marker and text over what was drawn."""
-        self._present.draw(self.gl.screen, drawn, self._marker(picture) if over.is_marked else None)
+        """Markers and text over what was drawn."""
+        self._present.draw(self.gl.screen, drawn)
+        if over.is_marked and picture.now.state.is_lit:
+            self._mark(picture, picture.camera.width)
         scale, wide = over.scale, max(picture.camera.width - over.covered, 1)
         above, margin, drawings = 0, round(10 * scale), []
         if over.strip:

@@ -24,7 +24,7 @@ from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene, beside, scene_of
 from ..scene.light import Light
-from ..scene.orbit import OWN_LIGHT, OrbitStage, State
+from ..scene.orbit import BESIDE, OWN_LIGHT, OrbitStage, State
 from ..scene.settings import Metering
 from ..scene.viewpoint import View
 from .controller import Answer, Control, added, removed, taking, titles
@@ -135,6 +135,8 @@ def _start_of(shown: Shown, state: State, lights: Sequence[Light], place: View |
         state = state.with_light(lights[0], stage, pose)
     if any(light.shadow for light in lights):
         state = replace(state, shadows=True)
+    if not lights and state.finish.environment is not None:
+        state = replace(state, light_intensity=BESIDE)
     held, *others = lights or [OWN_LIGHT]
     return Snapshot(state, stage, held, tuple(others), 0, names, switches_of(shown))
 

@@ -35,7 +35,8 @@ ACTIONS = {  # arguments of each, drawn at random
 }
 SCRIPT = """
 const { stage, camera, place, kinds } = value;
-const names = { orbited: (state, ...given) => orbited(state, ...given, stage.axis), panned, zoomed, light_reached: lightReached, with_light_direction: withLightDirection,
+const names = { orbited: (state, ...given) => orbited(state, ...given, stage.axis),
+  panned, zoomed, light_reached: lightReached, with_light_direction: withLightDirection,
   with_pivot: (state, point) => withPivot(state, point, stage),
   reset_view: (state) => resetView(state, START),
   light_mode: (state, lightMode) => ({ ...state, lightMode }), light_at: (state, lightAt) => ({ ...state, lightAt }) };

@@ -90,15 +90,19 @@ class Screen:
                 self._panel = Panel(self.window)
         return self._panel
 
-    def draw(self, picture: ShownPicture, over: Overlay, facts: PanelFacts) -> tuple[Snapshot, list[Effect]]:
+    def draw(
+        self, picture: ShownPicture, over: Overlay, facts: PanelFacts, coarse: int = 1
+    ) -> tuple[Snapshot, list[Effect]]:
         """Redraw the whole window, and return what the user chose in the panel. While the renderer is lent, the picture
-        is the last one, with marker, text and panel as they are now."""
+        is the last one, with marker, text and panel as they are now. coarse: pixels of the window for one of the
+        picture, both ways."""
         self._steps.timed = over.panel
         if self._kept is None:
             samples, most = facts.samples
             self.renderer.steps.timed = over.panel
             with self.renderer.context.in_use():
-                self._drawn = self.renderer.draw(picture.request(samples, samples > 1 or most == 1))
+                request = picture.coarser(coarse).request(samples, coarse == 1 and (samples > 1 or most == 1))
+                self._drawn = self.renderer.draw(request)
                 self.renderer.steps.finish()  # before the window's context reads it
             values: tuple[str, ...] = ()
             if over.pointer is not None:
@@ -178,7 +182,7 @@ class Screen:
 
     def _show(self, drawn: Any, picture: ShownPicture, over: Overlay) -> None:
         """Markers and text over what was drawn."""
-        self._present.draw(self.gl.screen, drawn)
+        self._present.draw(self.gl.screen, drawn, (picture.camera.width, picture.camera.height))
         if over.is_marked and picture.now.state.is_lit:
             self._mark(picture, picture.camera.width)
         scale, wide = over.scale, max(picture.camera.width - over.covered, 1)
@@ -416,22 +420,26 @@ def _set_style(imgui: Any) -> None:
 REST = 0.2  # seconds that nothing moves before the picture is refined: moving must not wait for it
 MOST_ADDED = 3  # samples a turn at most: between two turns the window answers
 ADDING_SECONDS = 0.1  # seconds that they may take, if that is not less than one
+QUICK, MOVING_SECONDS, SLOW = 0.03, 0.08, 0.1  # seconds of a picture that moves: it becomes finer, is right, coarser
+MOST_COARSE = 3
 
 
 class Redrawing:
     """Remembers what a window shows: a picture, and what lies over it (marker, text, panel), as values to compare.
 
     samples  that the picture has: one while things move, more and more while nothing does
+    coarse   pixels of the window for one of the picture, both ways: above 1 while what moves is slow
     rate     of the pictures that differ
     drawn    how often the window was drawn
     """
 
     def __init__(self) -> None:
-        self.samples, self.rate, self.drawn = 1, Rate(), 0
+        self.samples, self.coarse, self.rate, self.drawn = 1, 1, Rate(), 0
         self._shown: Any = None
         self._picture: Any = None
-        self._since = self._began = 0.0
+        self._since = self._began = self._ended = 0.0
         self._added, self._more = 1, MOST_ADDED  # samples of this turn, and of the next one
+        self._wanted = self._before = 1  # how coarse the next picture is that moves, and how the last was
 
     def forget(self) -> None:
         """Draw anew in any case: the window lost its content."""
@@ -441,12 +449,16 @@ class Redrawing:
         """Return the seconds until the window must be drawn; None: not before something changes."""
         return self._rest(picture, now, most) if (picture, over) == self._shown else 0.0
 
-    def begin(self, picture: Any, now: float, most: int) -> int:
+    def begin(self, picture: Any, now: float, most: int, may_be_coarse: bool = True) -> int:
         """Return how many samples the next picture has. It is drawn anew if it has changed."""
-        before, self._began = self.samples, now
+        before, self._began, self._before = self.samples, now, self.coarse
         if picture != self._picture:
             self.rate.tick(now)
+            goes_on = now - self._ended < REST
             self._picture, self._since, self.samples, before = picture, now, 1, 0
+            self.coarse = self._wanted if may_be_coarse and goes_on and most > 1 else 1  # else it stayed so
+        elif self.coarse > 1 and (self._rest(picture, now, most) == 0 or not may_be_coarse):
+            self.coarse, before = 1, 0
         elif self._rest(picture, now, most) == 0:
             self.samples = min(self.samples + self._more, most)
         self._added = self.samples - before
@@ -454,13 +466,17 @@ class Redrawing:
 
     def end(self, picture: Any, over: Any, now: float) -> None:
         """Remember that this was drawn, until now; None is the picture before, drawn again."""
-        self._shown = picture, over
+        self._shown, self._ended = (picture, over), now
         self.drawn += 1
-        if picture is not None and self._added:
-            self._more = max(1, min(MOST_ADDED, int(ADDING_SECONDS * self._added / max(now - self._began, 1e-6))))
+        if picture is None or not self._added:
+            return
+        seconds = max(now - self._began, 1e-6)
+        self._more = max(1, min(MOST_ADDED, int(ADDING_SECONDS * self._added / seconds)))
+        if self.samples == 1 and self.coarse == self._before and not QUICK < seconds < SLOW:  # others prepare more
+            self._wanted = min(max(round(self.coarse * (seconds / MOVING_SECONDS) ** 0.5), 1), MOST_COARSE)
 
     def _rest(self, picture: Any, now: float, most: int) -> float | None:
-        """Seconds until more samples are due; None: they are not."""
+        """Seconds until a finer picture is due; None: it is not."""
         if picture != self._picture or self.samples >= most:
             return None
         return max(self._since + REST - now, 0.0)

@@ -26,6 +26,7 @@ from ..scene.graph import Scene
 from ..scene.light import Light, check_lights
 from ..scene.noise import Choice
 from ..scene.orbit import State
+from ..scene.settings import STILL
 from ..scene.viewpoint import View
 from .background import CHOICE_CHECK, RATE, Background, OpenDialog, Recorder, Work, save_new
 from .controller import ControllerInputs, controller, hides_pointer, is_for_timeline, turned_around
@@ -343,13 +344,15 @@ class Viewer(Session):
         if picture is None:
             return
         is_old, most = self.background.lends, picture.most_samples(self.samples)
-        samples = self.redrawing.samples if is_old else self.redrawing.begin(picture.content, time.perf_counter(), most)
+        samples, is_fine = self.redrawing.samples, over.pointer is not None or self.recorder is not None
+        if not is_old:
+            samples = self.redrawing.begin(picture.content, time.perf_counter(), most, not is_fine)
         self.document.history.follow(self.moment)
         renderer, explain, rate = self.screen.renderer, None, self.redrawing.rate.per_second
         if not is_old:
             self._known, explain = (renderer.choice, renderer.weights), renderer.explain
         facts = PanelFacts(renderer.context.renderer, *self._known, explain, rate, (samples, most))
-        self.moment, chosen = self.screen.draw(picture, over, facts)
+        self.moment, chosen = self.screen.draw(picture, over, facts, self.redrawing.coarse)
         if not is_old:
             self._keep_good()
             if picture.now.state.is_lit:
@@ -374,7 +377,10 @@ class Viewer(Session):
 
     def _prepare(self, picture: ShownPicture) -> None:
         """Finds in the background what the picture needs and takes long."""
-        key, title = picture.preparation or (self._prepared, "")
+        is_first = self._last_good is None and not picture.plays
+        key, title = picture.preparation or (
+            (picture.shown, "preparing the first picture") if is_first else (self._prepared, "")
+        )
         if key == self._prepared:
             return
         found: list[str] = []  # what was noted
@@ -456,7 +462,8 @@ class Viewer(Session):
         if camera is None:
             return
         picture = self._seen_by(camera)
-        samples = picture.most_samples(self.samples)
+        refined = self.redrawing.samples if camera == self.camera else 1  # nobody waits for the rest of them
+        samples = picture.most_samples(min(self.samples, max(refined, STILL)))
 
         def do(progress: Progress) -> Path:
             renderer.context.move_here()
@@ -465,7 +472,7 @@ class Viewer(Session):
         def done(path: Path) -> None:
             self._saved = path
             if camera == self.camera:
-                self.redrawing.samples = samples
+                self.redrawing.samples, self.redrawing.coarse = samples, 1
             self._report_saved(picture, samples, path)
 
         def failed(error: BaseException) -> None:

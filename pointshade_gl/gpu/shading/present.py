@@ -18,10 +18,10 @@ from ..core.view_images import Canvas, SurfaceImage, Target
 class PresentPass(FullscreenPasses):
     """Draws into a framebuffer whose first row is at the bottom, as a window's is."""
 
-    def draw(self, window: moderngl.Framebuffer, picture: moderngl.Texture) -> None:
-        """Draw the picture over the whole window; where its alpha is 0 the background shows."""
-        window.viewport = (0, 0, *picture.size)
-        self.fullscreen("output/present.frag").draw(window, {"picture": picture})
+    def draw(self, window: moderngl.Framebuffer, picture: moderngl.Texture, size: tuple[int, int]) -> None:
+        """Draw the picture over the whole window, of a size; where its alpha is 0 the background shows."""
+        window.viewport = (0, 0, *size)
+        self.fullscreen("output/present.frag").draw(window, {"picture": picture}, size=tuple(map(float, size)))
 
     def lay_over(self, window: moderngl.Framebuffer, drawing: moderngl.Texture, x: int, y: int) -> None:
         """Draw an overlay with straight alpha, its lower left pixel at (x, y) of the window, y upwards."""

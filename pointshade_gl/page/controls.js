@@ -252,7 +252,10 @@ function listenToKeys(actions) {
     ",": () => actions.reach(-1), ".": () => actions.reach(1), " ": actions.play,
   };
   SHADINGS.forEach((shading, k) => (keys[k + 1] = () => actions.shade(shading)));
+  const showFocus = (is) => document.body.classList.toggle("tabbing", is); // a frame is for those who move by the tab key
+  document.addEventListener("pointerdown", () => showFocus(false));
   document.addEventListener("keydown", (event) => {
+    if (event.key === "Tab") showFocus(true);
     if (event.key === "Escape" && !byId("lamp-box").hidden) toggleLamp(false);
     if (event.metaKey || event.altKey || event.target.tagName === "SELECT") return;
     if (event.target.tagName === (event.key === " " ? "BUTTON" : "INPUT") && OF_FOCUS.test(event.key)) return;

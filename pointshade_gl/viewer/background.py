@@ -152,7 +152,7 @@ class Background:
 
 PROGRAMS = "zenity", "kdialog", "matedialog", "qarma"  # which of them Linux has
 DROP = "drop files or a folder onto the window"
-MISSING = f"an open dialog needs the extra 'gui': pip install 'pointshade-gl[gui]'; or {DROP}"
+MISSING = f"an open dialog needs the extra 'gui': pip install '.[gui]' in the clone; or {DROP}"
 NO_PROGRAM = f"an open dialog needs {PROGRAMS[0]} or {PROGRAMS[1]}, install one of them; or {DROP}"
 CHOICE_CHECK = 0.1  # seconds between two looks at whether the user has chosen
 

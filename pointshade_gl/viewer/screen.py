@@ -210,7 +210,7 @@ class Screen:
         return texture
 
 
-MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
+MISSING = "the panel needs the extra 'gui': pip install '.[gui]' in the clone"
 WIDTH, NARROWEST = 240.0, 196.0  # pixels at scale 1, of a panel that is not shrunk
 MAX_WIDTH_SHARE = 1 / 3  # of the window's width, at most, unless that is too narrow
 FULL_SIZE_ROOM = 800.0, 600.0  # a smaller window, in pixels at scale 1, has a shrunk panel

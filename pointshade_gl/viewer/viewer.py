@@ -17,7 +17,7 @@ from typing import Any, Literal
 from ..checks.arguments import Progress, check_flag, check_path, check_size, check_type, is_a
 from ..notes.errors import Cancelled, check_function
 from ..notes.notes import Note, print_note, taken_by
-from ..notes.words import shown
+from ..notes.words import option, shown
 from ..renderer.renderer import Renderer
 from ..scene.camera import Camera
 from ..scene.cloud import PointCloud
@@ -131,6 +131,10 @@ class Viewer(Session):
             size = size or size_for(self.own_camera)
             self.window = Window(title, size, self.events.append)
             undo.callback(self.window.release)
+            if window_size is not None and (fits := self.window.fit_monitor(size)) != size:
+                sizes = [option("window_size", "x".join(map(str, size))), "x".join(map(str, fits))]
+                with taken_by(self._notes):
+                    print_note("{} is larger than the screen: the window has {}".format(*sizes))
             self.document.playback.wake_by(self.window.wake)
             self.screen = Screen(self.window)
             undo.callback(self.screen.release)

@@ -85,7 +85,7 @@ class Window(GLContext):
         self._looked = time.perf_counter()  # when `wait` ended
         self._has_come = False  # an event, in this `wait`
         with kept(None):
-            self.handle = self._create(title, self._fit_monitor(size))
+            self.handle = self._create(title, self.fit_monitor(size))
         for set_callback, callback in (
             (glfw.set_key_callback, self._on_key),
             (glfw.set_char_callback, lambda _, code: self._emit("text", chr(code))),
@@ -132,7 +132,8 @@ class Window(GLContext):
             raise ContextError(f"no second OpenGL context ({_complaint(glfw)}): update the graphics driver")
         return GLContext(glfw, handle)
 
-    def _fit_monitor(self, size: tuple[int, int]) -> tuple[int, int]:
+    def fit_monitor(self, size: tuple[int, int]) -> tuple[int, int]:
+        """Return a window's size, or one of the same shape that the screen has room for."""
         monitor = self.glfw.get_primary_monitor()
         if not monitor:
             return size

@@ -1,7 +1,6 @@
-"""Measures how soon a window shows something and how fast it moves; whether it answers while it merges, estimates and
-saves, and how soon Escape ends that.
+"""Measures how soon a window shows something and how fast it moves; whether it answers while it works.
 
-Run by hand: python tests/benchmarks/window_answers.py SOURCE [--size WxH] [--moves]. It needs a display. First it prints
+Run by hand: python tests/benchmarks/window_answers.py SOURCE [--size WxH] [--moves]. It needs a display. First come
 seconds until the first picture, and how many pictures a second come while the light moves and while the object turns,
 without and with shadows; a number of points in place of SOURCE is a bumpy torus of so many. --moves ends there. For
 each key it then prints how long all took, the longest turn of the window's thread without drawing and sleeping, the

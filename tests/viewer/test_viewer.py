@@ -220,3 +220,10 @@ class TestRest:
             move(viewer, *places)
             viewer.step(wait=False)
             assert viewer.renderer.steps.counts - before == {"light": 1}
+
+
+def test_a_window_that_the_screen_has_no_room_for_is_smaller_with_a_note(open_viewer):
+    notes = []
+    viewer = open_viewer(window_size=(40000, 30000), notes=notes.append)
+    width, height = viewer.window.picture_size
+    assert any("larger than the screen" in note and f"{width}x{height}" in note for note in notes)

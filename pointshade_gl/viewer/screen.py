@@ -24,13 +24,24 @@ from ..scene.orbit import marker_place
 from .controller import BAR, CLICK_REACH, DOUBLE_CLICK, MOUSE
 from .events import Effect, Event
 from .keys import KEYS
-from .overlay import POINTS, draw_marker, draw_message, draw_readout, draw_strip, draw_table, legend, values_of
+from .overlay import (
+    POINTS,
+    draw_buttons,
+    draw_marker,
+    draw_message,
+    draw_readout,
+    draw_strip,
+    draw_table,
+    legend,
+    values_of,
+)
 from .panel_sections import PanelFacts, Widgets, show_sections
 from .playback import Rate, TimelineBar
 from .state import ShownPicture, Snapshot
 from .window import Window
 
 MARKER_RADIUS, SMALL_MARKER = 7.0, 4.5  # pixels at scale 1
+ARROWS = 6  # degrees between the directions of arrows: drawings are kept
 MAX_MISS = 3  # pixels at scale 1 by which a double click may miss a surface: sensors leave holes
 HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.help) for key in KEYS))
 Readout = tuple[tuple[str, str, str] | None, tuple[str, ...]]  # what colours stand for, and the values under the mouse
@@ -41,10 +52,11 @@ class Overlay(NamedTuple):
 
     message    "" if there is none
     is_marked  the lights' markers are shown, if there is light
-    strip      of the timeline; None: there is none
+    strip      of the timeline, or None
     covered    pixels at the right that the panel stands on: nothing else is there
     scale      of everything, also of the panel
     pointer    pixel whose values are shown; None: of none
+    buttons    of the bar, see `Buttons.seen`
     """
 
     message: str
@@ -55,6 +67,7 @@ class Overlay(NamedTuple):
     covered: int
     scale: float
     pointer: tuple[int, int] | None = None
+    buttons: tuple[float, tuple[bool, ...], str] | None = None
 
 
 class Screen:
@@ -94,8 +107,7 @@ class Screen:
         self, picture: ShownPicture, over: Overlay, facts: PanelFacts, coarse: int = 1
     ) -> tuple[Snapshot, list[Effect]]:
         """Redraw the whole window, and return what the user chose in the panel. While the renderer is lent, the picture
-        is the last one, with marker, text and panel as they are now. coarse: pixels of the window for one of the
-        picture, both ways."""
+        is the last one, with marker, text and panel as they are now. coarse: as of Redrawing."""
         self._steps.timed = over.panel
         if self._kept is None:
             samples, most = facts.samples
@@ -121,6 +133,12 @@ class Screen:
                 self._present.lay_over(self.gl.screen, table, (wide - table.width) // 2, (high - table.height) // 2)
             self.window.swap()
         return chosen
+
+    def announce(self, picture: ShownPicture, over: Overlay) -> None:
+        """Show what lies over a picture before there is one: the first may take long."""
+        with self.window:
+            self._show(self._drawing("nothing", np.zeros, (1, 1, 4), np.uint8), picture, over)
+            self.window.swap()
 
     def lend(self) -> Renderer:
         """Return the renderer for another thread, whose `renderer.context.move_here()` takes it. See `take_back`."""
@@ -163,28 +181,30 @@ class Screen:
             self._present.release()
         self.gl.release()  # closes the window, too
 
-    def _mark(self, picture: ShownPicture, wide: float) -> None:
+    def _mark(self, picture: ShownPicture) -> None:
         """A marker for each light, small ones for those that the mouse does not hold."""
-        now, camera, shown = picture.now, picture.camera, picture.shown
+        now, camera = picture.now, picture.camera
         middle = now.state.middle(now.stage, camera)
-        states = [now.state, *(now.state.with_light(light, now.stage, shown.pose) for light in now.lights)]
-        for k, state in reversed([*enumerate(states)]):
-            if not state.light_intensity:
-                continue
-            x, y = place = marker_place(replace(state, pivot=now.state.pivot), now.stage, camera)
+        states = [now.state, *(now.state.with_light(light, now.stage, picture.shown.pose) for light in now.lights)]
+        for k, state in reversed(
+            [(k, state) for k, state in enumerate(states) if state.light_intensity and state.is_lit]
+        ):
+            x, y = place = marker_place(state, now.stage, camera)
             radius = (SMALL_MARKER if k else MARKER_RADIUS) * self.window.scale
-            away = math.dist(place, middle) / radius
-            degrees = round(math.degrees(math.atan2(middle[1] - y, middle[0] - x))) if away > 1 else None
+            around = math.degrees(math.atan2(middle[1] - y, middle[0] - x)) / ARROWS
+            degrees = ARROWS * round(around) if math.dist(place, middle) > radius else None
             drawing = self._drawing(f"marker {k}", draw_marker, radius, state.light_color, degrees, state.is_behind)
-            x, y = min(max(x, radius), wide - radius), min(max(y, radius), camera.height - radius)
-            corner = round(x + 0.5 - drawing.width / 2), round(camera.height - y - 0.5 - drawing.height / 2)
-            self._present.lay_over(self.gl.screen, drawing, *corner)
+            x, y = min(max(x, radius), camera.width - radius), min(max(y, radius), camera.height - radius)
+            half = drawing.width / 2
+            self._present.lay_over(
+                self.gl.screen, drawing, round(x + 0.5 - half), round(camera.height - y - 0.5 - half)
+            )
 
     def _show(self, drawn: Any, picture: ShownPicture, over: Overlay) -> None:
         """Markers and text over what was drawn."""
         self._present.draw(self.gl.screen, drawn, (picture.camera.width, picture.camera.height))
-        if over.is_marked and picture.now.state.is_lit:
-            self._mark(picture, picture.camera.width)
+        if over.is_marked:
+            self._mark(picture)
         scale, wide = over.scale, max(picture.camera.width - over.covered, 1)
         above, margin, drawings = 0, round(10 * scale), []
         if over.strip:
@@ -194,6 +214,9 @@ class Screen:
         if over.message:
             line = self._drawing("message", draw_message, over.message, scale, max(wide - 2 * margin, 1))
             drawings.append((margin, line))
+        if over.buttons:
+            bar, gap = self._drawing("buttons", draw_buttons, *over.buttons, scale), round(10 * scale)
+            self._present.lay_over(self.gl.screen, bar, gap, picture.camera.height - gap - bar.height)
         for aside, drawing in drawings:  # from the lower edge up
             self._present.lay_over(self.gl.screen, drawing, aside, aside + above)
             above += drawing.height
@@ -420,8 +443,7 @@ def _set_style(imgui: Any) -> None:
 REST = 0.2  # seconds that nothing moves before the picture is refined: moving must not wait for it
 MOST_ADDED = 3  # samples a turn at most: between two turns the window answers
 ADDING_SECONDS = 0.1  # seconds that they may take, if that is not less than one
-QUICK, MOVING_SECONDS, SLOW = 0.03, 0.08, 0.1  # seconds of a picture that moves: it becomes finer, is right, coarser
-MOST_COARSE = 3
+QUICK, MOVING_SECONDS, SLOW, MOST_COARSE = 0.03, 0.08, 0.1, 3  # a picture that moves becomes finer, is right, coarser
 
 
 class Redrawing:

@@ -206,8 +206,9 @@ def draw_buttons(opaque: float, is_on: tuple[bool, ...], over: str, scale: float
         draw.rounded_rectangle((start - left, 0, end - left - 1, high - 1), 5 * scale, fill)
         draw.text((start - left + 10 * scale, high / 2), f"{word} ", BRIGHT, font, anchor="lm")
         draw.text((end - left - 10 * scale, high / 2), key, KEY_COLOR, font, anchor="rm")
-    image.putalpha(image.getchannel("A").point(lambda value: round(opaque * value)))
-    return np.asarray(image)
+    pixels = np.array(image)
+    pixels[..., 3] = np.rint(opaque * pixels[..., 3])
+    return pixels
 
 
 FINER = 4  # how much larger a marker is drawn before it becomes smooth
@@ -221,7 +222,7 @@ def draw_marker(
     degrees  of the arrow, from the right to below; None: the light comes from the viewer, and goes straight ahead
     """
     r, middle = radius * FINER, 4 * radius * FINER
-    image = Image.new("RGBA", (round(2 * middle),) * 2, (0, 0, 0, 0))
+    image = Image.new("RGBA", (round(2 * middle), round(2 * middle)), (0, 0, 0, 0))
     draw, fill = ImageDraw.Draw(image), tuple(round(255 * min(max(c, 0.0), 1.0)) for c in color)
     for grown, paint in ((0.25 * r, (0, 0, 0, 150)), (0.0, (*fill, 255))):
         if degrees is not None:

@@ -40,10 +40,10 @@ from .playback import Rate, TimelineBar
 from .state import ShownPicture, Snapshot
 from .window import Window
 
-MARKER_RADIUS, SMALL_MARKER = 7.0, 4.5  # pixels at scale 1
-ARROWS = 6  # degrees between the directions of arrows: drawings are kept
+MARKER_RADIUS, SMALL_MARKER, ARROWS = 7.0, 4.5, 6  # pixels at scale 1; degrees between the directions of arrows
 MAX_MISS = 3  # pixels at scale 1 by which a double click may miss a surface: sensors leave holes
 HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.help) for key in KEYS))
+Chosen = tuple[Snapshot, list[Effect]]
 Readout = tuple[tuple[str, str, str] | None, tuple[str, ...]]  # what colours stand for, and the values under the mouse
 
 
@@ -103,9 +103,7 @@ class Screen:
                 self._panel = Panel(self.window)
         return self._panel
 
-    def draw(
-        self, picture: ShownPicture, over: Overlay, facts: PanelFacts, coarse: int = 1
-    ) -> tuple[Snapshot, list[Effect]]:
+    def draw(self, picture: ShownPicture, over: Overlay, facts: PanelFacts, coarse: int = 1) -> Chosen:
         """Redraw the whole window, and return what the user chose in the panel. While the renderer is lent, the picture
         is the last one, with marker, text and panel as they are now. coarse: as of Redrawing."""
         self._steps.timed = over.panel
@@ -186,9 +184,8 @@ class Screen:
         now, camera = picture.now, picture.camera
         middle = now.state.middle(now.stage, camera)
         states = [now.state, *(now.state.with_light(light, now.stage, picture.shown.pose) for light in now.lights)]
-        for k, state in reversed(
-            [(k, state) for k, state in enumerate(states) if state.light_intensity and state.is_lit]
-        ):
+        lit = [pair for pair in enumerate(states) if pair[1].light_intensity and pair[1].is_lit]
+        for k, state in reversed(lit):
             x, y = place = marker_place(state, now.stage, camera)
             radius = (SMALL_MARKER if k else MARKER_RADIUS) * self.window.scale
             around = math.degrees(math.atan2(middle[1] - y, middle[0] - x)) / ARROWS
@@ -326,7 +323,7 @@ class Panel:
             self.is_deciding = is_meant
         return is_meant and event.kind in ("move", "press", "wheel")
 
-    def draw(self, picture: ShownPicture, facts: PanelFacts) -> tuple[Snapshot, list[Effect]]:
+    def draw(self, picture: ShownPicture, facts: PanelFacts) -> Chosen:
         """Draw the panel over a picture, and return what the user chose: view and lights, and what is to be done."""
         imgui, width, height = self._imgui, picture.camera.width, picture.camera.height
         imgui.set_current_context(self._context)
@@ -476,9 +473,8 @@ class Redrawing:
         before, self._began, self._before = self.samples, now, self.coarse
         if picture != self._picture:
             self.rate.tick(now)
-            goes_on = now - self._ended < REST
             self._picture, self._since, self.samples, before = picture, now, 1, 0
-            self.coarse = self._wanted if may_be_coarse and goes_on and most > 1 else 1  # else it stayed so
+            self.coarse = self._wanted if may_be_coarse and most > 1 and now - self._ended < REST else 1
         elif self.coarse > 1 and (self._rest(picture, now, most) == 0 or not may_be_coarse):
             self.coarse, before = 1, 0
         elif self._rest(picture, now, most) == 0:

@@ -135,7 +135,7 @@ class Screen:
     def announce(self, picture: ShownPicture, over: Overlay) -> None:
         """Show what lies over a picture before there is one: the first may take long."""
         with self.window:
-            self._show(self._drawing("nothing", np.zeros, (1, 1, 4), np.uint8), picture, over)
+            self._show(self._drawing("nothing", np.zeros, (1, 1, 4), np.uint8), picture, over._replace(is_marked=False))
             self.window.swap()
 
     def lend(self) -> Renderer:

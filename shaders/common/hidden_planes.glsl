@@ -53,7 +53,8 @@ vec4 between(Side one, Side other, float seen) {
 // surface; 0 where that does not bend away, or something stands before it. First in steps of `stride` pixels, then of one.
 vec3 find_outline(sampler2D surface_map, ivec2 middle, ivec2 direction, int stride, vec4 source) {
     int away = -stride, pace = stride, steps = FARTHEST;
-    vec4 last = surface_at(surface_map, middle + away * direction);
+    vec4 last = texel_or_zero(surface_map, middle + away * direction);
+    last.w = abs(last.w);
     float cosine = abs(dot(last.xyz, normalize(pixel_ray(vec2(middle + away * direction), source)))), inside = cosine;
     for (int k = 0; k < steps; ++k) {
         ivec2 place = middle + (away + pace) * direction;

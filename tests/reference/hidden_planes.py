@@ -84,7 +84,8 @@ def find_outline(
     count = len(middle)
     away, pace = np.full(count, -stride), np.full(count, stride)
     place = middle - stride * direction
-    found, last = np.zeros((count, 3), F), surface_at(surface_map, place)
+    found, last = np.zeros((count, 3), F), texel_or_zero(surface_map, place).copy()
+    last[:, 3] = np.abs(last[:, 3])
     cosine = inside = cosine_of(last, place)
     goes_on = np.ones(count, bool)
     for _ in range(FARTHEST):

@@ -42,7 +42,7 @@ def connected(address: str, workers: int | None = None) -> Iterator[Any]:
     try:
         import ray
     except ImportError:
-        raise ValueError("Ray is not installed: pip install 'pointshade-gl[ray]'") from None
+        raise ValueError("Ray is not installed: pip install '.[ray]' in the clone") from None
     if ray.is_initialized():
         yield ray
         return

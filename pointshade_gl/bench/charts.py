@@ -78,7 +78,7 @@ def check_matplotlib() -> None:
     try:
         import matplotlib.figure  # noqa: F401 - only whether it is there
     except ImportError:
-        raise ValueError("charts need matplotlib: pip install 'pointshade-gl[bench]'") from None
+        raise ValueError("charts need matplotlib: pip install '.[bench]' in the clone") from None
 
 
 def family(method: str) -> str:

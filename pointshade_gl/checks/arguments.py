@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..notes.errors import Cancelled, check_function
-from ..notes.words import did_you_mean, shown
+from ..notes.words import counted, did_you_mean, shown
 from .foreign_arrays import UnreadableError, as_numpy
 
 LARGEST = 1e18  # shaders square lengths: squares of larger numbers overflow 32-bit floats
@@ -210,6 +210,8 @@ def check_numbers(
     array = as_array(value, complaint)
     if isinstance(value, list | tuple) and any(map(_is_flag, value)):
         raise TypeError(f"{complaint}, got {shown(value)}")
+    if array.ndim == 1 and len(array) != count:
+        raise ValueError(f"{complaint}, got {counted(len(array), 'number')}: {shown(value)}")
     if array.shape != (count,) or not ((array >= low) & (array <= high)).all():
         raise ValueError(f"{complaint}, got {shown(value)}")
     return tuple(array.tolist())

@@ -279,9 +279,9 @@ def sentence_of(error: Any, every: Callable[[], Mapping[str, Any]]) -> str:
     """
     message, parameter = error.format_message().strip().rstrip("."), getattr(error, "param", None)
     if parameter and error.message:
-        message = f"{parameter.opts[-1]} {_fact(error.message.rstrip('.'))} ({parameter.help.rstrip('.')})"
+        message = f"{_name_of(parameter)} {_fact(error.message.rstrip('.'))} ({parameter.help.rstrip('.')})"
     elif parameter:
-        message = f"{parameter.opts[0]} is missing: {parameter.help[:1].lower()}{parameter.help[1:].rstrip('.')}"
+        message = f"{_name_of(parameter)} is missing: {parameter.help[:1].lower()}{parameter.help[1:].rstrip('.')}"
     elif hasattr(error, "possibilities"):  # an option that does not exist
         name, near = error.option_name, meant_option(error.option_name, _options(error.ctx.command))
         others = [f"`pointshade {other}`" for other, one in every().items() if not near and name in _options(one)]
@@ -290,6 +290,12 @@ def sentence_of(error: Any, every: Callable[[], Mapping[str, Any]]) -> str:
         message = f"there is one INPUT, got also {extra[1]}: {_way_out(extra[1])}"
     more = f"; `{error.ctx.command_path} --help` lists the options" if message and error.ctx else ""
     return f"{message[:1].lower()}{message[1:]}{more}"
+
+
+def _name_of(parameter: Any) -> str:
+    """The name of an option, of which other programs may have another, too."""
+    own = f"--{parameter.name.replace('_', '-')}"
+    return own if own in parameter.opts else parameter.opts[-1]
 
 
 def _fact(message: str) -> str:

@@ -180,7 +180,7 @@ class RealSenseSource(Iterator[Frame]):
         try:
             rs: Any = sdk or import_module("pyrealsense2")
         except ImportError:
-            raise ValueError("a RealSense camera needs pyrealsense2: pip install 'pointshade-gl[realsense]'") from None
+            raise ValueError("a RealSense camera needs pyrealsense2: pip install '.[realsense]' in the clone") from None
         config, self._pipeline = rs.config(), rs.pipeline()
         config.enable_stream(rs.stream.depth, *size, rs.format.z16, fps)
         config.enable_stream(rs.stream.color, *size, rs.format.rgb8, fps)

@@ -155,7 +155,8 @@ def _nearest(word: str, known: Iterable[str]) -> str | None:
     names = {name.lower(): name for name in known}
     from difflib import get_close_matches  # only who mistypes pays for it
 
-    near = get_close_matches(word.lower(), names, 1, _ALIKE)
+    near = get_close_matches(word.lower(), names, 3, _ALIKE)
+    near.sort(key=lambda name: name[:1] != word[:1].lower())  # of those as near, the one that begins alike
     return names[near[0]] if near else None
 
 

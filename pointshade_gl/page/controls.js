@@ -1,6 +1,6 @@
 // What keys and buttons do, and when the picture is drawn: after something has changed, and finer when all rests.
 //
-// data      what page_file.py puts into the page: camera {fx, fy, cx, cy, width, height}; stage {pivot, radius, upright};
+// data      what page_file.py puts into the page: camera {fx, fy, cx, cy, width, height}; stage {pivot, radius, upright, axis};
 //           start, what differs from START; held, the light that the mouse holds; lights, the others; background, CSS
 // drawing   what createDrawing(canvas, data) gives, a promise or not: draw(view, lights, options), with
 //           view {camera, pose}, camera in pixels of the canvas, pose camera-to-home, lights in home axes; options
@@ -24,13 +24,15 @@ const byId = (id) => document.getElementById(id);
 // Shows the page. Gives, for a console: ready, a promise that is kept when something is shown; data, drawing; state.
 function control(canvas, data) {
   const start = { ...START, ...data.start };
-  const castsShadows = [data.held, ...data.lights].some((one) => one.shadow);
   const isEmbedded = window !== window.top;
   let state = start;
   let drawing = null;
   let camera = fitted(data.camera, data.camera.width, data.camera.height);
   let ratio = 1; // canvas pixels per CSS pixel
   let frameAsked = false;
+  const markers = [byId("marker"), ...data.lights.map(() => byId("marker").cloneNode())]; // one for each light
+  byId("marker").after(...markers.slice(1));
+  for (const marker of markers.slice(1)) marker.removeAttribute("id");
   const refining = makeRefining(() => (isPhotograph() || (player && player.isPlaying) ? null : drawing));
 
   function change(next, text) {
@@ -89,14 +91,18 @@ function control(canvas, data) {
 
   // Marker and buttons as the state has them.
   function showState() {
-    const marker = byId("marker");
-    marker.hidden = !drawing || !isLit(state);
-    const [x, y] = markerPlace(state, data.stage, camera).map((place) => (place + 0.5) / ratio);
-    const across = limited(x, 8, camera.width / ratio - 8), down = limited(y, 8, camera.height / ratio - 8);
-    marker.style.transform = `translate(${across}px, ${down}px)`;
-    marker.style.color = `rgb(${state.lightColor.map((c) => Math.round(255 * limited(c, 0, 1) ** (1 / 2.2)))})`;
-    marker.classList.toggle("behind", isBehind(state));
-    document.body.classList.toggle("lighting", state.lightMode && !marker.hidden);
+    const { lights, view } = seen(), [u, v] = middle(state, data.stage, camera);
+    markers.forEach((marker, k) => {
+      const shown = k ? withLight(state, lights[k], data.stage, view.pose) : state;
+      marker.hidden = !drawing || !isLit(state) || !lights[k].intensity;
+      const place = markerPlace(shown, data.stage, camera), [x, y] = place.map((one) => (one + 0.5) / ratio);
+      const across = limited(x, 8, camera.width / ratio - 8), down = limited(y, 8, camera.height / ratio - 8);
+      marker.style.transform = `translate(${across}px, ${down}px) rotate(${Math.atan2(v - place[1], u - place[0])}rad) scale(${k ? 0.65 : 1})`;
+      marker.style.color = `rgb(${lights[k].color.map((c) => Math.round(255 * limited(c, 0, 1) ** (1 / 2.2)))})`;
+      marker.classList.toggle("behind", isBehind(shown));
+      marker.classList.toggle("ahead", distance(place, [u, v]) < 8 * ratio);
+    });
+    document.body.classList.toggle("lighting", state.lightMode && !markers[0].hidden);
     for (const [id, on] of [["follow", state.lightMode], ["unlit", !state.lit], ["shadows", state.shadows]])
       byId(id).setAttribute("aria-pressed", on);
     byId("shading").value = state.shading;
@@ -142,7 +148,7 @@ function control(canvas, data) {
   }
 
   const player = makePlayer(data, () => drawing && draw());
-  const actions = { ...makeActions(() => state, change, start, data.camera, castsShadows), save, copy };
+  const actions = { ...makeActions(() => state, change, start, data), save, copy };
   const pointers = makePointers(data.stage, () => ({ state, camera, ratio, drawing }), change);
   listenToPointers(canvas, pointers, isEmbedded);
   listenToKeys({ ...actions, play: () => player && player.toggle() });
@@ -160,7 +166,6 @@ function control(canvas, data) {
   const wake = () => document.body.classList.toggle("awake", !isEmbedded || document.hasFocus());
   for (const name of ["focus", "blur"]) window.addEventListener(name, wake);
   wake();
-  for (const each of [byId("shadows"), document.querySelector("tr.shadows")]) each.hidden = !castsShadows;
   byId("left-out").hidden = !data.leftOut.length;
   byId("left-out").textContent = `Here ${data.leftOut.join("; ")}.`;
   if (data.background) document.body.style.setProperty("--ground", data.background);
@@ -203,7 +208,7 @@ function makeRefining(current) {
 }
 
 // The actions of keys and buttons, by name.
-function makeActions(current, change, start, camera, castsShadows) {
+function makeActions(current, change, start, { camera, stage: { axis } }) {
   const set = (changes, text) => change({ ...current(), ...changes }, text);
   return {
     follow() {
@@ -216,13 +221,13 @@ function makeActions(current, change, start, camera, castsShadows) {
     },
     shadows() {
       const on = !current().shadows;
-      if (castsShadows) set({ shadows: on }, on ? "shadows on" : "shadows off");
+      set({ shadows: on }, on ? "shadows on" : "shadows off");
     },
     shade(shading) {
       set({ shading, lit: true }, `shading: ${shading}`);
     },
     reset: () => change(resetView(current(), start), "view and light are reset"),
-    turn: (x, y) => change(orbited(current(), x * KEY_TURN, y * KEY_TURN, DEGREES)),
+    turn: (x, y) => change(orbited(current(), x * KEY_TURN, y * KEY_TURN, DEGREES, axis)),
     shift: (x, y) => change(panned(current(), x * KEY_SHIFT, y * KEY_SHIFT, camera.fx / Math.min(camera.width, camera.height))),
     zoom: (steps) => change(zoomed(current(), steps)),
     reach: (steps) => change(lightReached(current(), steps)),
@@ -247,7 +252,10 @@ function listenToKeys(actions) {
     ",": () => actions.reach(-1), ".": () => actions.reach(1), " ": actions.play,
   };
   SHADINGS.forEach((shading, k) => (keys[k + 1] = () => actions.shade(shading)));
+  const showFocus = (is) => document.body.classList.toggle("tabbing", is); // a frame is for those who move by the tab key
+  document.addEventListener("pointerdown", () => showFocus(false));
   document.addEventListener("keydown", (event) => {
+    if (event.key === "Tab") showFocus(true);
     if (event.key === "Escape" && !byId("lamp-box").hidden) toggleLamp(false);
     if (event.metaKey || event.altKey || event.target.tagName === "SELECT") return;
     if (event.target.tagName === (event.key === " " ? "BUTTON" : "INPUT") && OF_FOCUS.test(event.key)) return;

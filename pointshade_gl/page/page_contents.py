@@ -18,7 +18,7 @@ from ..notes.notes import print_note
 from ..notes.words import counted
 from ..renderer.requests import STRAIGHT, RenderRequest, Scenes
 from ..scene.appearance import Appearance
-from ..scene.camera import Camera
+from ..scene.camera import Camera, down_axis
 from ..scene.cloud import ARRAYS, CloudStyle, PointCloud
 from ..scene.environment import FAR_AS_SEEN, NO_ENVIRONMENT, EnvironmentLight
 from ..scene.frame import Frame
@@ -117,7 +117,8 @@ class Showing:
     """How a page begins. All its places are in *home axes*: those of the camera that the stage stands before.
 
     home  (4, 4) pose of that camera
-    turn  yaw, pitch and dolly by which the page's first picture is seen from elsewhere
+    turn  yaw, pitch and dolly by which the page's first picture of a frame is seen from elsewhere
+    seen  (4, 4) pose from which it is seen; None: `turn` tells
     frame  the source, or the first of its frames; None: the source is a scene or a cloud
     fill  share of light from all around that is mixed in
     roughness  noise of depth, world units
@@ -134,6 +135,7 @@ class Showing:
     environment_light: EnvironmentLight = NO_ENVIRONMENT
     fill: float = 0.0
     roughness: float = 0.0
+    seen: NDArray[np.float64] | None = None
 
     @property
     def stage(self) -> OrbitStage:
@@ -147,16 +149,23 @@ class Showing:
         stage = self.stage
         start = self.start(stage)
         held, *lights = (self._light(light) for light in self._placed(start.pose(stage)))
+        casts = any(light.shadow for light in self.lights)
+        for light in [] if casts else [held, *lights]:  # all do, once shadows are switched on
+            light["shadow"] = True
         behind = self.finish.behind
         levels = ", ".join(f"{255 * linear_to_srgb(c):.0f}" for c in behind or ())
         return {
             "camera": vars(self.camera),
-            "stage": {"pivot": stage.pivot.tolist(), "radius": stage.radius, "upright": stage.upright.tolist()},
+            "stage": {
+                "pivot": stage.pivot.tolist(), "radius": stage.radius, "upright": stage.upright.tolist(),
+                "axis": down_axis(np.eye(4), np.array(stage.axis)).tolist(),
+            },
             "start": {
                 "yaw": start.yaw, "pitch": start.pitch, "distance": start.distance,
+                "pan": start.pan, "pivot": start.pivot,
                 "lightAt": start.light_at, "lightReach": start.light_reach,
                 "lightColor": start.light_color, "lightIntensity": start.light_intensity,
-                "shadows": any(light.shadow for light in self.lights), "shading": self.shading,
+                "shadows": casts, "shading": self.shading,
             },
             "held": held, "lights": lights, "ambient": list(self.scene.ambient), "fill": self.fill,
             "around": self._around(),
@@ -170,6 +179,8 @@ class Showing:
         """The state in which the page begins: its first light is the one that is held."""
         yaw, pitch, dolly = self.turn
         state = State(yaw=yaw, pitch=pitch * stage.upright[1, 1], distance=1 - dolly)
+        if self.seen is not None:
+            state = state.seen_from(np.linalg.inv(self.home) @ self.seen, stage)
         (first, *_) = self._placed(state.pose(stage))
         return state.with_light(first, stage, self.home)
 
@@ -241,7 +252,8 @@ def arranged(request: RenderRequest) -> Showing:
     lights, (camera, seen) = request.lights_of(scene), request.seen_by(scene)
     if not request.frames:
         shading = request.source.shading if isinstance(request.source, PointCloud) else "phong"
-        return Showing(scene, camera, seen, STRAIGHT, lights, shading, request.finish)
+        home = np.asarray(scene.pose) if request.pose is None else seen
+        return Showing(scene, camera, home, STRAIGHT, lights, shading, request.finish, seen=seen)
     frame = scene.instances[0].content.frame
     home, turns = (frame.pose, request.turns) if request.pose is None else (seen, STRAIGHT)
     return Showing(scene, camera, home, turns, lights, request.look.shading, request.finish, frame)

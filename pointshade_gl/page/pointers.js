@@ -27,7 +27,7 @@ function makePointers(stage, current, change) {
   function moved(action, before, after) {
     const { state, camera, ratio } = current();
     const [dx, dy] = [(after[0] - before[0]) * ratio, (after[1] - before[1]) * ratio];
-    if (action === "orbit") return orbited(state, dx, dy, Math.min(camera.width, camera.height));
+    if (action === "orbit") return orbited(state, dx, dy, Math.min(camera.width, camera.height), stage.axis);
     return action === "pan" ? panned(state, dx, dy, camera.fx) : state;
   }
 

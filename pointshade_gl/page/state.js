@@ -6,6 +6,7 @@ const FARTHEST = (175 / 180) * Math.PI; // radians from the viewer's direction
 const DEGREES = 120; // around the object, for a drag across the picture's smaller side
 const WHEEL = 1.1; // factor on distances per step of the wheel
 const LEAST = 1e-6; // of a distance: it must not be 0
+const VERTICAL = [0, 1, 0]; // of the picture: what yaw turns about, unless the stage has another axis
 const NOT_LIT = ["none", "edl"]; // of the shadings: show the things' own colours
 const START = {
   yaw: 0, pitch: 0, distance: 1, pan: [0, 0], pivot: [0, 0, 0],
@@ -25,13 +26,13 @@ const rotation = (pose) => pose.slice(0, 3).map((row) => row.slice(0, 3));
 const translation = (pose) => pose.slice(0, 3).map((row) => row[3]);
 
 // After a drag by (dx, dy) pixels: the near side of the object follows. In light mode the light stays with the viewer.
-function orbited(state, dx, dy, smallerSide) {
+function orbited(state, dx, dy, smallerSide, axis = VERTICAL) {
   const degrees = state.yaw - (dx / smallerSide) * DEGREES + 180;
   const yaw = degrees - 360 * Math.floor(degrees / 360) - 180;
   const pitch = limited(state.pitch + (dy / smallerSide) * DEGREES, -89, 89);
   const turned = { ...state, yaw, pitch };
   if (state.lightMode) return turned;
-  return withLightDirection(turned, applied(transposed(turn(turned)), applied(turn(state), towards(state))));
+  return withLightDirection(turned, applied(transposed(turn(turned, axis)), applied(turn(state, axis), towards(state))));
 }
 
 // After a drag by (dx, dy) pixels; the picture's focal length is in pixels.
@@ -46,7 +47,7 @@ function zoomed(state, steps) {
 
 // The same picture and light; orbits turn around another point in front of the viewer, view axes.
 function withPivot(state, point, stage) {
-  const turned = applied(turn(state), plus(point, times(seenPivot(state, stage), -1)));
+  const turned = applied(turn(state, stage.axis), plus(point, times(seenPivot(state, stage), -1)));
   const [x, y, z] = point, [u, v, depth] = stage.pivot;
   return { ...state, pivot: plus(state.pivot, turned), distance: z / depth, pan: [x / z - u / depth, y / z - v / depth] };
 }
@@ -60,6 +61,13 @@ function withLightDirection(state, [x, y, z]) {
   const angle = Math.atan2(Math.hypot(x, y), -z), around = Math.atan2(y, x);
   const rims = angle / (Math.PI / 2);
   return { ...state, lightAt: [rims * Math.cos(around), rims * Math.sin(around)] };
+}
+
+// The light where another one of the same axes is; viewer: 4x4 of who looks.
+function withLight(state, { position, direction }, stage, viewer) {
+  const toView = product(stage.upright, transposed(rotation(viewer)));
+  if (!position) return withLightDirection(state, times(applied(toView, direction), -1));
+  return withLightDirection(state, plus(applied(toView, plus(position, times(translation(viewer), -1))), times(seenMiddle(state, stage), -1)));
 }
 
 // Of length 1, from the object's middle to the light, view axes.
@@ -86,12 +94,12 @@ function seenPivot(state, stage) {
 
 // The object's middle, view axes: the light moves around it.
 function seenMiddle(state, stage) {
-  return plus(seenPivot(state, stage), times(applied(transposed(turn(state)), state.pivot), -1));
+  return plus(seenPivot(state, stage), times(applied(transposed(turn(state, stage.axis)), state.pivot), -1));
 }
 
 // 4x4 of the viewer, to the axes of the frame's camera.
 function pose(state, stage) {
-  const turned = turn(state);
+  const turned = turn(state, stage.axis);
   const turning = product(product(stage.upright, turned), stage.upright);
   const way = times(applied(turned, seenPivot(state, stage)), -1);
   const place = applied(stage.upright, plus(plus(stage.pivot, state.pivot), way));
@@ -140,9 +148,10 @@ function markerPlace(state, stage, camera) {
   return [x + state.lightAt[0] * rim, y + state.lightAt[1] * rim];
 }
 
-function turn(state) {
-  const a = radians(state.yaw), b = radians(state.pitch);
-  const turnY = [[Math.cos(a), 0, -Math.sin(a)], [0, 1, 0], [Math.sin(a), 0, Math.cos(a)]];
+// 3x3: yaw about an axis of length 1, then pitch (scene/camera.py orbit_pose).
+function turn(state, axis = VERTICAL) {
+  const a = radians(state.yaw), b = radians(state.pitch), [x, y, z] = axis, across = [[0, z, -y], [-z, 0, x], [y, -x, 0]];
+  const turnY = across.map((row, i) => row.map((value, j) => (i === j) * Math.cos(a) + (1 - Math.cos(a)) * axis[i] * axis[j] + Math.sin(a) * value));
   const turnX = [[1, 0, 0], [0, Math.cos(b), Math.sin(b)], [0, -Math.sin(b), Math.cos(b)]];
   return product(turnY, turnX);
 }

@@ -178,32 +178,36 @@ def _write_all(
 
 WIDEST = 640  # pixels of one of the four pictures
 _GAP = 4
-_NEAR, _FAR = 255, 40  # grey of the nearest and the farthest depth
+CAPTION = 13  # pixels: height of the letters of a caption
 
 
 def contact_sheet(renderer: Renderer, frame: Frame) -> NDArray[np.uint8]:
-    """(h, w, 4) uint8: colour and depth above, normals and the lit frame below; near is bright in the depth."""
+    """(h, w, 4) uint8: colour and depth above, normals and the lit frame below; depth as the window shows it."""
     c = frame.camera
     width = min(c.width, WIDEST)
     camera = c.resized(width, max(1, round(c.height * width / c.width)))
     plain = renderer.render(frame, camera=camera, shading="none")
+    depth = renderer.render(frame, camera=camera, show="depth")
+    scale = renderer.color_scale
     lit = renderer.render(frame, camera=camera, exposure="sensor")
     step_v, step_u = ((np.arange(n) + 0.5) * size / n for n, size in ((camera.height, c.height), (width, c.width)))
-    at = np.ix_(step_v.astype(int), step_u.astype(int))
-    normals = normals_to_rgb(renderer.estimate_normals(frame))[at]
+    normals = normals_to_rgb(renderer.estimate_normals(frame))[np.ix_(step_v.astype(int), step_u.astype(int))]
+    of_depth = f"depth, {scale.low:.3g} m blue to {scale.high:.3g} m red" if scale else "depth"
+    captions = "unlit" if frame.color is None else "colour", of_depth, "normals", "lit"
     sheet = np.zeros((2 * camera.height + _GAP, 2 * width + _GAP, 4), np.uint8)
-    for picture, bottom, right in ((plain, 0, 0), (_shades(frame)[at], 0, 1), (normals, 1, 0), (lit, 1, 1)):
-        top, left = bottom * (camera.height + _GAP), right * (width + _GAP)
-        sheet[top : top + camera.height, left : left + width] = picture
+    for k, (picture, caption) in enumerate(zip((plain, depth, normals, lit), captions, strict=True)):
+        top, left = k // 2 * (camera.height + _GAP), k % 2 * (width + _GAP)
+        sheet[top : top + camera.height, left : left + width] = _captioned(picture, caption)
     return sheet
 
 
-def _shades(frame: Frame) -> NDArray[np.uint8]:
-    """(h, w, 4) 1/z in grey: distances far beyond the others do not make all others dark."""
-    known = frame.depth > 0
-    inverse = np.divide(1, frame.depth, out=np.zeros_like(frame.depth), where=known)
-    low, high = np.quantile(inverse[known], (0.02, 0.98))
-    grey = _FAR + (_NEAR - _FAR) * ((inverse - low) / max(high - low, 1e-12)).clip(0, 1)
-    shades = np.repeat(np.rint(grey * known).astype(np.uint8)[..., None], 4, axis=2)
-    shades[..., 3] = known * np.uint8(255)
-    return shades
+def _captioned(picture: NDArray[np.uint8], caption: str) -> NDArray[np.uint8]:
+    """A picture with a line of text in its lower left corner."""
+    from PIL import Image, ImageDraw, ImageFont
+
+    image, font = Image.fromarray(np.asarray(picture)), ImageFont.load_default(CAPTION)
+    box = 0, image.height - 1.5 * CAPTION, font.getlength(caption) + CAPTION, image.height
+    draw = ImageDraw.Draw(image)
+    draw.rectangle(box, (16, 17, 20, 255))
+    draw.text((CAPTION / 2, image.height - 0.75 * CAPTION), caption, (238, 238, 238, 255), font, anchor="lm")
+    return np.asarray(image)

@@ -385,7 +385,7 @@ def orbit_pose(
     yaw, pitch, dolly = check_turns(yaw, pitch, dolly)
     start = check_pose(pose)
     a, b = math.radians(yaw), math.radians(pitch)
-    x, y, z = axis = _down(start, upright)
+    x, y, z = axis = down_axis(start, upright)
     across = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
     turn_y = math.cos(a) * np.eye(3) + (1 - math.cos(a)) * np.outer(axis, axis) + math.sin(a) * across
     turn_x = np.array([[1, 0, 0], [0, math.cos(b), math.sin(b)], [0, -math.sin(b), math.cos(b)]])
@@ -407,7 +407,7 @@ def check_turns(yaw: float, pitch: float, dolly: float) -> tuple[float, float, f
     return check_float(yaw, complaint), check_float(pitch, complaint), dolly
 
 
-def _down(pose: NDArray[np.float64], upright: AnyArray | None) -> NDArray[np.float64]:
+def down_axis(pose: NDArray[np.float64], upright: AnyArray | None) -> NDArray[np.float64]:
     """The vertical as a camera sees it, (3,) in its axes, pointing down its picture."""
     if upright is None:
         return np.array([0.0, 1.0, 0.0])

@@ -73,6 +73,7 @@ DEGREES = 120.0  # around the object, for a drag across the window's smaller sid
 WHEEL = 1.1  # factor on distances per step of the wheel
 UPPER_LEFT = (-0.3, -0.3)  # where the light starts, rims
 OWN_LIGHT = Light(position=(0, 0, 0), shadow=True)  # the kind of light that the mouse holds when it is given none
+BESIDE = 0.25  # intensity of that light beside light from all around
 NEAREST = 1e-6  # of a distance: it must not be 0
 Pair = tuple[float, float]
 

@@ -152,7 +152,7 @@ class Background:
 
 PROGRAMS = "zenity", "kdialog", "matedialog", "qarma"  # which of them Linux has
 DROP = "drop files or a folder onto the window"
-MISSING = f"an open dialog needs the extra 'gui': pip install 'pointshade-gl[gui]'; or {DROP}"
+MISSING = f"an open dialog needs the extra 'gui': pip install '.[gui]' in the clone; or {DROP}"
 NO_PROGRAM = f"an open dialog needs {PROGRAMS[0]} or {PROGRAMS[1]}, install one of them; or {DROP}"
 CHOICE_CHECK = 0.1  # seconds between two looks at whether the user has chosen
 
@@ -241,3 +241,12 @@ def save_new(image: NDArray[np.uint8]) -> Path:
     path = next(p for k in range(1, 1_000_000) if not (p := Path(f"pointshade_{k:04d}.png")).exists())
     save_image(path, image)
     return path
+
+
+def report(path: Path, line: str, left_out: str) -> str:
+    """Print where a picture was saved and the command that makes it ("": none), and return it for the window."""
+    if sys.stdout is not None:
+        sys.stdout.write(f"{path.absolute()}\n" + (f"{line}\n" if line else ""))
+    if line:
+        left_out = "the command that makes it is in the clipboard" + (left_out and f"; it leaves out: {left_out}")
+    return f"saved {path.absolute()}\n{left_out}".rstrip()

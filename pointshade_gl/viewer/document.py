@@ -24,7 +24,7 @@ from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene, beside, scene_of
 from ..scene.light import Light
-from ..scene.orbit import OWN_LIGHT, OrbitStage, State
+from ..scene.orbit import BESIDE, OWN_LIGHT, OrbitStage, State
 from ..scene.settings import Metering
 from ..scene.viewpoint import View
 from .controller import Answer, Control, added, removed, taking, titles
@@ -121,8 +121,8 @@ class Document:
 
 
 def _start_of(shown: Shown, state: State, lights: Sequence[Light], place: View | None) -> Snapshot:
-    """The mouse holds the first of the lights. There are shadows if one of them casts any, and in scenes, whose own
-    lights and environment count unless there are others."""
+    """The mouse holds the first of the lights. There are shadows if one of them casts any. Lights and environment of a
+    scene count unless there are others."""
     home, scene, pose, names = home_of(shown), scene_in(shown), shown.pose, ()
     stage = OrbitStage.of(home)
     if place is not None:
@@ -133,8 +133,10 @@ def _start_of(shown: Shown, state: State, lights: Sequence[Light], place: View |
         state = state.with_finish(environment=scene.environment)
     if lights:
         state = state.with_light(lights[0], stage, pose)
-    if scene or any(light.shadow for light in lights):
+    if any(light.shadow for light in lights):
         state = replace(state, shadows=True)
+    if not lights and state.finish.environment is not None:
+        state = replace(state, light_intensity=BESIDE)
     held, *others = lights or [OWN_LIGHT]
     return Snapshot(state, stage, held, tuple(others), 0, names, switches_of(shown))
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from ..scene.appearance import SHADINGS
 from ..scene.environment import NAMES, Environment
 from ..scene.noise import METHODS
-from ..scene.orbit import State
+from ..scene.orbit import BESIDE, OWN_LIGHT, State
 from ..scene.settings import OCCLUSION
 from .events import ChangeRate, Command, Effect, PlayCommand, Seek, ShowFrame, ShowMessage, StepFrames, TakeLight
 from .state import Shown, Snapshot, clouds_of, resized, scene_in
@@ -169,9 +169,13 @@ def _toggle_shadows(state: State, now: Snapshot, _: str) -> Answer:
     return replace(state, shadows=not state.shadows), text + (when_seen(state) if casts else ", but no light casts any")
 
 
-def _next_environment(state: State, *_: Any) -> Answer:
+def _next_environment(state: State, now: Snapshot, _: str) -> Answer:
     found = _next([None, *map(Environment.of, NAMES)], state.finish.environment)
     text = "no light from all around" if found is None else f"light from all around: {found.name}"
+    usual = BESIDE if state.finish.environment else State.light_intensity
+    if now.held == OWN_LIGHT and state.light_intensity == usual:  # nobody has chosen how strong it is
+        state = replace(state, light_intensity=BESIDE if found else State.light_intensity)
+        text += ", with the mouse's light low" if found else ""
     return state.with_finish(environment=found), text + when_seen(state)
 
 

@@ -6,6 +6,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,9 @@ from PIL import Image, ImageDraw, ImageFont
 from ..files.clouds.cloud_columns import ColorLegend
 from ..files.depth.depth_files import ramp
 from ..notes.notes import print_warning
+from ..scene.orbit import State
 from ..scene.values import BLUE, ColorScale
+from .events import Event
 from .state import ShownPicture, frame_in
 
 SECONDS = 4.0
@@ -128,6 +131,112 @@ def draw_strip(text: str, share: float | None, scale: float, width: int, high: i
         draw.rectangle((0, high - bar, width, high), (90, 94, 102, 230))
         draw.rectangle((0, high - bar, round(share * width), high), (255, 214, 140, 255))
     return np.asarray(image)
+
+
+BUTTONS = ("light", "L"), ("shadow", "S"), ("view", "V"), ("save", "P"), ("help", "H")  # words on the bar, and keys
+GREETING_SECONDS = 12.0
+LINGERS, FADES = 1.5, 0.6  # seconds that the bar stays after the mouse has left it; and of them in which it fades
+SOFTWARE = "\nA software renderer draws: pictures are right, but slow"
+
+
+def greeting(light_mode: bool, is_software: bool) -> str:
+    """Return what the window shows first."""
+    first = "Move the mouse: the light follows" if light_mode else "The light stays where it was put: L lets it follow"
+    return f"{first}.   Drag to turn.   Drop files to open them.   H for help" + SOFTWARE * is_software
+
+
+class Buttons:
+    """A bar at the upper edge, for those who know no keys yet. It is there at first, and while the mouse is near."""
+
+    def __init__(self, until: float):
+        self._until, self.over = until, ""
+        self._scale, self._fits = 1.0, False
+
+    def handle(self, event: Event) -> str | None:
+        """Return the key of the button that was pressed, "" for what else is the bar's, None for what is not."""
+        if not self._fits or event.kind not in ("move", "press", "release", "leave"):
+            return None
+        boxes, high = button_boxes(self._scale), 2 * POINTS * self._scale
+        left, right = boxes[0][0], boxes[-1][1]
+        is_near = event.kind != "leave" and event.x < right + high and event.y < 3 * high
+        if is_near and event.kind == "move":
+            self._until = max(self._until, time.perf_counter() + LINGERS)
+        over = [key for (start, end), (_, key) in zip(boxes, BUTTONS, strict=True) if start <= event.x < end]
+        is_on = bool(over) and left <= event.y < left + high and event.kind != "leave"
+        before, self.over = self.over, over[0] if is_on else ""
+        if event.kind == "press" and event.key == "left" and is_on:
+            return self.over
+        return "" if event.kind == "release" and before and event.key == "left" and is_on else None
+
+    def seen(self, state: State, width: int, scale: float) -> tuple[float, tuple[bool, ...], str] | None:
+        """Return how opaque the bar is, which buttons are on, and which the mouse is over; None: it is not there, also
+        where the picture is not as wide."""
+        boxes = button_boxes(scale)
+        self._scale, self._fits = scale, boxes[-1][1] + boxes[0][0] <= width
+        left = self._until - time.perf_counter()
+        if left <= 0 or not self._fits:
+            return None
+        is_on = state.light_mode, state.shadows, not state.finish.is_light, False, state.help
+        return 1.0 if left > FADES else 0.25 + 0.25 * int(3 * left / FADES), is_on, self.over
+
+    def patience(self, now: float) -> float | None:
+        """Return the seconds until it looks otherwise by itself; None: not."""
+        left = self._until - now
+        return None if left <= -0.1 or not self._fits else max(left - FADES, 0.0) + 0.01 if left > FADES else FADES / 3
+
+
+@cache
+def button_boxes(scale: float) -> list[tuple[float, float]]:
+    """Return where each button begins and ends, pixels from the left."""
+    font, at, boxes = ImageFont.load_default(POINTS * scale), 10 * scale, []
+    for word, key in BUTTONS:
+        boxes.append((at, at + font.getlength(f"{word} {key}") + 20 * scale))
+        at = boxes[-1][1] + 4 * scale
+    return boxes
+
+
+def draw_buttons(opaque: float, is_on: tuple[bool, ...], over: str, scale: float) -> NDArray[np.uint8]:
+    """Draw the bar: (h, w, 4) uint8."""
+    boxes, high, font = button_boxes(scale), 2 * POINTS * scale, ImageFont.load_default(POINTS * scale)
+    left = boxes[0][0]
+    image = Image.new("RGBA", (round(boxes[-1][1] - left), round(high)), (0, 0, 0, 0))
+    draw = ImageDraw.Draw(image)
+    for (start, end), (word, key), is_lit in zip(boxes, BUTTONS, is_on, strict=True):
+        fill = (84, 88, 98, 235) if key == over else (58, 62, 72, 225) if is_lit else BACKDROP
+        draw.rounded_rectangle((start - left, 0, end - left - 1, high - 1), 5 * scale, fill)
+        draw.text((start - left + 10 * scale, high / 2), f"{word} ", BRIGHT, font, anchor="lm")
+        draw.text((end - left - 10 * scale, high / 2), key, KEY_COLOR, font, anchor="rm")
+    pixels = np.array(image)
+    pixels[..., 3] = np.rint(opaque * pixels[..., 3])
+    return pixels
+
+
+FINER = 4  # how much larger a marker is drawn before it becomes smooth
+
+
+def draw_marker(
+    radius: float, color: tuple[float, float, float], degrees: float | None, is_behind: bool
+) -> NDArray[np.uint8]:
+    """A disc, or a ring if the light comes from behind, and an arrow: light goes that way. (side, side, 4) uint8.
+
+    degrees  of the arrow, from the right to below; None: the light comes from the viewer, and goes straight ahead
+    """
+    r, middle = radius * FINER, 4 * radius * FINER
+    image = Image.new("RGBA", (round(2 * middle), round(2 * middle)), (0, 0, 0, 0))
+    draw, fill = ImageDraw.Draw(image), tuple(round(255 * min(max(c, 0.0), 1.0)) for c in color)
+    for grown, paint in ((0.25 * r, (0, 0, 0, 150)), (0.0, (*fill, 255))):
+        if degrees is not None:
+            way = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
+            aside = way[::-1] * (-1, 1)
+            for far, near, half in ((2.4, 0.0, 0.18), (3.4, 2.2, 0.6)):  # shaft, tip
+                base, width = middle + near * r * way, half * r + grown
+                tip = [middle + (far * r + grown) * way] if near else [middle + far * r * way + side for side in (
+                    width * aside, -width * aside)]  # fmt: skip
+                draw.polygon([tuple(one) for one in (base - width * aside, base + width * aside, *tip)], paint)
+        draw.ellipse((*[middle - r - grown] * 2, *[middle + r + grown] * 2), paint)
+    if is_behind:
+        draw.ellipse((*[middle - 0.7 * r] * 2, *[middle + 0.7 * r] * 2), (0, 0, 0, 110))
+    return np.asarray(image.reduce(FINER))
 
 
 def draw_legend(legend: ColorLegend, image: NDArray[np.uint8]) -> NDArray[np.uint8]:

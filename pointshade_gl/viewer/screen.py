@@ -4,6 +4,7 @@ number, which needs the extra `gui`; and knows when to draw it again."""
 from __future__ import annotations
 
 import itertools
+import math
 import tempfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,21 +18,32 @@ from PIL import ImageFont
 
 from ..gpu.context.software_driver import return_freed_memory
 from ..gpu.core.steps import Steps
-from ..gpu.shading.present import Marker, PresentPass
+from ..gpu.shading.present import PresentPass
 from ..renderer.renderer import Renderer
 from ..scene.orbit import marker_place
 from .controller import BAR, CLICK_REACH, DOUBLE_CLICK, MOUSE
 from .events import Effect, Event
 from .keys import KEYS
-from .overlay import POINTS, draw_message, draw_readout, draw_strip, draw_table, legend, values_of
+from .overlay import (
+    POINTS,
+    draw_buttons,
+    draw_marker,
+    draw_message,
+    draw_readout,
+    draw_strip,
+    draw_table,
+    legend,
+    values_of,
+)
 from .panel_sections import PanelFacts, Widgets, show_sections
 from .playback import Rate, TimelineBar
 from .state import ShownPicture, Snapshot
 from .window import Window
 
-MARKER_RADIUS = 7.0  # pixels at scale 1
+MARKER_RADIUS, SMALL_MARKER, ARROWS = 7.0, 4.5, 6  # pixels at scale 1; degrees between the directions of arrows
 MAX_MISS = 3  # pixels at scale 1 by which a double click may miss a surface: sensors leave holes
 HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.help) for key in KEYS))
+Chosen = tuple[Snapshot, list[Effect]]
 Readout = tuple[tuple[str, str, str] | None, tuple[str, ...]]  # what colours stand for, and the values under the mouse
 
 
@@ -39,11 +51,12 @@ class Overlay(NamedTuple):
     """What lies over the picture.
 
     message    "" if there is none
-    is_marked  the light's marker is shown, if there is light
-    strip      of the timeline; None: there is none
+    is_marked  the lights' markers are shown, if there is light
+    strip      of the timeline, or None
     covered    pixels at the right that the panel stands on: nothing else is there
     scale      of everything, also of the panel
     pointer    pixel whose values are shown; None: of none
+    buttons    of the bar, see `Buttons.seen`
     """
 
     message: str
@@ -54,6 +67,7 @@ class Overlay(NamedTuple):
     covered: int
     scale: float
     pointer: tuple[int, int] | None = None
+    buttons: tuple[float, tuple[bool, ...], str] | None = None
 
 
 class Screen:
@@ -89,15 +103,16 @@ class Screen:
                 self._panel = Panel(self.window)
         return self._panel
 
-    def draw(self, picture: ShownPicture, over: Overlay, facts: PanelFacts) -> tuple[Snapshot, list[Effect]]:
+    def draw(self, picture: ShownPicture, over: Overlay, facts: PanelFacts, coarse: int = 1) -> Chosen:
         """Redraw the whole window, and return what the user chose in the panel. While the renderer is lent, the picture
-        is the last one, with marker, text and panel as they are now."""
+        is the last one, with marker, text and panel as they are now. coarse: as of Redrawing."""
         self._steps.timed = over.panel
         if self._kept is None:
             samples, most = facts.samples
             self.renderer.steps.timed = over.panel
             with self.renderer.context.in_use():
-                self._drawn = self.renderer.draw(picture.request(samples, samples > 1 or most == 1))
+                request = picture.coarser(coarse).request(samples, coarse == 1 and (samples > 1 or most == 1))
+                self._drawn = self.renderer.draw(request)
                 self.renderer.steps.finish()  # before the window's context reads it
             values: tuple[str, ...] = ()
             if over.pointer is not None:
@@ -116,6 +131,12 @@ class Screen:
                 self._present.lay_over(self.gl.screen, table, (wide - table.width) // 2, (high - table.height) // 2)
             self.window.swap()
         return chosen
+
+    def announce(self, picture: ShownPicture, over: Overlay) -> None:
+        """Show what lies over a picture before there is one: the first may take long."""
+        with self.window:
+            self._show(self._drawing("nothing", np.zeros, (1, 1, 4), np.uint8), picture, over._replace(is_marked=False))
+            self.window.swap()
 
     def lend(self) -> Renderer:
         """Return the renderer for another thread, whose `renderer.context.move_here()` takes it. See `take_back`."""
@@ -158,18 +179,29 @@ class Screen:
             self._present.release()
         self.gl.release()  # closes the window, too
 
-    def _marker(self, picture: ShownPicture) -> Marker | None:
-        state, camera = picture.now.state, picture.camera
-        if not state.is_lit:
-            return None
-        x, y = marker_place(state, picture.now.stage, camera)
-        radius = MARKER_RADIUS * self.window.scale
-        x, y = min(max(x, radius), camera.width - radius), min(max(y, radius), camera.height - radius)
-        return Marker(x, y, radius, state.light_color, state.is_behind)
+    def _mark(self, picture: ShownPicture) -> None:
+        """A marker for each light, small ones for those that the mouse does not hold."""
+        now, camera = picture.now, picture.camera
+        middle = now.state.middle(now.stage, camera)
+        states = [now.state, *(now.state.with_light(light, now.stage, picture.shown.pose) for light in now.lights)]
+        lit = [pair for pair in enumerate(states) if pair[1].light_intensity and pair[1].is_lit]
+        for k, state in reversed(lit):
+            x, y = place = marker_place(state, now.stage, camera)
+            radius = (SMALL_MARKER if k else MARKER_RADIUS) * self.window.scale
+            around = math.degrees(math.atan2(middle[1] - y, middle[0] - x)) / ARROWS
+            degrees = ARROWS * round(around) if math.dist(place, middle) > radius else None
+            drawing = self._drawing(f"marker {k}", draw_marker, radius, state.light_color, degrees, state.is_behind)
+            x, y = min(max(x, radius), camera.width - radius), min(max(y, radius), camera.height - radius)
+            half = drawing.width / 2
+            self._present.lay_over(
+                self.gl.screen, drawing, round(x + 0.5 - half), round(camera.height - y - 0.5 - half)
+            )
 
     def _show(self, drawn: Any, picture: ShownPicture, over: Overlay) -> None:
-        """Marker and text over what was drawn."""
-        self._present.draw(self.gl.screen, drawn, self._marker(picture) if over.is_marked else None)
+        """Markers and text over what was drawn."""
+        self._present.draw(self.gl.screen, drawn, (picture.camera.width, picture.camera.height))
+        if over.is_marked:
+            self._mark(picture)
         scale, wide = over.scale, max(picture.camera.width - over.covered, 1)
         above, margin, drawings = 0, round(10 * scale), []
         if over.strip:
@@ -179,6 +211,9 @@ class Screen:
         if over.message:
             line = self._drawing("message", draw_message, over.message, scale, max(wide - 2 * margin, 1))
             drawings.append((margin, line))
+        if over.buttons:
+            bar, gap = self._drawing("buttons", draw_buttons, *over.buttons, scale), round(10 * scale)
+            self._present.lay_over(self.gl.screen, bar, gap, picture.camera.height - gap - bar.height)
         for aside, drawing in drawings:  # from the lower edge up
             self._present.lay_over(self.gl.screen, drawing, aside, aside + above)
             above += drawing.height
@@ -195,7 +230,7 @@ class Screen:
         return texture
 
 
-MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
+MISSING = "the panel needs the extra 'gui': pip install '.[gui]' in the clone"
 WIDTH, NARROWEST = 240.0, 196.0  # pixels at scale 1, of a panel that is not shrunk
 MAX_WIDTH_SHARE = 1 / 3  # of the window's width, at most, unless that is too narrow
 FULL_SIZE_ROOM = 800.0, 600.0  # a smaller window, in pixels at scale 1, has a shrunk panel
@@ -288,7 +323,7 @@ class Panel:
             self.is_deciding = is_meant
         return is_meant and event.kind in ("move", "press", "wheel")
 
-    def draw(self, picture: ShownPicture, facts: PanelFacts) -> tuple[Snapshot, list[Effect]]:
+    def draw(self, picture: ShownPicture, facts: PanelFacts) -> Chosen:
         """Draw the panel over a picture, and return what the user chose: view and lights, and what is to be done."""
         imgui, width, height = self._imgui, picture.camera.width, picture.camera.height
         imgui.set_current_context(self._context)
@@ -405,22 +440,25 @@ def _set_style(imgui: Any) -> None:
 REST = 0.2  # seconds that nothing moves before the picture is refined: moving must not wait for it
 MOST_ADDED = 3  # samples a turn at most: between two turns the window answers
 ADDING_SECONDS = 0.1  # seconds that they may take, if that is not less than one
+QUICK, MOVING_SECONDS, SLOW, MOST_COARSE = 0.03, 0.08, 0.1, 3  # a picture that moves becomes finer, is right, coarser
 
 
 class Redrawing:
     """Remembers what a window shows: a picture, and what lies over it (marker, text, panel), as values to compare.
 
     samples  that the picture has: one while things move, more and more while nothing does
+    coarse   pixels of the window for one of the picture, both ways: above 1 while what moves is slow
     rate     of the pictures that differ
     drawn    how often the window was drawn
     """
 
     def __init__(self) -> None:
-        self.samples, self.rate, self.drawn = 1, Rate(), 0
+        self.samples, self.coarse, self.rate, self.drawn = 1, 1, Rate(), 0
         self._shown: Any = None
         self._picture: Any = None
-        self._since = self._began = 0.0
+        self._since = self._began = self._ended = 0.0
         self._added, self._more = 1, MOST_ADDED  # samples of this turn, and of the next one
+        self._wanted = self._before = 1  # how coarse the next picture is that moves, and how the last was
 
     def forget(self) -> None:
         """Draw anew in any case: the window lost its content."""
@@ -430,12 +468,15 @@ class Redrawing:
         """Return the seconds until the window must be drawn; None: not before something changes."""
         return self._rest(picture, now, most) if (picture, over) == self._shown else 0.0
 
-    def begin(self, picture: Any, now: float, most: int) -> int:
+    def begin(self, picture: Any, now: float, most: int, may_be_coarse: bool = True) -> int:
         """Return how many samples the next picture has. It is drawn anew if it has changed."""
-        before, self._began = self.samples, now
+        before, self._began, self._before = self.samples, now, self.coarse
         if picture != self._picture:
             self.rate.tick(now)
             self._picture, self._since, self.samples, before = picture, now, 1, 0
+            self.coarse = self._wanted if may_be_coarse and most > 1 and now - self._ended < REST else 1
+        elif self.coarse > 1 and (self._rest(picture, now, most) == 0 or not may_be_coarse):
+            self.coarse, before = 1, 0
         elif self._rest(picture, now, most) == 0:
             self.samples = min(self.samples + self._more, most)
         self._added = self.samples - before
@@ -443,13 +484,17 @@ class Redrawing:
 
     def end(self, picture: Any, over: Any, now: float) -> None:
         """Remember that this was drawn, until now; None is the picture before, drawn again."""
-        self._shown = picture, over
+        self._shown, self._ended = (picture, over), now
         self.drawn += 1
-        if picture is not None and self._added:
-            self._more = max(1, min(MOST_ADDED, int(ADDING_SECONDS * self._added / max(now - self._began, 1e-6))))
+        if picture is None or not self._added:
+            return
+        seconds = max(now - self._began, 1e-6)
+        self._more = max(1, min(MOST_ADDED, int(ADDING_SECONDS * self._added / seconds)))
+        if self.samples == 1 and self.coarse == self._before and not QUICK < seconds < SLOW:  # others prepare more
+            self._wanted = min(max(round(self.coarse * (seconds / MOVING_SECONDS) ** 0.5), 1), MOST_COARSE)
 
     def _rest(self, picture: Any, now: float, most: int) -> float | None:
-        """Seconds until more samples are due; None: they are not."""
+        """Seconds until a finer picture is due; None: it is not."""
         if picture != self._picture or self.samples >= most:
             return None
         return max(self._since + REST - now, 0.0)

@@ -336,6 +336,13 @@ class ShownPicture:
             return replace(state, light_at=UPPER_LEFT), self.shown, self.camera
         return state, self.now.lights, self.now.held, self.shown, self.camera
 
+    def coarser(self, times: int) -> ShownPicture:
+        """Return the same in so many times fewer pixels, both ways."""
+        if times == 1:
+            return self
+        width, height = (max(round(side / times), 1) for side in (self.camera.width, self.camera.height))
+        return replace(self, camera=self.camera.resized(width, height))
+
     @cached_property
     def pose(self) -> NDArray[np.float64]:
         """(4, 4) camera-to-world of who looks."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import operator
-import sys
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
@@ -26,22 +25,19 @@ from ..scene.graph import Scene
 from ..scene.light import Light, check_lights
 from ..scene.noise import Choice
 from ..scene.orbit import State
+from ..scene.settings import STILL
 from ..scene.viewpoint import View
-from .background import CHOICE_CHECK, RATE, Background, OpenDialog, Recorder, Work, save_new
+from .background import CHOICE_CHECK, RATE, Background, OpenDialog, Recorder, Work, report, save_new
 from .controller import ControllerInputs, controller, hides_pointer, is_for_timeline, turned_around
 from .document import CommandLine, Document, SavedPicture, Session, check_rates, check_sources
 from .events import Command, Effect, Event, Open, Remember, TurnAround
-from .overlay import Messages
+from .overlay import GREETING_SECONDS, Buttons, Messages, greeting
 from .panel_sections import PanelFacts
 from .playback import Playback, TimelineBar
 from .screen import MISSING, Overlay, Redrawing, Screen
 from .state import VIEWS, ShownPicture, check_views
 from .window import Window, size_for
 
-GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
-GREETING_STAYS = "The light stays where it was put: L lets it follow the mouse.   Drag to turn.   H for help"
-SOFTWARE = "\nA software renderer draws: pictures are right, but slow"
-GREETING_SECONDS = 12.0
 SAVING = "saving a picture"
 SAMPLES = 64  # of a picture in which nothing moves
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
@@ -128,7 +124,8 @@ class Viewer(Session):
             super().__init__(Document(playback, state, lights, merge=views is not None, place=place), messages)
             undo.callback(lambda: self.document.playback.close())
             size = size or size_for(self.own_camera)
-            self.window = Window(title, size, self.events.append)
+            with taken_by(self._notes):
+                self.window = Window(title, size, self.events.append, is_asked=window_size is not None)
             undo.callback(self.window.release)
             self.document.playback.wake_by(self.window.wake)
             self.screen = Screen(self.window)
@@ -143,9 +140,8 @@ class Viewer(Session):
         self._animates = type(self).on_frame is not Viewer.on_frame
         self._film_camera = self.own_camera.fitted(*size)
         self._began = self._next_frame = time.perf_counter()
-        greeting = GREETING if state.light_mode else GREETING_STAYS
-        greeting += SOFTWARE if self.screen.renderer.context.is_software else ""
-        messages.say(greeting, GREETING_SECONDS)
+        messages.say(greeting(state.light_mode, self.screen.renderer.context.is_software), GREETING_SECONDS)
+        self._buttons = Buttons(self._began + GREETING_SECONDS)
         if panel:
             self.toggle_panel()
 
@@ -211,6 +207,7 @@ class Viewer(Session):
             self.recorder.patience(now) if self.recorder else None,
             self._draws_in(now),
             self.messages.patience(now),
+            self._buttons.patience(now),
             CHOICE_CHECK if self._dialog else None,
         ]
         return min((seconds for seconds in reasons if seconds is not None), default=None)
@@ -221,6 +218,10 @@ class Viewer(Session):
             self.events.append(event)  # the next turn knows whose it is
             return
         if self.on_event(event):
+            return
+        if key := self._buttons.handle(event):
+            self.handle(Event("key", key))
+        if key is not None:  # it was on the bar
             return
         if (event.kind, event.key) == ("key", "ESCAPE") and self.end_work():
             return
@@ -234,7 +235,7 @@ class Viewer(Session):
         control, place = self.control, self._inputs
         is_taken = is_for_timeline(control, place, event) or (self.state.panel and self.screen.panel.handle(event))
         self.take(controller(control, place, event, is_taken))
-        self.window.hide_pointer(hides_pointer(self.control, self._inputs, event, is_taken))
+        self.window.hide_pointer(hides_pointer(self.control, self._inputs, event, is_taken or bool(self._buttons.over)))
 
     def perform(self, effect: Effect) -> None:
         """Do what a key, the mouse or the panel asks for, such as `Seek(0)` (see events.py)."""
@@ -316,7 +317,8 @@ class Viewer(Session):
         places = state.help, state.panel, self.panel_covers, self.window.scale, pointer
         title, share = self.background.title, self.background.share
         strip = TimelineBar(title, share) if title else self.strip
-        return Overlay(self.messages.text, not mouse.turns, strip, *places)
+        buttons = self._buttons.seen(state, self.window.picture_size[0] - places[2], self.window.scale)
+        return Overlay(self.messages.text, not mouse.turns, strip, *places, buttons)
 
     @property
     def drawn(self) -> int:
@@ -343,19 +345,22 @@ class Viewer(Session):
         if picture is None:
             return
         is_old, most = self.background.lends, picture.most_samples(self.samples)
-        samples = self.redrawing.samples if is_old else self.redrawing.begin(picture.content, time.perf_counter(), most)
+        samples, is_fine = self.redrawing.samples, over.pointer is not None or self.recorder is not None
+        if not is_old and self._last_good is None:
+            self.screen.announce(picture, over._replace(strip=TimelineBar("preparing the first picture", 0.0)))
+        if not is_old:
+            samples = self.redrawing.begin(picture.content, time.perf_counter(), most, not is_fine)
         self.document.history.follow(self.moment)
         renderer, explain, rate = self.screen.renderer, None, self.redrawing.rate.per_second
         if not is_old:
             self._known, explain = (renderer.choice, renderer.weights), renderer.explain
         facts = PanelFacts(renderer.context.renderer, *self._known, explain, rate, (samples, most))
-        self.moment, chosen = self.screen.draw(picture, over, facts)
+        self.moment, chosen = self.screen.draw(picture, over, facts, self.redrawing.coarse)
         if not is_old:
             self._keep_good()
-            if picture.now.state.is_lit:
-                metered = self.screen.renderer.exposure, self.screen.renderer.fill
-                if metered != self.document.metered:
-                    self.document.metered = metered
+            metered = renderer.exposure, renderer.fill
+            if picture.now.state.is_lit and metered != self.document.metered:
+                self.document.metered = metered
         for effect in chosen:
             self.perform(effect)
         if self.state.panel:  # all that it changes between two presses of a button is one step
@@ -456,7 +461,8 @@ class Viewer(Session):
         if camera is None:
             return
         picture = self._seen_by(camera)
-        samples = picture.most_samples(self.samples)
+        refined = self.redrawing.samples if camera == self.camera else 1  # nobody waits for the rest of them
+        samples = picture.most_samples(min(self.samples, max(refined, STILL)))
 
         def do(progress: Progress) -> Path:
             renderer.context.move_here()
@@ -465,7 +471,7 @@ class Viewer(Session):
         def done(path: Path) -> None:
             self._saved = path
             if camera == self.camera:
-                self.redrawing.samples = samples
+                self.redrawing.samples, self.redrawing.coarse = samples, 1
             self._report_saved(picture, samples, path)
 
         def failed(error: BaseException) -> None:
@@ -479,12 +485,9 @@ class Viewer(Session):
     def _report_saved(self, picture: ShownPicture, samples: int, path: Path) -> None:
         saved = SavedPicture(picture, samples, path.name, self.document)
         line, left_out = self._command_line(saved) if self._command_line else ("", "")
-        if sys.stdout is not None:
-            sys.stdout.write(f"{path.absolute()}\n" + (f"{line}\n" if line else ""))
         if line:
             self.window.copy(line)
-            left_out = "the command that makes it is in the clipboard" + (left_out and f"; it leaves out: {left_out}")
-        self.say(f"saved {path.absolute()}\n{left_out}".rstrip())
+        self.say(report(path, line, left_out))
 
     def quit(self) -> None:
         """End `run`."""

@@ -14,6 +14,8 @@ from typing import Any
 
 from ..gpu.context.context import VERSIONS, kept
 from ..notes.errors import ContextError
+from ..notes.notes import print_note
+from ..notes.words import option
 from ..scene.camera import Camera
 from .events import Event, EventKind
 
@@ -68,12 +70,12 @@ class Window(GLContext):
     """A window and its OpenGL context, which is current inside `with window:`.
 
     on_event   called with each Event while `wait` runs
-    title, size  size in screen coordinates, reduced to fit the monitor
+    title, size  size in screen coordinates, reduced to fit the monitor; a note says so if it is_asked for
 
     Raises ContextError without a display, or without OpenGL 3.3.
     """
 
-    def __init__(self, title: str, size: tuple[int, int], on_event: Callable[[Event], None]):
+    def __init__(self, title: str, size: tuple[int, int], on_event: Callable[[Event], None], is_asked: bool = False):
         super().__init__(glfw := import_glfw(), None)
         if not glfw.init():
             raise ContextError(f"no display ({_complaint(glfw)}): {NO_WINDOW}")
@@ -85,7 +87,10 @@ class Window(GLContext):
         self._looked = time.perf_counter()  # when `wait` ended
         self._has_come = False  # an event, in this `wait`
         with kept(None):
-            self.handle = self._create(title, self._fit_monitor(size))
+            self.handle = self._create(title, fits := self._fit_monitor(size))
+        if is_asked and fits != size:
+            asked, room = ("x".join(map(str, one)) for one in (size, fits))
+            print_note(f"{option('window_size', asked)} is larger than the screen: the window has {room}")
         for set_callback, callback in (
             (glfw.set_key_callback, self._on_key),
             (glfw.set_char_callback, lambda _, code: self._emit("text", chr(code))),

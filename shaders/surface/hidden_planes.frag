@@ -10,5 +10,5 @@ out vec4 surface;
 
 void main() {
     ivec2 last = textureSize(surface_map, 0) - 1;
-    surface = bridge(surface_map, min(ivec2(gl_FragCoord.xy) * stride + stride / 2, last), stride, source);
+    surface = hidden_at(surface_map, min(ivec2(gl_FragCoord.xy) * stride + stride / 2, last), stride, source);
 }

@@ -269,7 +269,7 @@ def test_without_matplotlib_one_sentence_says_what_to_install(tmp_path, monkeypa
     for name in ("matplotlib", "matplotlib.figure"):
         monkeypatch.setitem(sys.modules, name, None)
     error = run("--quick", "-o", tmp_path / "out").exception
-    assert isinstance(error, ValueError) and "pip install 'pointshade-gl[bench]'" in str(error)
+    assert isinstance(error, ValueError) and "pip install '.[bench]' in the clone" in str(error)
     assert not (tmp_path / "out").exists()
 
 

@@ -1,8 +1,10 @@
-"""Measures whether a window answers while it merges, estimates and saves, and how soon Escape ends that.
+"""Measures how soon a window shows something and how fast it moves; whether it answers while it works.
 
-Run by hand: python tests/benchmarks/window_answers.py SEQUENCE [--size WxH]. It needs a display. For each key it prints
-how long all took, the longest turn of the window's thread without drawing and sleeping, the longest drawing, and how
-long Escape took in the middle of the same work.
+Run by hand: python tests/benchmarks/window_answers.py SOURCE [--size WxH] [--moves]. It needs a display. First come
+seconds until the first picture, and how many pictures a second come while the light moves and while the object turns,
+without and with shadows; a number of points in place of SOURCE is a bumpy torus of so many. --moves ends there. For
+each key it then prints how long all took, the longest turn of the window's thread without drawing and sleeping, the
+longest drawing, and how long Escape took in the middle of the same work.
 """
 
 from __future__ import annotations
@@ -12,6 +14,8 @@ import os
 import tempfile
 import time
 from pathlib import Path
+
+import numpy as np
 
 import pointshade_gl as ps
 from pointshade_gl.viewer import Viewer
@@ -62,6 +66,18 @@ class Session:
         while self.is_busy and time.perf_counter() < end:
             self.turn()
 
+    def move(self, seconds, **button):
+        """Pictures a second while the mouse moves, perhaps with a button down."""
+        viewer = self.viewer
+        if button:
+            viewer.events.append(Event("press", x=320, y=240, **button))
+        end, first, began = time.perf_counter() + seconds, viewer.drawn, time.perf_counter()
+        while time.perf_counter() < end:
+            self.turn()
+        if button:
+            viewer.events.append(Event("release", x=320, y=240, **button))
+        return (viewer.drawn - first) / (time.perf_counter() - began)
+
     def press(self, key):
         self.viewer.events.append(Event("key", key))
 
@@ -88,14 +104,37 @@ class Session:
         print(f"{key}: Escape after {after} s took {1e3 * (time.perf_counter() - began):4.0f} ms")
 
 
+def torus(count):
+    """A cloud with colours and without normals."""
+    rng = np.random.default_rng(0)
+    around, across = rng.uniform(0, 2 * np.pi, (2, count))
+    radius = 0.4 + 0.03 * np.sin(9 * around) * np.sin(7 * across)
+    ring = 1 + radius * np.cos(across)
+    points = np.stack([ring * np.cos(around), radius * np.sin(across), ring * np.sin(around)], -1)
+    return ps.PointCloud(points.astype(np.float32), colors=(120 + 100 * np.sin(5 * points)).astype(np.uint8), up="y")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("source", type=Path)
+    parser.add_argument("source")
+    parser.add_argument("--moves", action="store_true")
     parser.add_argument("--size", default="640x480")
     asked = parser.parse_args()
     size = tuple(map(int, asked.size.split("x")))
-    source = ps.open_source(asked.source.absolute())
+    source = torus(int(asked.source)) if asked.source.isdigit() else ps.open_source(Path(asked.source).absolute())
     os.chdir(tempfile.mkdtemp())
+    began = time.perf_counter()
+    session = Session(viewer := Viewer(source, window_size=size))
+    while viewer.background.work or not session.draws or not session.draws[-1]:
+        session.turn()
+    print(f"first picture after {time.perf_counter() - began:.2f} s")
+    for shadows in ("without", "with"):
+        rates = session.move(1), session.move(3), session.move(1, key="left"), session.move(3, key="left")
+        print(f"pictures a second {shadows} shadows: light {rates[1]:.1f}, view {rates[3]:.1f}")
+        session.press("S")
+    viewer.release()
+    if asked.moves:
+        return
     for after in (0.2, 0.6, 1.2):
         for key in KEYS:
             viewer = Viewer(source, window_size=size)

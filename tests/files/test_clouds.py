@@ -349,8 +349,8 @@ class TestE57:
 @pytest.mark.parametrize(
     ("module", "name", "head", "says"),
     [
-        ("laspy", "a.las", b"LASF", r"is a LAS file: pip install 'pointshade-gl\[las\]' to read it"),
-        ("pye57", "a.e57", b"ASTM-E57", r"is an E57 file: pip install 'pointshade-gl\[e57\]' to read it"),
+        ("laspy", "a.las", b"LASF", r"is a LAS file: pip install '\.\[las\]' in the clone to read it"),
+        ("pye57", "a.e57", b"ASTM-E57", r"is an E57 file: pip install '\.\[e57\]' in the clone to read it"),
     ],
 )
 def test_without_its_extra_a_file_names_it(tmp_path, monkeypatch, module, name, head, says):

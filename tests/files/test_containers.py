@@ -291,7 +291,7 @@ def test_a_missing_extra_is_named(tmp_path, monkeypatch, module, extra, name, da
         with zipfile.ZipFile(tmp_path / name, "w") as archive:
             archive.writestr("metadata", '{"w": 8, "h": 8, "dw": 2, "dh": 2}')
             archive.writestr("rgbd/0.depth", b"bvx$")
-    with pytest.raises(ValueError, match=rf"{name}.*pip install 'pointshade-gl\[{extra}\]' to read it"):
+    with pytest.raises(ValueError, match=rf"{name}.*pip install '\.\[{extra}\]' in the clone to read it"):
         list(open_container(tmp_path / name, print))
 
 

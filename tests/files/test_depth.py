@@ -165,7 +165,7 @@ def test_exr_normals_are_no_depth(tmp_path, names):
 def test_exr_without_its_package_names_the_extra(tmp_path, monkeypatch):
     (tmp_path / "depth.exr").write_bytes(b"\x76\x2f\x31\x01" + bytes(60))
     monkeypatch.setitem(sys.modules, "OpenEXR", None)  # makes the import fail
-    with pytest.raises(ValueError, match=r"is an EXR picture: pip install 'pointshade-gl\[exr\]'"):
+    with pytest.raises(ValueError, match=r"is an EXR picture: pip install '\.\[exr\]' in the clone"):
         read_depth(tmp_path / "depth.exr", refuse)
 
 

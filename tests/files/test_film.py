@@ -98,7 +98,7 @@ class TestMp4:
 
     def test_without_the_extra_it_is_named(self, tmp_path, monkeypatch):
         monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-        with pytest.raises(ValueError, match=r"pip install 'pointshade-gl\[video\]' for \.mp4; \.gif works without"):
+        with pytest.raises(ValueError, match=r"pip install '\.\[video\]' in the clone for \.mp4; \.gif works without"):
             check_film(tmp_path / "out.mp4")
         with Film(tmp_path / "out.gif") as film:
             film.add(picture())

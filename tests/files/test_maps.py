@@ -154,7 +154,7 @@ class TestPlaces:
 
     def test_without_the_extra_it_is_named(self, tmp_path, monkeypatch, check, save):
         monkeypatch.setitem(sys.modules, "OpenEXR", None)
-        with pytest.raises(ValueError, match=r"pip install 'pointshade-gl\[exr\]' for \.exr; \.npy works without"):
+        with pytest.raises(ValueError, match=r"pip install '\.\[exr\]' in the clone for \.exr; \.npy works without"):
             check(tmp_path / "x.exr")
         save(tmp_path / "x.npy", DEPTH if save is ps.save_depth else NORMALS)
 

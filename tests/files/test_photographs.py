@@ -264,7 +264,7 @@ def test_a_photograph_that_is_none(photo):
 def test_without_the_extra_its_name_is_said(photo, monkeypatch):
     model = save_mean(photo.parent / "depth_anything.onnx")
     monkeypatch.setitem(__import__("sys").modules, "onnxruntime", None)
-    with pytest.raises(ValueError, match=r"is a network: pip install 'pointshade-gl\[onnx\]' to read it"):
+    with pytest.raises(ValueError, match=r"is a network: pip install '\.\[onnx\]' in the clone to read it"):
         read(photo, model)
 
 

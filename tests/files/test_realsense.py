@@ -97,5 +97,5 @@ def test_no_camera_is_one_sentence():
 
 def test_without_the_extra_it_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "pyrealsense2", None)
-    with pytest.raises(ValueError, match=r"pip install 'pointshade-gl\[realsense\]'"):
+    with pytest.raises(ValueError, match=r"pip install '\.\[realsense\]' in the clone"):
         RealSenseSource()

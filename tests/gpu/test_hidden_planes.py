@@ -82,6 +82,32 @@ def test_bridge(gpu, scene):
     assert 0.1 < (found[:, 3] > 0).mean() < 0.9
 
 
+def test_hidden_at(gpu):
+    surface_map, pixel = surface_of(BALL, plane((0, -1, -0.3), (0, 0.3, 1.4), grey))
+    found = bridge.hidden_at(surface_map, pixel, 3, K)
+    inputs = {"surface_map": surface_map, "p": pixel.astype(F), "k": K[None]}
+    close(gpu("hidden_planes.glsl", "hidden_at(surface_map, ivec2(p), 3, k)", **inputs), found, missed=0.01, atol=1e-3)
+    for way in ((1, 0), (0, -1)):
+        outline = bridge.find_outline(surface_map, pixel, np.array(way), 3, K)
+        answer = gpu("hidden_planes.glsl", f"find_outline(surface_map, ivec2(p), ivec2{way}, 3, k), 0", **inputs)
+        close(answer[:, :3], outline, missed=0.01, atol=1e-3)
+        assert 0.1 < (outline[:, 0] > 0).mean() <= 1
+
+
+def test_a_ball_has_a_back_as_round_as_its_front():
+    surface_map, pixel = surface_of(BALL)
+    found = bridge.hidden_at(surface_map, pixel, 2, K)
+    ray = np.column_stack([(pixel - K[2:]) / K[:2], np.ones(len(pixel))])
+    has = found[:, 3] > 0
+    off = np.abs(np.linalg.norm(ray * found[:, 3:] - (0.03, 0, 1.2), axis=-1) - 0.2)[has]
+    assert has.mean() > 0.9 and np.quantile(off, 0.9) < 0.06 and off.max() < 0.12  # a pixel is .011 wide
+
+
+def test_what_ends_sharply_has_no_back():
+    surface_map, pixel = surface_of(patch((0, 0, 1.2), (0.2, 0, 0.1), (0, 0.2, 0), grey))
+    assert not bridge.hidden_at(surface_map, pixel, 2, K).any()
+
+
 @pytest.mark.parametrize("stride", [1, 3])
 def test_the_plane_behind_a_ball_goes_on_where_its_formula_says(stride):
     surface_map, pixel = surface_of(BALL, plane(*WALL, grey))

@@ -4,10 +4,12 @@ import math
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page
+from pointshade_gl.scene.graph import scene_of
 from pointshade_gl.scene.orbit import OrbitStage, State, marker_place, rims_from
 from pointshade_gl.viewer.events import Event
 
@@ -304,6 +306,9 @@ class TestButtons:
             assert button.get_attribute("aria-pressed") != before
             start = replace(start, **changed)
             assert_same(shown.state, start)
+        for on in (True, False):  # the light was given without a shadow: it casts one as soon as somebody wants it
+            shown.page.locator("#shadows").click()
+            assert shown.state["shadows"] is on and shown.page.evaluate("pointshade.seen().lights[0].shadow")
         shown.page.locator("#shading").select_option("flat")
         assert shown.state["shading"] == "flat" and shown.state["lit"]
 
@@ -315,3 +320,28 @@ class TestButtons:
         shown.page.mouse.move(100, 300, steps=4)
         shown.page.locator("#reset").click()
         assert_same(shown.state, start)
+
+
+def test_ten_drags_around_a_cloud_end_where_they_do_in_the_window(browser, renderer):
+    """Across, down, over the pole, back: a cloud turns about its own up, in the picture as it began."""
+    positions = np.random.default_rng(0).normal(0, (0.5, 0.2, 0.9), (2000, 3))
+    cloud = ps.PointCloud(positions.astype(np.float32), up="z")
+    scene, view = scene_of(cloud), ps.View(pitch=35)
+    hand, state, stage = Hand(), State(), OrbitStage.of(scene)
+    state = state.seen_from(np.linalg.inv(scene.pose) @ view.seen(scene)[1], stage)
+    with browser.opened(draw_page(renderer, cloud, pitch=35)) as page:
+        page.wait_until_drawn()
+        camera = scene.picture_camera.fitted(*page.page.evaluate("[picture.width, picture.height]"))
+        ways = np.random.default_rng(1).uniform(-150, 150, (10, 2))
+        ways[:3] = (180, 0), (0, 190), (-170, 60)
+        for across, down in ways.tolist():
+            start, end = (300, 220), (300 + across, 220 + down)
+            page.page.mouse.move(*start)
+            drag(page.page, start, end)
+            for kind, place in (("press", start), *(("move", at) for at in places(start, end)), ("release", end)):
+                state = hand.handle(Event(kind, "left", **pixel(*place)), state, stage, camera)
+            found = np.array(page.page.evaluate("pose(pointshade.state, pointshade.data.stage)"))
+            expected = state.pose(stage)
+            turned = found[:3, :3].T @ expected[:3, :3]
+            assert np.degrees(np.arccos(np.clip((np.trace(turned) - 1) / 2, -1, 1))) < 0.1
+            assert np.linalg.norm(found[:3, 3] - expected[:3, 3]) < 1e-3 * stage.radius

@@ -14,12 +14,14 @@ from ..support.page_functions import run_script
 
 CAMERA = ps.Camera(500, -510, 300.5, 239.5, 640, 480)
 STAGE = OrbitStage(np.array([0.2, -0.1, 2.0]), 1.3, np.diag([1.0, -1.0, 1.0]))
+UP = 0.36, 0.8, -0.48  # of a stage whose orbits turn about an axis of its own, as those of clouds do
 PLACE = ps.orbit_pose(None, (0.3, 0.1, 1.5), 25, -40)
 LIGHTS = {
     "point": ps.Light(position=(0, 0, 0)),
     "directional": ps.Light(direction=(0, 0, 1)),
     "spot": ps.Light(position=(0, 0, 0), direction=(0, 0, 1)),
 }
+OTHERS = ps.Light(position=(1, -0.5, 0.2)), ps.Light(direction=(0.3, 0.9, -0.2))
 ACTIONS = {  # arguments of each, drawn at random
     "orbited": lambda draw: [*draw.uniform(-900, 900, 2), 480],
     "panned": lambda draw: [*draw.uniform(-300, 300, 2), 500],
@@ -33,7 +35,8 @@ ACTIONS = {  # arguments of each, drawn at random
 }
 SCRIPT = """
 const { stage, camera, place, kinds } = value;
-const names = { orbited, panned, zoomed, light_reached: lightReached, with_light_direction: withLightDirection,
+const names = { orbited: (state, ...given) => orbited(state, ...given, stage.axis),
+  panned, zoomed, light_reached: lightReached, with_light_direction: withLightDirection,
   with_pivot: (state, point) => withPivot(state, point, stage),
   reset_view: (state) => resetView(state, START),
   light_mode: (state, lightMode) => ({ ...state, lightMode }), light_at: (state, lightAt) => ({ ...state, lightAt }) };
@@ -44,7 +47,8 @@ return value.actions.map(([name, given]) => {
   return [state.yaw, state.pitch, state.distance, state.pan, state.lightAt, state.lightReach, towards(state),
     seenPivot(state, stage), seenMiddle(state, stage), pose(state, stage), middle(state, stage, camera),
     markerPlace(state, stage, camera),
-    rimsFrom(middle(state, stage, camera), 17, 400, camera), isBehind(state), lights];
+    rimsFrom(middle(state, stage, camera), 17, 400, camera), isBehind(state), lights,
+    value.others.map((one) => withLight(state, one, stage, product(place, pose(state, stage))).lightAt)];
 });
 """
 
@@ -56,25 +60,26 @@ def plain(value):
     return [plain(part) for part in value] if isinstance(value, list | tuple) else value
 
 
-def after(state, name, given):
+def after(state, name, given, stage):
     if name == "reset_view":
         return state.reset_view(State())
     if name == "with_pivot":
-        return state.with_pivot(*given, STAGE)
+        return state.with_pivot(*given, stage)
     if name in ("light_mode", "light_at"):
         return replace(state, **{name: given[0] if name == "light_mode" else tuple(given[0])})
-    return getattr(state, name)(*given)
+    return getattr(state, name)(*given, *[stage.axis] * (name == "orbited"))
 
 
-def seen(state):
+def seen(state, stage):
     """What SCRIPT gives for a state."""
-    lights = [(one.position, one.direction) for one in (state.light(STAGE, PLACE, kind) for kind in LIGHTS.values())]
-    middle = state.middle(STAGE, CAMERA)
+    lights = [(one.position, one.direction) for one in (state.light(stage, PLACE, kind) for kind in LIGHTS.values())]
+    middle = state.middle(stage, CAMERA)
     return [
         *(state.yaw, state.pitch, state.distance, state.pan, state.light_at, state.light_reach, state.towards),
-        *(state.seen_pivot(STAGE), state.seen_middle(STAGE), state.pose(STAGE), middle),
-        marker_place(state, STAGE, CAMERA),
+        *(state.seen_pivot(stage), state.seen_middle(stage), state.pose(stage), middle),
+        marker_place(state, stage, CAMERA),
         *(rims_from(middle, 17, 400, CAMERA), state.is_behind, lights),
+        [state.with_light(other, stage, PLACE).light_at for other in OTHERS],
     ]
 
 
@@ -85,18 +90,20 @@ def flat(value):
     return [math.nan if value is None else float(value)]
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_the_same_actions_lead_to_the_same_view_and_light(seed):
+@pytest.mark.parametrize(("seed", "axis"), [(0, (0.0, 1.0, 0.0)), (1, UP), (2, UP)])
+def test_the_same_actions_lead_to_the_same_view_and_light(seed, axis):
+    stage_of = replace(STAGE, axis=axis)
     draw = np.random.default_rng(seed)
     actions = [(name, plain(ACTIONS[name](draw))) for name in draw.choice(list(ACTIONS), 400).tolist()]
     kinds = [{"position": plain(one.position), "direction": plain(one.direction)} for one in LIGHTS.values()]
-    stage = {"pivot": plain(STAGE.pivot), "radius": STAGE.radius, "upright": plain(STAGE.upright)}
+    stage = {"pivot": plain(STAGE.pivot), "radius": STAGE.radius, "upright": plain(STAGE.upright), "axis": axis}
     camera = {field.name: getattr(CAMERA, field.name) for field in fields(CAMERA)}
     given = {"actions": actions, "stage": stage, "camera": camera, "place": plain(PLACE), "kinds": kinds}
+    given["others"] = [{"position": plain(one.position), "direction": plain(one.direction)} for one in OTHERS]
     state = State()
     for (name, values), found in zip(actions, run_script(SCRIPT, given), strict=True):
-        state = after(state, name, values)
-        expected = flat(plain(seen(state)))
+        state = after(state, name, values, stage_of)
+        expected = flat(plain(seen(state, stage_of)))
         np.testing.assert_allclose(flat(found), expected, rtol=1e-12, atol=1e-12, err_msg=name)
 
 

@@ -1,12 +1,17 @@
 """What stands out of a surface by less than a pixel's width touches it: it casts no shadow on it. More does."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.bench.scenes import VASE_POSE, vase_scene
+from pointshade_gl.scene.orbit import UPPER_LEFT, OrbitStage, State
 
 from ..support import frames
 from ..support.drivers import need_compute
+from ..truth.files import MATTE
 
 CAMERA, Z = frames.CAMERA, 1.5
 PIXEL = Z / CAMERA.fx  # metres
@@ -43,3 +48,20 @@ def test_a_bump_of_five_pixels_keeps_its_shadow(made, slope):
     row, start = dark[56:65], 77
     assert (row[:, start - 5 * slope + 2 : start - 1] > 40).all()
     assert not row[:, : start - 5 * slope - 2].any() and not dark[:50].any() and not dark[70:].any()
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(("light_at", "least"), [(UPPER_LEFT, 0.97), ((-0.714, -0.535), 0.94)])
+def test_the_vase_casts_the_shadow_of_the_whole_vase_on_its_table(renderer, light_at, least):
+    """The window's first light, and one from the side, which shines through a frame that has no back."""
+    frame = ps.load_frame("vase")
+    light = replace(State(light_at=light_at).light(OrbitStage.of(frame), frame.pose), shadow=True)
+    points = frame.camera.unproject(frame.depth) @ VASE_POSE[:3, :3].T + VASE_POSE[:3, 3]
+    lamp, on_table = VASE_POSE[:3, :3] @ light.position + VASE_POSE[:3, 3], np.abs(points[..., 1]) < 1e-4
+    rays = points[on_table] - lamp
+    is_shaded = np.min([part.meet(lamp, rays)[0] for part in vase_scene()], 0) < 1 - 1e-3
+    plain = ps.Frame(None, frame.depth, frame.camera)
+    lights = light, replace(light, shadow=False)
+    shaded, lit = (np.asarray(renderer.render(plain, light=one, material=MATTE))[on_table, 0] for one in lights)
+    found = shaded < 0.73 * lit  # half of it, in sRGB
+    assert is_shaded.sum() > 2000 and (found & is_shaded).sum() > least * (found | is_shaded).sum()

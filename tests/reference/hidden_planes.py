@@ -14,6 +14,7 @@ from .vectors import dot, normalize
 
 F = np.float32
 STEP_UP, MEETING, WELL_BEHIND = F(0.04), F(0.02), F(0.015)
+TURNED_AWAY, BENT = F(0.5), F(0.75)
 FARTHEST, LAYERS = 96, 2
 
 
@@ -71,6 +72,59 @@ def bridge(surface_map: np.ndarray, pixel: np.ndarray, stride: int, source: np.n
         for j in range(LAYERS * LAYERS):
             other = between(before[j // LAYERS], after[j % LAYERS], seen)
             found = _choose(found[:, 3] == 0, other, found)
+    return found
+
+
+def find_outline(
+    surface_map: np.ndarray, middle: np.ndarray, direction: np.ndarray, stride: int, source: np.ndarray
+) -> np.ndarray:
+    def cosine_of(surface: np.ndarray, place: np.ndarray) -> np.ndarray:
+        return np.abs(dot(surface[:, :3], normalize(pixel_ray(place.astype(F), source)))[..., 0])
+
+    count = len(middle)
+    away, pace = np.full(count, -stride), np.full(count, stride)
+    place = middle - stride * direction
+    found, last = np.zeros((count, 3), F), texel_or_zero(surface_map, place).copy()
+    last[:, 3] = np.abs(last[:, 3])
+    cosine = inside = cosine_of(last, place)
+    goes_on = np.ones(count, bool)
+    for _ in range(FARTHEST):
+        place = middle + (away + pace)[:, None] * direction
+        there = texel_or_zero(surface_map, place)
+        z = np.abs(there[:, 3])
+        ends = (z == 0) | (z > last[:, 3] * (F(1) + STEP_UP))
+        is_hidden = (z > 0) & (z < last[:, 3] * (F(1) - STEP_UP))
+        is_last = goes_on & (is_hidden | (ends & ((away < 0) | (pace == 1))))
+        bends = is_last & ~is_hidden & (cosine < TURNED_AWAY) & (cosine < BENT * inside) & (away >= 0)
+        found = _choose(bends, np.column_stack([last[:, 3], away.astype(F), cosine]), found)
+        goes_on = goes_on & ~is_last
+        steps = goes_on & ~ends
+        inside = np.where(steps & (pace == stride), cosine, inside)
+        cosine = np.where(steps, cosine_of(there, place), cosine)
+        last = _choose(steps, np.column_stack([there[:, :3], z]), last)
+        away, pace = away + np.where(steps, pace, 0), np.where(goes_on & ends, 1, pace)
+        if not goes_on.any():
+            break
+    return found
+
+
+def back_of(one: np.ndarray, other: np.ndarray, seen: np.ndarray, ray: np.ndarray, focal: np.float32) -> np.ndarray:
+    known = np.minimum(one[:, 0], other[:, 0]) > 0
+    width = np.maximum(one[:, 1] + other[:, 1], F(1))
+    first, second = (F(1) / np.where(known, outline[:, 0], F(1)) for outline in (one, other))
+    depth = F(1) / (first + (second - first) * (one[:, 1] / width))
+    z = F(2) * depth * (F(1) + F(0.25) * (one[:, 2] + other[:, 2]) * width / focal) - seen[:, 3]
+    normal = F(2) * dot(seen[:, :3], ray) * ray - seen[:, :3]
+    is_behind = known & (z > seen[:, 3] * (F(1) + WELL_BEHIND))
+    return _choose(is_behind, np.column_stack([normal, z]), np.zeros_like(seen))
+
+
+def hidden_at(surface_map: np.ndarray, pixel: np.ndarray, stride: int, source: np.ndarray) -> np.ndarray:
+    found, seen = bridge(surface_map, pixel, stride, source), surface_at(surface_map, pixel)
+    ray = normalize(pixel_ray(pixel.astype(F), source))
+    for direction, focal in zip(np.array([(1, 0), (0, 1)]), np.abs(source[:2]), strict=True):
+        before, after = (find_outline(surface_map, pixel, way, stride, source) for way in (-direction, direction))
+        found = _choose(found[:, 3] == 0, back_of(before, after, seen, ray, focal), found)
     return found
 
 

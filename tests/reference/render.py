@@ -28,7 +28,7 @@ from .camera import pixel_ray
 from .color import srgb_to_linear
 from .eye_dome import eye_dome
 from .finished import draw_ground, finished
-from .hidden_planes import bridge
+from .hidden_planes import hidden_at
 from .inverse_depth import pixel_grid
 from .lights import light_surface
 from .picture import picture_at
@@ -236,7 +236,7 @@ def hidden_points(points: Splatted) -> Splatted:
     middle = stride * np.stack(np.meshgrid(np.arange(camera.width), np.arange(camera.height)), -1) + stride // 2
     pixel = np.minimum(middle, (frame.camera.width - 1, frame.camera.height - 1)).reshape(-1, 2)
     source = np.array(frame.camera.intrinsics, F)
-    surface = _once(lambda: bridge(points.surface_map, pixel, stride, source), points.surface_map, frame.camera)
+    surface = _once(lambda: hidden_at(points.surface_map, pixel, stride, source), points.surface_map, frame.camera)
     surface = surface.reshape(camera.height, camera.width, 4)
     hidden = Frame(None, surface[..., 3], camera, frame.pose)
     return Splatted(hidden, surface, Appearance(), points.rasterizer, points.merge)

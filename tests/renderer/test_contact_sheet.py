@@ -3,7 +3,7 @@
 import numpy as np
 
 from pointshade_gl.files.pictures.picture_files import normals_to_rgb
-from pointshade_gl.renderer.series import contact_sheet
+from pointshade_gl.renderer.series import CAPTION, contact_sheet
 
 from ..support import frames
 
@@ -12,10 +12,15 @@ def test_colours_and_depth_lie_above_normals_and_the_lit_frame(renderer):
     frame = frames.sphere_before_wall()
     height, width = frame.depth.shape
     sheet = contact_sheet(renderer, frame)
-    top, bottom, left, right = sheet[:height], sheet[-height:], slice(width), slice(-width, None)
-    np.testing.assert_array_equal(top[:, left], renderer.render(frame, shading="none"))
-    np.testing.assert_array_equal(bottom[:, left], normals_to_rgb(renderer.estimate_normals(frame)))
-    np.testing.assert_array_equal(bottom[:, right], renderer.render(frame, exposure="sensor"))
-    shades, near = top[:, right].astype(int), frame.depth < np.median(frame.depth[frame.depth > 0])
-    assert (shades[..., 0] == shades[..., 2]).all()  # grey: near is bright
-    assert shades[near & (frame.depth > 0), 0].mean() > shades[~near, 0].mean()
+    high = height - int(1.5 * CAPTION) - 1  # of what no caption covers
+    pictures = (
+        renderer.render(frame, shading="none"),
+        renderer.render(frame, show="depth"),  # as the key V of the window
+        normals_to_rgb(renderer.estimate_normals(frame)),
+        renderer.render(frame, exposure="sensor"),
+    )
+    for k, expected in enumerate(pictures):
+        top, left = k // 2 * (len(sheet) - height), k % 2 * (sheet.shape[1] - width)
+        np.testing.assert_array_equal(sheet[top : top + high, left : left + width], expected[:high])
+        caption = sheet[top + high + 2 : top + height, left : left + 40, 0]
+        assert caption.min() < 30 and caption.max() > 200

@@ -41,7 +41,7 @@ def shown(viewer):
         instead.setattr(viewer.window, "swap", take)
         viewer.handle(Event("refresh"))
         viewer.step(wait=False)
-    return taken[0]
+    return taken[-1]  # before the first picture the window says that it prepares one
 
 
 def move(viewer, *places, steps=10):
@@ -125,8 +125,9 @@ def click_row(viewer, label, clicks=1, **held):
 
 
 def quiet(viewer):
-    """No message over the picture."""
+    """No message over the picture, and no bar."""
     viewer.messages.clear()
+    viewer._buttons._until = 0.0
     return viewer
 
 

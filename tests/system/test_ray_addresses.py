@@ -15,7 +15,7 @@ pytestmark = pytest.mark.system
 def test_without_ray_an_error_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "ray", None)
     with (
-        pytest.raises(ValueError, match=r"^Ray is not installed: pip install 'pointshade-gl\[ray\]'$"),
+        pytest.raises(ValueError, match=r"^Ray is not installed: pip install '\.\[ray\]' in the clone$"),
         connected("local"),
     ):
         pass

@@ -39,7 +39,7 @@ class TestKeys:
     @pytest.mark.parametrize(
         ("before", "following", "says"),
         [
-            (None, SKY, "light from all around: sky"),
+            (None, SKY, "light from all around: sky, with the mouse's light low"),
             (SKY, STUDIO, "light from all around: studio"),
             (STUDIO, None, "no light from all around"),
             (OWN, None, "no light from all around"),
@@ -70,7 +70,7 @@ class TestKeys:
 
     def test_while_unlit_a_message_says_when_it_is_seen(self):
         _, effects = after(under(), key("B"), key("E"))
-        assert effects[0].text == "light from all around: sky; seen once lit again (B)"
+        assert effects[0].text == "light from all around: sky, with the mouse's light low; seen once lit again (B)"
 
 
 class TestMouse:
@@ -145,6 +145,20 @@ class TestPanel:
 
 
 class TestWindow:
+    def test_nothing_burns_under_it_and_the_two_differ(self, open_viewer):
+        """White is as bright as it may be without the mouse's light, which is low beside light from all around."""
+        viewer = quiet(open_viewer(ps.load_frame("vase")))
+        pictures = []
+        for _ in range(2):
+            press(viewer, "E")
+            pictures.append(viewer.screen.read(viewer.picture, 1).astype(int))
+            seen = pictures[-1][pictures[-1][..., 3] > 0]
+            assert (seen[:, :3] >= 254).any(-1).mean() < 0.001
+        assert np.abs(pictures[0] - pictures[1]).mean(where=pictures[0][..., 3:] > 0) > 8
+        press(viewer, "E")
+        assert viewer.state.light_intensity == 1
+        assert open_viewer(state=State(finish=ps.OutputSettings(environment="sky"))).state.light_intensity < 0.5
+
     def test_it_is_drawn_undone_and_reset(self, open_viewer):
         viewer = quiet(open_viewer(frames.sphere()))
         plain = shown(viewer)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.scene.orbit import OrbitStage, State
+from pointshade_gl.scene.orbit import UPPER_LEFT, OrbitStage, State, marker_place
 from pointshade_gl.viewer.controller import added, placed, removed, taking, titles
 from pointshade_gl.viewer.state import Snapshot
 
@@ -110,8 +110,10 @@ def test_s_says_when_no_light_casts_shadows(open_viewer):
     assert viewer.messages.text == "shadows off, but no light casts any"
 
 
-def test_frames_under_lights_without_shadows_start_without(open_viewer):
+def test_what_has_lights_without_shadows_or_none_starts_without(open_viewer):
     assert not of_frame(open_viewer, [POINT, SUN]).state.shadows
+    viewer = open_viewer(ps.PointCloud(np.random.default_rng(0).normal((0, 0, 5), 0.5, (500, 3))))
+    assert not viewer.state.shadows and viewer.held.shadow  # until S asks for them
     assert of_frame(open_viewer, [POINT, SPOT]).state.shadows
 
 
@@ -158,3 +160,20 @@ class TestMoreOrFewer:
     def test_no_direction_is_none(self):
         now = Snapshot(State().with_light(SUN, STAGE, POSE), STAGE, SUN, ())
         assert placed(now, (0, 0, 0), POSE).state.light_at == pytest.approx(now.state.light_at)
+
+
+def test_each_light_has_a_marker_that_points_at_the_object(open_viewer):
+    """The first is white and above on the left, the second blue and from the right."""
+    lights = ps.Light(position=(-1, -1, 0.2)), ps.Light(direction=(-1, 0, 0.3), color=(0.1, 0.2, 1))
+    viewer = of_frame(open_viewer, lights)
+    u, v = viewer.state.middle(viewer.stage, viewer.camera)
+    with_markers, viewer.state = shown(quiet(viewer)).astype(int), replace(viewer.state, lit=False)
+    assert viewer.state.light_at != UPPER_LEFT
+    for k, state in enumerate([viewer.state, viewer.state.with_light(viewer.lights[0], viewer.stage, POSE)]):
+        x, y = marker_place(state, viewer.stage, viewer.camera)
+        (column, row), radius = np.rint((x, y)).astype(int), (7, 4.5)[k]
+        assert with_markers[row, column] == pytest.approx(255 * np.array(state.light_color), abs=2)
+        way = np.array([u - x, v - y]) / np.hypot(u - x, v - y)
+        tip, back = (np.rint((x, y) + side * 2.5 * radius * way).astype(int) for side in (1, -1))
+        assert (with_markers[tip[1], tip[0]] == with_markers[row, column]).all()
+        assert (with_markers[back[1], back[0]] != with_markers[row, column]).any()

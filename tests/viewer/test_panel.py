@@ -83,7 +83,7 @@ class TestPanel:
         monkeypatch.setitem(sys.modules, "imgui_bundle", None)
         viewer = open_viewer()
         press(viewer, "G")
-        assert "pip install 'pointshade-gl[gui]'" in viewer.messages.text and not viewer.state.panel
+        assert "pip install '.[gui]' in the clone" in viewer.messages.text and not viewer.state.panel
 
 
 def write(viewer, text):

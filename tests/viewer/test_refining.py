@@ -77,6 +77,37 @@ def test_it_waits_until_things_rest(open_viewer):
     assert viewer.redrawing.samples == 1
 
 
+def test_what_is_slow_is_coarser_while_it_moves_and_fine_as_soon_as_it_rests(open_viewer, monkeypatch):
+    viewer = quiet(open_viewer(frames.sphere_before_wall()))
+    fine = shown(viewer).astype(float)
+    monkeypatch.setattr(redrawing, "SLOW", 0.0)  # everything is
+    monkeypatch.setattr(redrawing, "MOVING_SECONDS", 1e-9)
+    viewer.samples = SAMPLES
+    for x in (10, 12, 10, 12, 160):
+        viewer.handle(Event("move", x=x, y=120))
+        viewer.step(wait=False)
+    assert viewer.redrawing.coarse == redrawing.MOST_COARSE
+    drawn = viewer.screen._drawn.size
+    assert drawn == tuple(round(side / redrawing.MOST_COARSE) for side in viewer.window.picture_size)
+    assert shown(viewer).shape == fine.shape and viewer.redrawing.coarse == redrawing.MOST_COARSE
+    blurred = shown(viewer).astype(float)
+    monkeypatch.setattr(redrawing, "REST", 0.0)
+    viewer.step(wait=False)
+    assert (viewer.redrawing.coarse, viewer.redrawing.samples) == (1, 1)
+    assert 0.2 < np.abs(shown(viewer) - blurred).mean() < 12
+
+
+def test_values_under_the_mouse_are_those_of_all_pixels(open_viewer, monkeypatch):
+    monkeypatch.setattr(redrawing, "SLOW", 0.0)
+    viewer = quiet(open_viewer())
+    viewer.samples = SAMPLES
+    press(viewer, "D")
+    for x in range(100, 160, 10):
+        viewer.handle(Event("move", x=x, y=120))
+        viewer.step(wait=False)
+        assert viewer.redrawing.coarse == 1
+
+
 def test_a_photograph_as_it_was_taken_stays_sharp(open_viewer, monkeypatch):
     """At the size of the frame, unlit."""
     viewer = refined(open_viewer, monkeypatch, window_size=(160, 120))
@@ -86,13 +117,16 @@ def test_a_photograph_as_it_was_taken_stays_sharp(open_viewer, monkeypatch):
     assert viewer.redrawing.samples == (1 if own else 64)
 
 
-def test_a_saved_picture_has_all_samples(open_viewer, monkeypatch, tmp_path):
+def test_a_saved_picture_has_the_samples_of_a_still_or_those_that_there_are(open_viewer, monkeypatch, tmp_path):
     from PIL import Image
 
     monkeypatch.chdir(tmp_path)
     viewer = refined(open_viewer, monkeypatch)
-    with Image.open(viewer.save_picture()) as saved:
-        assert (np.asarray(saved) == viewer.screen.read(viewer.picture, 64)).all()
+    for samples in (16, 64):
+        with Image.open(viewer.save_picture()) as saved:
+            assert (np.asarray(saved) == viewer.screen.read(viewer.picture, samples)).all()
+        assert viewer.redrawing.samples == samples
+        rested(viewer)
 
 
 def test_the_panel_makes_the_light_larger(open_viewer):

@@ -11,6 +11,7 @@ from pointshade_gl.viewer import Viewer
 from pointshade_gl.viewer import overlay as messages
 from pointshade_gl.viewer.events import Event
 from pointshade_gl.viewer.keys import BY_NAME
+from pointshade_gl.viewer.overlay import BUTTONS, button_boxes
 from pointshade_gl.viewer.window import Window
 
 from ..support import frames
@@ -220,3 +221,46 @@ class TestRest:
             move(viewer, *places)
             viewer.step(wait=False)
             assert viewer.renderer.steps.counts - before == dict.fromkeys(steps, 1)
+
+
+def test_a_window_that_the_screen_has_no_room_for_is_smaller_with_a_note(open_viewer):
+    notes = []
+    viewer = open_viewer(window_size=(40000, 30000), notes=notes.append)
+    width, height = viewer.window.picture_size
+    assert any("larger than the screen" in note and f"{width}x{height}" in note for note in notes)
+
+
+class TestBar:
+    def test_its_buttons_do_what_their_keys_do_and_turn_nothing(self, open_viewer):
+        viewer = open_viewer(window_size=(640, 480))
+        viewer.step(wait=False)
+        before = viewer.state
+        for (start, end), (word, _) in zip(button_boxes(viewer.window.scale), BUTTONS, strict=True):
+            if word == "save":
+                continue
+            for kind in ("press", "release"):
+                viewer.handle(Event(kind, "left", (start + end) / 2, 24))
+            viewer.step(wait=False)
+        after = viewer.state
+        assert not after.light_mode and after.shadows and not after.finish.is_light and after.help
+        assert (after.yaw, after.pitch, after.pan) == (before.yaw, before.pitch, before.pan)
+
+    def test_it_fades_and_comes_back_with_the_mouse(self, open_viewer):
+        viewer = open_viewer(window_size=(640, 480))
+        viewer.step(wait=False)
+        assert viewer._overlay.buttons[0] == 1
+        viewer.messages.clear()
+        shown_bar = shown(viewer)[10:38, 10:300].astype(int)
+        viewer._buttons._until = time.perf_counter() + 0.3
+        assert 0 < viewer._overlay.buttons[0] < 1 and viewer.patience(time.perf_counter()) <= 0.2
+        viewer._buttons._until = 0.0
+        gone = shown(viewer)[10:38, 10:300]
+        assert viewer._overlay.buttons is None and (np.abs(gone - shown_bar) > 8).any(-1).mean() > 0.3
+        assert viewer.patience(time.perf_counter()) is None
+        move(viewer, (300, 200), (100, 30))
+        assert viewer._overlay.buttons[2] == "S"
+
+    def test_a_window_that_is_too_narrow_has_none(self, open_viewer):
+        viewer = open_viewer(window_size=(320, 240))
+        viewer.step(wait=False)
+        assert viewer._overlay.buttons is None

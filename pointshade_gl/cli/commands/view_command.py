@@ -18,7 +18,7 @@ from .. import options
 from ..command_lines import Typed, render_line
 from ..inputs import Inputs, check_align, check_different, check_frame, check_stream, load_several
 from ..option_groups import AppearanceGroup, check_folders, rates_from, size_from, views_from
-from ..output import announce
+from ..output import announce, spinner
 
 
 @options.spread
@@ -44,7 +44,8 @@ def view(
     size, more = size_from(window.window_size, "window_size"), others.more or []
     count = None if others.views is None else views_from(others.views) or "all"
     check_folders(more)
-    is_scene, sources = _read(Inputs(frame, options.MoreOptions(more)), state.look, others.views is not None)
+    with spinner(f"reading {frame.title}"):  # there is no window yet
+        is_scene, sources = _read(Inputs(frame, options.MoreOptions(more)), state.look, others.views is not None)
     if window.record is not None:
         check_not_read(window.record)
     if output is not None:

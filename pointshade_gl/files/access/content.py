@@ -175,7 +175,7 @@ def import_extra(module: str, extra: str, what: str) -> Any:
     try:
         return import_module(module)
     except ImportError:
-        raise ValueError(f"{what}: pip install 'pointshade-gl[{extra}]' to read it") from None
+        raise ValueError(f"{what}: pip install '.[{extra}]' in the clone to read it") from None
 
 
 def check_size(file: BufferedReader, path: FilePath, max_pixels: float, share: float = FILE_BYTES) -> int:

@@ -107,7 +107,7 @@ def how_to_make_depth() -> str:
     """Return what to do with a photograph alone, to end a sentence."""
     return (
         "a network makes its depth: download model.onnx of onnx-community/depth-anything-v2-small from "
-        f"huggingface.co, pip install 'pointshade-gl[onnx]', and pass {option('depth_model', 'model.onnx')}"
+        f"huggingface.co, pip install '.[onnx]' in the clone, and pass {option('depth_model', 'model.onnx')}"
     )
 
 

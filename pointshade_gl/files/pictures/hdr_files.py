@@ -214,7 +214,7 @@ def _read_channels(path: FilePath, max_pixels: float) -> dict[str, NDArray[Any]]
 def check_exr(path: FilePath) -> None:
     """Raises ValueError without the extra that writes EXR pictures."""
     if find_spec("OpenEXR") is None:
-        raise ValueError(f"cannot write {path}: pip install 'pointshade-gl[exr]' for .exr; .npy works without")
+        raise ValueError(f"cannot write {path}: pip install '.[exr]' in the clone for .exr; .npy works without")
 
 
 def write_exr(path: FilePath, channels: dict[str, NDArray[Any]]) -> None:

@@ -256,7 +256,7 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float, upright: bool = Tr
         if found := what_else(Path(name)):
             raise ValueError(f"{name} is {found}") from None
         if head[4:8] == b"ftyp":
-            way_out = "pip install 'pointshade-gl[heic]', or a newer Pillow for AVIF"
+            way_out = "pip install '.[heic]' in the clone, or a newer Pillow for AVIF"
             raise ValueError(f"{name} is an HEIC or AVIF picture: {way_out}") from None
         raise NotAPictureError(f"{name} is not a picture, or its format is none of {', '.join(_READ)}") from None
     except MemoryError:

@@ -241,7 +241,7 @@ def _find_ffmpeg(path: Path) -> str:
     try:
         imageio_ffmpeg: Any = import_module("imageio_ffmpeg")  # only here: an optional extra
     except ImportError:
-        way_out = "pip install 'pointshade-gl[video]' for .mp4; .gif works without"
+        way_out = "pip install '.[video]' in the clone for .mp4; .gif works without"
         raise ValueError(f"cannot write {path}: {way_out}") from None
     try:
         return imageio_ffmpeg.get_ffmpeg_exe()

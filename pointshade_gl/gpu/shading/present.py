@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
@@ -17,26 +15,13 @@ from ..core.programs import AdditiveBlend, FullscreenPasses
 from ..core.view_images import Canvas, SurfaceImage, Target
 
 
-class Marker(NamedTuple):
-    """The marker of the light: pixels of the picture from its upper left corner, and an sRGB colour from 0 to 1."""
-
-    x: float
-    y: float
-    radius: float
-    color: tuple[float, float, float]
-    is_behind: bool
-
-
 class PresentPass(FullscreenPasses):
     """Draws into a framebuffer whose first row is at the bottom, as a window's is."""
 
-    def draw(self, window: moderngl.Framebuffer, picture: moderngl.Texture, marker: Marker | None) -> None:
-        """Draw the picture over the whole window; where its alpha is 0 the background shows."""
-        window.viewport = (0, 0, *picture.size)
-        place = (0.0, 0.0, 0.0, 0.0) if marker is None else (marker.x, marker.y, marker.radius, float(marker.is_behind))
-        color = (0.0, 0.0, 0.0) if marker is None else marker.color
-        present = self.fullscreen("output/present.frag")
-        present.draw(window, {"picture": picture}, marker=place, marker_color=color)
+    def draw(self, window: moderngl.Framebuffer, picture: moderngl.Texture, size: tuple[int, int]) -> None:
+        """Draw the picture over the whole window, of a size; where its alpha is 0 the background shows."""
+        window.viewport = (0, 0, *size)
+        self.fullscreen("output/present.frag").draw(window, {"picture": picture}, size=tuple(map(float, size)))
 
     def lay_over(self, window: moderngl.Framebuffer, drawing: moderngl.Texture, x: int, y: int) -> None:
         """Draw an overlay with straight alpha, its lower left pixel at (x, y) of the window, y upwards."""

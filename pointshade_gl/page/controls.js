@@ -126,6 +126,7 @@ function control(canvas, data) {
     try {
       const made = await createDrawing(canvas, data);
       if (player) await player.attach(made);
+      if (made.layer) made.layer.changed = redraw;
       drawing = made;
       resize();
     } catch (error) {

@@ -49,10 +49,14 @@ class PlacedSplats(Parts, Drawable):
         return SplatView(self.cloud, self.scale * view[:3, :3], view[:3, 3], normals, self.shading not in NOT_LIT)
 
     @property
+    def held(self) -> Gaussians:
+        assert self.cloud.gaussians is not None, "a cloud of splats"
+        return self.cloud.gaussians
+
+    @property
     def thickness(self) -> float:
         """Return how deep a surface of them is, world units."""
-        assert self.cloud.gaussians is not None, "a cloud of splats"
-        return THICKNESS * self.scale * self.cloud.gaussians.median_length
+        return THICKNESS * self.scale * self.held.median_length
 
 
 class LayerImage(Images):
@@ -151,8 +155,7 @@ class SplatLayer(FullscreenPasses):
         fit.draw(image.fitted.target, inputs, target=eye.camera.intrinsics, shares=SHARES, unlit=unlit)
 
     def _normals_of(self, thing: PlacedSplats) -> np.ndarray:
-        cloud, held = thing.cloud, thing.cloud.gaussians
-        assert held is not None, "a cloud of splats"
+        cloud, held = thing.cloud, thing.held
         if thing.shading in NOT_LIT:
             return np.zeros((len(held), 3), np.float32)
         if held not in self._normals:

@@ -99,7 +99,8 @@ class Drawing {
     this.develop(1);
   }
 
-  // Adds trained splats over the picture of all other things. They are as each pixel's middle sees them, in all samples.
+  // Adds trained splats over the picture of all other things. In all samples they are as each pixel's middle sees them,
+  // with what hides them in the first one.
   addSplats(eye, shadings, lamps, sample, target) {
     const { layer, shown } = this, place = this.things.indexOf(layer.thing), own = shadings[place], hasBehind = this.things.length > 1;
     const steady = { ...shown.view, near: this.near(eye.pose) }, isLit = !NOT_LIT.includes(own), hasSurface = own !== "none";
@@ -109,12 +110,14 @@ class Drawing {
       this.painter.clear(behind.target);
       this.lightPixels(eye, shadings, lamps, sample, behind.target, true);
     }
-    layer.blend(steady, hasBehind ? this.surface : null, hasBehind && this.seen, hasSurface, isLit);
-    if (hasSurface) {
+    layer.blend(steady, hasBehind ? this.surface : null, shadings, hasSurface, isLit);
+    const light = JSON.stringify([layer.version, lamps.lights, this.around.occlusion && sample]);
+    if (hasSurface && light !== this.splatLight) {
       const merged = layer.merge(hasBehind ? this : null, own === "edl" ? -1 - place : place + 1, Boolean(this.around.occlusion));
       const lit = layer.image("lit", "rgba16f");
       this.painter.clear(lit.target);
       this.lightPixels(steady, shadings, lamps, sample, lit.target, true, { ...merged, size: this.size });
+      this.splatLight = light;
     }
     layer.compose(target, hasSurface, hasBehind);
   }
@@ -172,7 +175,7 @@ class Drawing {
   // A target with the surface of the last picture, trained splats included.
   mergedSurfaces() {
     const { layer, shown } = this, hasBehind = this.things.length > 1;
-    layer.blend({ ...shown.view, near: this.near(shown.view.pose) }, hasBehind ? this.surface : null, hasBehind && this.seen, true, false);
+    layer.blend({ ...shown.view, near: this.near(shown.view.pose) }, hasBehind ? this.surface : null, [], true, false);
     layer.merge(hasBehind ? this : null, 1, Boolean(this.around.occlusion));
     return layer.image("merged").target;
   }

@@ -321,7 +321,7 @@ def _curve(at: NDArray[np.float32]) -> NDArray[np.int64]:
     return np.sum(bits, axis=0)
 
 
-PLACE_STEPS = 16  # in the length of a small splat
+PLACE_STEPS = 64  # in the length of a small splat
 SMALL = 0.1  # quantile of the lengths: that of a small one
 FLATTEST = 1e-3  # of the median length: thinner is as thin
 BASES = 1e-4  # quantile of colours and harmonics beyond which they are cut off

@@ -70,7 +70,7 @@ async function takeSplats(gl, reader, head) {
 
 class SplatLayer {
   constructor(gl, painter, thing, format) {
-    Object.assign(this, { gl, painter, thing, format, size: [0, 0], images: {}, blended: "", changed: () => {} });
+    Object.assign(this, { gl, painter, thing, format, size: [0, 0], images: {}, blended: "", version: 0, changed: () => {} });
     this.order = this.lampOrder = null;
     this.direction = this.wanted = null;
     this.isBusy = false;
@@ -162,11 +162,11 @@ class SplatLayer {
     gl.disable(gl.BLEND);
   }
 
-  // Blends what an eye sees. key: of the opaque surfaces; hasSurface: with normals and depths.
+  // Blends what an eye sees. key: of the opaque surfaces that it has there; hasSurface: with normals and depths.
   blend(eye, opaque, key, hasSurface, isLit) {
     const now = JSON.stringify([eye, key, hasSurface, isLit]);
     if (now === this.blended) return;
-    this.blended = now;
+    Object.assign(this, { blended: now, version: this.version + 1 });
     const { painter, format, size, thing } = this, { camera, pose } = eye, box = [0, 0, ...size];
     if (!hasSurface) {
       this.colors = this.image("colors", format);

@@ -344,7 +344,7 @@ def splats_part(things: Sequence[tuple[PlacedSplats, bool]], to_home: NDArray[np
     deviations, scales = _in_bytes(np.log(np.maximum(scales, thinnest + 1e-20)))
     ends = np.quantile(base, (BASES, 1 - BASES)) if count else (0, 1)
     bases, colors = _in_bytes(base.clip(min(ends[0], 0), max(ends[1], 1)))
-    columns = [np.rint(255 * opacities).clip(1), *scales.T, *_rotation_bytes(rotations).T]
+    columns = [np.rint(255 * opacities).clip(1), *scales.T, *rotation_bytes(rotations).T]
     columns += [*code_normals(normals, 8).T, marks]
     head: dict[str, Any] = {
         "kind": "splats", "count": count, "low": low.tolist(), "step": step, "bytes": [size for _, size in planes],
@@ -394,7 +394,7 @@ def _in_bytes(values: NDArray[np.floating]) -> tuple[list[float], NDArray[np.uin
     return [low, reach], np.rint((values - low) * (255 / reach)).astype(np.uint8)
 
 
-def _rotation_bytes(turns: NDArray[np.float32]) -> NDArray[np.uint8]:
+def rotation_bytes(turns: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Quaternions (n, 4) in four bytes: which part is largest, and the other three in ten bits each."""
     length = np.linalg.norm(turns, axis=1, keepdims=True)
     turns = np.where(length > 0, turns, np.array([0, 0, 0, 1], np.float32)) / np.where(length > 0, length, 1)

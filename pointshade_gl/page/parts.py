@@ -361,7 +361,7 @@ def splats_part(things: Sequence[tuple[PlacedSplats, bool]], to_home: NDArray[np
         columns += [labels & 255, labels >> 8]
         stored = (entries + 128).astype(np.uint8).tobytes()
         head |= {"shine": shine, "entries": len(entries)}
-    body = [data for data, _ in planes] + [code_colors(colors[None], np.ones((1, count), np.bool_))]
+    body = [data for data, _ in planes] + [code_colors(colors[None], np.ones((1, count), np.bool_)) if count else b""]
     return head, b"".join([*body, *(one.astype(np.uint8).tobytes() for one in columns), stored])
 
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import pointshade_gl as ps
 from pointshade_gl.estimation.splat_projection import SplatView, project_splats
 from pointshade_gl.page.parts import rotation_bytes
 from pointshade_gl.scene.camera import Eye, rotation_of, view_matrix

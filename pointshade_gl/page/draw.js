@@ -10,7 +10,8 @@ async function createDrawing(canvas, data) {
   if (!gl.getExtension("EXT_color_buffer_float")) throw new Error("this GPU cannot draw to pictures of floats");
   const [texts, bytes] = await Promise.all([unpacked(data.shaders), unpacked(data.parts)]);
   const programs = new Programs(gl, JSON.parse(new TextDecoder().decode(texts)));
-  const drawing = new Drawing(gl, programs, await takeThings(gl, new Reader(bytes), data.things), data);
+  const kind = data.things.some((head) => head.kind === "splats") ? SplatDrawing : Drawing;
+  const drawing = new kind(gl, programs, await takeThings(gl, new Reader(bytes), data.things), data);
   if (data.film) drawing.film = new Film(gl, drawing.painter, drawing.things[0]);
   return drawing;
 }
@@ -22,8 +23,6 @@ class Drawing {
     this.around = new Around(gl, this.painter, data.around);
     this.clouds = new CloudPainter(gl, programs, this.painter);
     this.outlines = new Outlines(gl, this.painter);
-    const trained = things.find((thing) => thing.kind === "splats");
-    if (trained) this.layer = new SplatLayer(gl, this.painter, trained, this.clouds.format);
     const materials = things.map((thing) => [...thing.material, thing.lobe, 0, 0, 0]);
     this.materials = makeTexture(gl, "rgba32f", 2, materials.length, new Float32Array(materials.flat()));
     for (const thing of things.filter((one) => one.kind === "points")) {
@@ -43,9 +42,12 @@ class Drawing {
     this.hurries = hurries;
     this.count = 0;
     this.kept = null;
-    if (this.layer) this.drawSplatted();
-    else this.drawSample(0, this.picture, false);
+    this.drawFirst();
     this.present();
+  }
+
+  drawFirst() {
+    this.drawSample(0, this.picture, false);
   }
 
   // Adds a sample to what was drawn. The mean is shown where it lies in the middle of the first sample's pixels: pairs of
@@ -53,7 +55,6 @@ class Drawing {
   refine() {
     this.fitSums();
     if (!this.count) this.painter.clear(this.sums);
-    if (this.layer) this.layer.turn(this.shown.view.pose, true);
     if (this.count === 1) this.keepInsides();
     this.drawSample(this.count++, this.sums, true);
     if (this.count % 2 || this.isFine) {
@@ -86,40 +87,11 @@ class Drawing {
     const seen = JSON.stringify([camera, pose, shadings, this.hurries, early && lights]);
     if (seen !== this.seen) this.drawSurfaces({ camera, pose }, shadings, lamps);
     this.seen = seen;
-    if (this.layer) this.addSplats({ camera, pose }, shadings, lamps, k, target);
-    else this.lightPixels({ camera, pose }, shadings, lamps, k, target, isSummed);
+    this.lightSample({ camera, pose }, shadings, lamps, k, target, isSummed);
   }
 
-  // One sample with trained splats: in the order that is known until the worker has that of the view.
-  drawSplatted() {
-    this.fitSums();
-    this.painter.clear(this.sums);
-    this.layer.turn(this.shown.view.pose, false);
-    this.drawSample(0, this.sums, true);
-    this.develop(1);
-  }
-
-  // Adds trained splats over the picture of all other things. In all samples they are as each pixel's middle sees them,
-  // with what hides them in the first one.
-  addSplats(eye, shadings, lamps, sample, target) {
-    const { layer, shown } = this, place = this.things.indexOf(layer.thing), own = shadings[place], hasBehind = this.things.length > 1;
-    const steady = { ...shown.view, near: this.near(eye.pose) }, isLit = !NOT_LIT.includes(own), hasSurface = own !== "none";
-    layer.fit(this.size);
-    if (hasBehind) {
-      const behind = layer.image("behind", "rgba16f");
-      this.painter.clear(behind.target);
-      this.lightPixels(eye, shadings, lamps, sample, behind.target, true);
-    }
-    layer.blend(steady, hasBehind ? this.surface : null, shadings, hasSurface, isLit);
-    const light = JSON.stringify([layer.version, lamps.lights, this.around.occlusion && sample]);
-    if (hasSurface && light !== this.splatLight) {
-      const merged = layer.merge(hasBehind ? this : null, own === "edl" ? -1 - place : place + 1, Boolean(this.around.occlusion));
-      const lit = layer.image("lit", "rgba16f");
-      this.painter.clear(lit.target);
-      this.lightPixels(steady, shadings, lamps, sample, lit.target, true, { ...merged, size: this.size });
-      this.splatLight = light;
-    }
-    layer.compose(target, hasSurface, hasBehind);
+  lightSample(...sample) {
+    this.lightPixels(...sample);
   }
 
   // From now on samples draw only the outlines of points anew, where what is shown is mixed from several points.
@@ -166,18 +138,14 @@ class Drawing {
   // How far away is what the last picture shows at a pixel, along the viewer's axis; 0 where it shows nothing.
   depthAt(x, y) {
     const gl = this.gl, surface = new Float32Array(4);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.layer ? this.mergedSurfaces() : this.surfaces);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.shownSurfaces());
     gl.readPixels(x, y, 1, 1, gl.RGBA, gl.FLOAT, surface);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     return Math.abs(surface[3]);
   }
 
-  // A target with the surface of the last picture, trained splats included.
-  mergedSurfaces() {
-    const { layer, shown } = this, hasBehind = this.things.length > 1;
-    layer.blend({ ...shown.view, near: this.near(shown.view.pose) }, hasBehind ? this.surface : null, [], true, false);
-    layer.merge(hasBehind ? this : null, 1, Boolean(this.around.occlusion));
-    return layer.image("merged").target;
+  shownSurfaces() {
+    return this.surfaces;
   }
 
   fit(width, height) {
@@ -240,15 +208,10 @@ class Drawing {
     this.scratch = count ? [makeTexture(gl, "r32i", side, side), makeTexture(gl, "depth", side, side)] : [];
     this.scratchTarget = count ? makeTarget(gl, [this.scratch[0]], this.scratch[1]) : null;
     this.shadowsOf = [];
-    if (this.layer) this.layer.fitShadows([Math.max(size[0], 1), Math.max(size[1], 1)], Math.max(side, 1));
   }
 
   drawShadow(thing, { camera, pose, near, first }, side) {
     const warp = warpOf(thing, camera, pose, near), box = [...first, side, side];
-    if (thing.kind === "splats") {
-      this.layer.addShadow({ camera, pose, near, first }, side);
-      return;
-    }
     if (thing.kind === "cloud") {
       this.clouds.addShadow(this.shadows, box, thing, { camera, pose, near });
       return;
@@ -292,10 +255,9 @@ class Drawing {
     this.things.forEach((thing, k) => {
       const material_number = shadings[k] === "edl" ? -1 - k : k + 1, inputs = { ...warpOf(thing, camera, pose, near), material_number };
       const is_lit = !NOT_LIT.includes(shadings[k]);
-      if (thing.kind === "splats") return;
       if (thing.kind === "cloud") this.clouds.addSurface(this.surfaces, this.size, thing, { camera, pose, near }, { material_number, is_lit });
       else if (thing.kind === "mesh") this.addMesh(thing, inputs, shadings[k], pose, lamps);
-      else this.addPoints(thing, inputs, shadings[k], pose, lamps, camera);
+      else if (thing.kind === "points") this.addPoints(thing, inputs, shadings[k], pose, lamps, camera);
     });
   }
 
@@ -333,7 +295,6 @@ class Drawing {
     this.fillLight(thing.litTarget, [thing.width, thing.height], constants, own, lamps, thing.axes);
   }
 
-  // images: of the surfaces; those of all things but trained splats, or these among them.
   lightPixels({ camera, pose }, shadings, lamps, sample, target, isSummed, images = this) {
     const own = {
       surface_map: images.surface, albedo_map: images.albedo, intrinsics: [camera.fx, camera.fy, camera.cx, camera.cy],
@@ -353,7 +314,7 @@ class Drawing {
   visibilityOf({ fx, fy, cx, cy }, pose, sample, { surface, albedo, visibility, size }) {
     if (this.things.length === 1 && this.things[0].kind === "points") return this.visibility;
     const distance = this.near(pose) / NEAR;
-    if (this.hiddenIn !== this.seen || this.layer) this.hiding = this.around.ofView({ surface, albedo, visibility, size, intrinsics: [fx, fy, cx, cy], distance, sample });
+    if (this.hiddenIn !== this.seen) this.hiding = this.around.ofView({ surface, albedo, visibility, size, intrinsics: [fx, fy, cx, cy], distance, sample });
     this.hiddenIn = this.seen;
     return this.hiding;
   }
@@ -361,8 +322,7 @@ class Drawing {
   // Lights all pixels of a cleared target: light.frag.
   fillLight(target, size, constants, own, lamps, axes) {
     const inputs = { ...own, ...this.lightInputs(lamps, axes, !lamps.isPlain), ...this.around.inputs(axes, this.data.exposure) };
-    const cast = inputs.splat_map ? { SPLATS: 1 } : {};
-    const variant = { ...constants, ...cast, ...this.around.constants, SHADOWS: lamps.kind, ALONE: inputs.only_light ? 1 : 0 };
+    const variant = { ...constants, ...this.around.constants, SHADOWS: lamps.kind, ALONE: inputs.only_light ? 1 : 0 };
     this.painter.fill(target, [0, 0, ...size], "shading/light.frag", variant, inputs, false);
   }
 
@@ -376,7 +336,6 @@ class Drawing {
     if (!withShadows) return inputs;
     if (!this.shadowMap) this.drawShadows({ views: [], size: [1, 1] });
     const to_world = product(this.data.toWorld, rotation(axes));
-    const cast = this.layer && views.length ? { splat_map: this.layer.shadows[0].texture, splat_thickness: this.layer.thing.thickness } : {};
-    return { ...inputs, ...cast, shadow_map: this.shadowMap, views: this.painter.table("views", shadowRows(views, axes)), to_world };
+    return { ...inputs, shadow_map: this.shadowMap, views: this.painter.table("views", shadowRows(views, axes)), to_world };
   }
 }

@@ -455,7 +455,7 @@ def filled(
     for sentence in data["leftOut"]:
         print_note(f"in the page {sentence}")
     has_splats = any(head["kind"] == "splats" for head in data["things"])
-    scripts = SPLAT_SCRIPTS * has_splats + SCRIPTS
+    scripts = *SCRIPTS[:-1], *SPLAT_SCRIPTS * has_splats, SCRIPTS[-1]  # the last one begins
     places = {
         "title": html.escape(printable(title.encode("utf-8", "backslashreplace").decode())),  # it may be no text
         "still": f"data:image/webp;base64,{_base64(encoded(still, 'WEBP', quality=STILL))}",

@@ -76,7 +76,10 @@ class SplatLayer {
     this.isBusy = false;
     try {
       this.worker = makeSorter(thing.sorted, (found) => this.take(found));
-      this.worker.onerror = () => (this.worker = null);
+      this.worker.onerror = () => {
+        Object.assign(this, { worker: null, isBusy: false });
+        this.changed();
+      };
     } catch {
       this.worker = null; // this thread sorts
     }
@@ -225,5 +228,86 @@ class SplatLayer {
     this.drawSplats(tile.target, [side, side], 2, this.lampOrder, { camera, pose, near }, false);
     const inputs = { depths_sum: tile.texture, first, reference: this.reference(pose), thickness: this.thickness };
     this.painter.fill(map.target, [...first, side, side], "splats/shadow.frag", {}, inputs, false);
+  }
+}
+
+// The drawing of a page with trained splats (pipeline/frame_pass.py): over the picture of all other things.
+class SplatDrawing extends Drawing {
+  constructor(gl, programs, things, data) {
+    super(gl, programs, things, data);
+    this.layer = new SplatLayer(gl, this.painter, things.find(({ kind }) => kind === "splats"), this.clouds.format);
+    this.lit = "";
+  }
+
+  get hasBehind() {
+    return this.things.length > 1;
+  }
+
+  // In the order that is known until the worker has that of the view.
+  drawFirst() {
+    this.fitSums();
+    this.painter.clear(this.sums);
+    this.layer.turn(this.shown.view.pose, false);
+    this.drawSample(0, this.sums, true);
+    this.develop(1);
+  }
+
+  refine() {
+    this.layer.turn(this.shown.view.pose, true);
+    super.refine();
+  }
+
+  // In all samples splats are as each pixel's middle sees them, with what hides them in the first one.
+  lightSample(eye, shadings, lamps, sample, target) {
+    const { layer, shown, hasBehind } = this, place = this.things.indexOf(layer.thing), own = shadings[place];
+    const steady = { ...shown.view, near: this.near(eye.pose) }, isLit = !NOT_LIT.includes(own), hasSurface = own !== "none";
+    layer.fit(this.size);
+    if (hasBehind) {
+      const behind = layer.image("behind", "rgba16f");
+      this.painter.clear(behind.target);
+      this.lightPixels(eye, shadings, lamps, sample, behind.target, true);
+    }
+    layer.blend(steady, hasBehind ? this.surface : null, shadings, hasSurface, isLit);
+    const light = JSON.stringify([layer.version, lamps.lights, this.around.occlusion && sample]);
+    if (hasSurface && light !== this.lit) {
+      const lit = layer.image("lit", "rgba16f"), images = { ...this.merge(own === "edl" ? -1 - place : place + 1), size: this.size };
+      this.painter.clear(lit.target);
+      this.hiddenIn = "";
+      this.lightPixels(steady, shadings, lamps, sample, lit.target, true, images);
+      this.hiddenIn = "";
+      this.lit = light;
+    }
+    layer.compose(target, hasSurface, hasBehind);
+  }
+
+  merge(number) {
+    return this.layer.merge(this.hasBehind ? this : null, number, Boolean(this.around.occlusion));
+  }
+
+  // With the surface of splats, also where only their colours are shown.
+  shownSurfaces() {
+    const { layer, shown } = this;
+    layer.blend({ ...shown.view, near: this.near(shown.view.pose) }, this.hasBehind ? this.surface : null, [], true, false);
+    this.merge(1);
+    return layer.image("merged").target;
+  }
+
+  fitShadows(count, side, size) {
+    super.fitShadows(count, side, size);
+    this.layer.fitShadows(size.map((one) => Math.max(one, 1)), Math.max(side || 0, 1));
+  }
+
+  drawShadow(thing, view, side) {
+    if (thing.kind === "splats") this.layer.addShadow(view, side);
+    else super.drawShadow(thing, view, side);
+  }
+
+  fillLight(target, size, constants, own, lamps, axes) {
+    super.fillLight(target, size, { ...constants, SPLATS: lamps.views.length ? 1 : 0 }, own, lamps, axes);
+  }
+
+  lightInputs(lamps, axes, withShadows) {
+    const [map] = this.layer.shadows || [], inputs = super.lightInputs(lamps, axes, withShadows);
+    return map ? { ...inputs, splat_map: map.texture, splat_thickness: this.layer.thing.thickness } : inputs;
   }
 }

@@ -179,7 +179,7 @@ def test_the_farthest_come_first():
     places = np.random.default_rng(1).normal(size=(500, 3))
     way = [0.6, 0.0, 0.8]
     script = "return [...depthOrder(Float32Array.from(value[0]), value[1], DIGIT)];"
-    order = run_script(script, [places.ravel().tolist(), way], "state.js", "splats.js")
+    order = run_script(script, [places.ravel().tolist(), way], "state.js", "draw.js", "splats.js")
     assert sorted(order) == list(range(500))
     depths = (places @ way)[order]
     assert (np.diff(depths) < 1e-5).all()

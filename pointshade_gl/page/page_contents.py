@@ -68,11 +68,11 @@ def cloud_points(scene: Scene) -> tuple[int, int]:
     return points, sum(len(cloud) for cloud in clouds if cloud.is_gaussian)
 
 
-def _shown(cloud: PointCloud) -> NDArray[np.float32]:
+def _shown(cloud: PointCloud) -> NDArray[np.floating]:
     """How much each trained splat shows: its opacity times its area. No two are equal, as some must go."""
     assert cloud.gaussians is not None, "a cloud of splats"
     scales = np.sort(cloud.gaussians.scales, 1)
-    apart = 1 + 1e-3 * np.random.default_rng(1).random(len(cloud), np.float32)
+    apart = 1 + np.float32(1e-3) * np.random.default_rng(1).random(len(cloud), np.float32)
     return cloud.gaussians.opacities * scales[:, 1] * scales[:, 2] * apart
 
 
@@ -94,7 +94,7 @@ def _reduced_cloud(cloud: PointCloud, level: float) -> PointCloud:
     if some is None:
         return cloud
     found = _selected(cloud, some)
-    return found if cloud.sizes is None else replace(found, sizes=found.sizes * np.float32(2 ** (level / 2)))
+    return found if found.sizes is None else replace(found, sizes=found.sizes * np.float32(2 ** (level / 2)))
 
 
 def _selected(cloud: PointCloud, some: NDArray[np.integer]) -> PointCloud:

@@ -169,7 +169,7 @@ def largest_of(request: RenderRequest) -> int:
 
 def _parts(renderer: Renderer, showing: Showing, quality: Quality) -> Iterator[Part]:
     """The things of the scene."""
-    to_home = np.linalg.inv(showing.home)
+    to_home = np.linalg.inv(showing.home).astype(np.float64)
     with renderer.prepared(showing.scene, showing.camera, showing.home) as things:
         trained = {placed: thing for placed, thing in things.items() if isinstance(thing, PlacedSplats)}
         for placed, thing in things.items():

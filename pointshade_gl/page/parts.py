@@ -376,15 +376,13 @@ def _moved(thing: PlacedSplats, is_lit: bool, most: int, to_home: NDArray[np.flo
     if held.harmonics is not None:
         shine[:, : held.harmonics.shape[1]] = held.harmonics
     own = held.scales * thing.scale, held.rotations, held.opacities, held.base
-    normals = np.where(normals.any(1)[:, None], normals, (0, 0, -1))
+    normals = np.where(np.any(normals, axis=1, keepdims=True), normals, (0, 0, -1))
     return places, *own, normals, np.full(len(held), mark), shine
 
 
 def _middle(thing: PlacedSplats, to_home: NDArray[np.float64]) -> NDArray[np.float64]:
-    way = to_home @ thing.pose
-    return way[:3, 3] + thing.scale * way[:3, :3] @ (
-        thing.cloud.main_corners.mean(0) if len(thing.cloud) else (0, 0, 0)
-    )
+    way, corners = to_home @ thing.pose, thing.cloud.main_corners
+    return way[:3, 3] + thing.scale * way[:3, :3] @ (corners.mean(0) if len(corners) else np.zeros(3))
 
 
 def _in_bytes(values: NDArray[np.floating]) -> tuple[list[float], NDArray[np.uint8]]:
@@ -397,10 +395,10 @@ def _in_bytes(values: NDArray[np.floating]) -> tuple[list[float], NDArray[np.uin
 def rotation_bytes(turns: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Quaternions (n, 4) in four bytes: which part is largest, and the other three in ten bits each."""
     length = np.linalg.norm(turns, axis=1, keepdims=True)
-    turns = np.where(length > 0, turns, np.array([0, 0, 0, 1], np.float32)) / np.where(length > 0, length, 1)
-    rows, largest = np.arange(len(turns)), np.abs(turns).argmax(1)
-    turns = turns * np.where(turns[rows, largest] < 0, -1, 1)[:, None]
-    rest = turns[np.arange(4) != largest[:, None]].reshape(-1, 3)
+    units = np.where(length > 0, turns, np.array([0, 0, 0, 1], np.float32)) / np.where(length > 0, length, 1)
+    largest = np.abs(units).argmax(1)
+    units = units * np.where(np.take_along_axis(units, largest[:, None], 1) < 0, -1, 1)
+    rest = units[np.arange(4) != largest[:, None]].reshape(-1, 3)
     codes = np.rint((rest / ROOT_TWO + 0.5) * 1023).clip(0, 1023).astype(np.uint32)
     bits = codes @ np.array([1 << 20, 1 << 10, 1], np.uint32) + (largest.astype(np.uint32) << 30)
     return bits.astype("<u4")[:, None].view(np.uint8)

@@ -215,13 +215,13 @@ def palette_of(codes: NDArray[np.int64], is_exact: bool) -> tuple[NDArray[Any], 
     is_exact: few are as many as two bytes count, else as many as the groups
     """
     rng = np.random.default_rng(1)
-    _, first, labels = np.unique(
-        codes @ rng.integers(1, 1 << 62, codes.shape[1]), return_index=True, return_inverse=True
-    )
+    keys = np.dot(codes, rng.integers(1, 1 << 62, codes.shape[1], np.int64))
+    first, labels = np.unique(keys, return_index=True, return_inverse=True)[1:]
     side = int(np.clip(np.sqrt(len(codes) / EACH), LEAST_SIDE, MOST_SIDE))
     if len(first) <= (MOST_ENTRIES if is_exact else side * side):
         return codes[first], labels
-    rows, found = codes.astype(np.float32), [np.zeros((0, codes.shape[1]))]
+    rows = codes.astype(np.float32)
+    found: list[NDArray[Any]] = []
     group = _nearest(rows, _middles(rows, side, rng))
     for k in range(side):
         own = np.flatnonzero(group == k)

@@ -215,7 +215,7 @@ def palette_of(codes: NDArray[np.int64], is_exact: bool) -> tuple[NDArray[Any], 
     is_exact: few are as many as two bytes count, else as many as the groups
     """
     rng = np.random.default_rng(1)
-    keys = np.dot(codes, rng.integers(1, 1 << 62, codes.shape[1], np.int64))
+    keys = codes @ rng.integers(1, 1 << 62, len(codes.T))
     first, labels = np.unique(keys, return_index=True, return_inverse=True)[1:]
     side = int(np.clip(np.sqrt(len(codes) / EACH), LEAST_SIDE, MOST_SIDE))
     if len(first) <= (MOST_ENTRIES if is_exact else side * side):

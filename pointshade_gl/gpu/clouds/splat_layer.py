@@ -144,7 +144,8 @@ class SplatLayer(FullscreenPasses):
         _, normals, depths = image.sums.textures
         empty(image.seen.target)
         single = self.fullscreen("splats/depth.frag")
-        single.draw(image.seen.target, {"depths_sum": depths}, reference=image.reference, thickness=thickness)
+        inputs = {"depths_sum": depths, "target": eye.camera.intrinsics}
+        single.draw(image.seen.target, inputs, reference=image.reference, thickness=thickness)
         empty(image.fitted.target)
         inputs = {"normals_map": normals, "seen_map": image.seen.texture}
         fit = self.fullscreen("splats/surface.frag")

@@ -42,7 +42,6 @@ float share_past_splats(vec4 seen, float depth, float thickness) {
     vec2 past = clamp(((depth - seen.xy) / thickness - NEAREST_PAST) / (SURELY_PAST - NEAREST_PAST), 0.0, 1.0);
     float hidden = past.x * seen.z + past.y * (seen.w - seen.z);
     hidden *= hidden;  // the rim of a surface of splats is fuzzy, and wider than what it stands for
-    hidden *= hidden;
     return 1.0 - hidden * hidden;
 }
 

@@ -25,7 +25,7 @@ flat out vec4 color;
 flat out vec3 facing;
 flat out vec2 reach_depth;
 
-const float DENSER = KIND == 2 ? 1.6 : 2.5;  // times, as a surface; in a light's view, too much lets light through
+const float DENSER = KIND == 2 ? 2.0 : 2.5;  // times, as a surface; in a light's view, too much lets light through
 const vec2 CORNERS[3] = vec2[](vec2(0.0, 2.0), vec2(-1.7320508, -1.0), vec2(1.7320508, -1.0));
 
 void main() {

@@ -44,7 +44,7 @@ def share_past_splats(seen: np.ndarray, depth: np.ndarray, thickness: np.ndarray
     steps = ((depth[:, None] - seen[:, :2]) / thickness[:, None] - NEAREST_PAST) / (SURELY_PAST - NEAREST_PAST)
     past = np.clip(steps, 0, 1)
     hidden = past[:, 0] * seen[:, 2] + past[:, 1] * (seen[:, 3] - seen[:, 2])
-    return F(1) - hidden**8
+    return F(1) - hidden**4
 
 
 def fitted_normal(

@@ -94,7 +94,7 @@ def test_a_page_blends_as_render_does_and_sorts_again_when_it_turns(browser, ren
     ids=str,
 )
 def test_light_and_shadows_are_those_of_render(browser, renderer, options):
-    cloud = ball_over_floor(600)
+    cloud = ball_over_floor(2500)
     page = altered(draw_page(renderer, cloud, **options), SHADOW_SIDE=SHADOW_SIDE)
     assert data_of(page)["start"].get("lit", True) == bool(options)  # unlit until light is asked for
     with browser.shown(page) as opened:
@@ -159,7 +159,7 @@ NO_FLOATS = """
 @browser_test
 @pytest.mark.parametrize("changes", [{}, pytest.param({"lit": True}, marks=pytest.mark.system)])
 def test_where_floats_cannot_be_blended_half_floats_are(browser, renderer, changes):
-    cloud = ball_over_floor(300)
+    cloud = ball_over_floor(2500)
     with browser.shown(draw_page(renderer, cloud), before=NO_FLOATS) as opened:
         psnr, _ = drawn(opened, cloud, changes, renderer=renderer)
         assert psnr >= 34 and opened.complaints == []

@@ -6,6 +6,7 @@ const DIGIT = 11; // bits of a depth that are sorted at once; two digits
 const ANY = 0.004; // of a pixel that splats cover: more is seen
 const SHARES = [0.8, 0.2]; // of the normals of cells, and of the plane through the depths beside
 const UNLIT = 0.25; // length of a mean normal, below which splats are not lit
+const BESIDE = 0.17, WIDEST = 4; // thicknesses between pixels that a map of shadows averages, and most pixels
 const FAR_APART = 1e30; // thickness of a surface where sums of half floats cannot tell two of them apart
 
 // Numbers of the splats, the farthest in a direction first. Places are three floats each.
@@ -180,9 +181,10 @@ class SplatLayer {
     this.drawSplats(this.colors.target, size, 1, this.order, eye, isLit, opaque);
     const [, normals_map, depths_sum] = this.colors.textures, seen = this.image("seen", "rgba32f"), fitted = this.image("fitted", "rgba32f");
     painter.clear(seen.target);
-    painter.fill(seen.target, box, "splats/depth.frag", {}, { depths_sum, reference: this.reference(pose), thickness: this.thickness }, false);
+    const target = [camera.fx, camera.fy, camera.cx, camera.cy], depths = { depths_sum, target, reference: this.reference(pose), thickness: this.thickness };
+    painter.fill(seen.target, box, "splats/depth.frag", {}, depths, false);
     painter.clear(fitted.target);
-    const target = [camera.fx, camera.fy, camera.cx, camera.cy], unlit = isLit && !thing.isMixed ? 0 : UNLIT;
+    const unlit = isLit && !thing.isMixed ? 0 : UNLIT;
     painter.fill(fitted.target, box, "splats/surface.frag", {}, { normals_map, seen_map: seen.textures[0], target, shares: SHARES, unlit }, false);
   }
 
@@ -226,7 +228,8 @@ class SplatLayer {
     const [map, tile] = this.shadows, direction = transposed(rotation(pose))[2];
     this.lampOrder = this.putOrder(this.lampOrder, depthOrder(this.thing.sorted, direction, DIGIT));
     this.drawSplats(tile.target, [side, side], 2, this.lampOrder, { camera, pose, near }, false);
-    const inputs = { depths_sum: tile.texture, first, reference: this.reference(pose), thickness: this.thickness };
+    const reference = this.reference(pose), across = (BESIDE * this.thing.thickness * camera.fx) / Math.max(reference, near);
+    const stride = limited(Math.round(across), 1, WIDEST), inputs = { depths_sum: tile.texture, first, reference, thickness: this.thickness, stride };
     this.painter.fill(map.target, [...first, side, side], "splats/shadow.frag", {}, inputs, false);
   }
 }

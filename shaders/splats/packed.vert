@@ -5,6 +5,7 @@
 // A trained splat as a triangle round its ellipse, from what a page holds of it: see splats_part in page/parts.py.
 #include "common/film_planes.glsl"
 #include "common/splat_projection.glsl"
+#include "common/trained_splats.glsl"
 
 uniform isampler2D order_map;  // the numbers of the splats, the farthest first
 uniform sampler2D places;
@@ -22,6 +23,9 @@ uniform vec2 target_size;
 uniform float near;
 uniform float reference;       // depth from which depths count
 
+#if KIND == 1
+flat out vec2 dense;  // how many times smaller the splat is as a surface, and its opacity then
+#endif
 #if KIND > 0
 out float peak;
 #endif
@@ -30,6 +34,7 @@ flat out vec4 color;
 flat out vec3 facing;
 flat out vec2 reach_depth;
 
+const float DENSER = KIND == 2 ? 2.0 : 2.5;  // as in splat.vert
 const int WIDTH = 2048;                   // texels
 const int ENTRY = 16, ENTRIES = 64;       // texels of an entry of the palette, entries of a row
 const float FAINT = 1.0 / 255.0;
@@ -52,6 +57,9 @@ void main() {
     aside = vec2(0.0);
     facing = vec3(0.0);
     reach_depth = vec2(0.0);
+#if KIND == 1
+    dense = vec2(0.0);
+#endif
 #if KIND > 0
     peak = 0.0;
 #endif
@@ -65,15 +73,22 @@ void main() {
     vec4 ellipse = seen_ellipse(spread, shade.a, (marks & ANTIALIASED) > 0);
     if (ellipse.w < FAINT * (1.0 - 1e-4)) return;
 
-    float reach = 2.0 * log(max(255.0 * ellipse.w, 1.0));
+    float denser = density(ellipse.x * ellipse.z, DENSER), opacity = dense_opacity(ellipse.w, denser);
+    color.a = KIND == 2 ? opacity : ellipse.w;
+    float reach = 2.0 * log(max(255.0 * color.a, 1.0));
     aside = sqrt(reach) * CORNERS[gl_VertexID % 3];
     vec2 offset = vec2(ellipse.x * aside.x, ellipse.y * aside.x + ellipse.z * aside.y);
+#if KIND == 1
+    dense = vec2(denser, opacity);
+#elif KIND == 2
+    offset *= inversesqrt(denser);
+#endif
     vec2 middle = target.xy * seen.xy / seen.z + target.zw;
     reach_depth = vec2(reach, seen.z - reference);
     gl_Position = vec4((2.0 * (middle + offset) + 1.0) / target_size - 1.0, 0.0, 1.0);
 
     bool has_surface = is_lit && (marks & SURFACE) > 0;
-    color = vec4(bases.x + bases.y * shade.rgb, ellipse.w);
+    color.rgb = bases.x + bases.y * shade.rgb;
     if (harmonics > 0 && !has_surface) {
         ivec2 entry = ivec2(255.0 * last.zw + 0.5);
         int row = entry.x + 256 * entry.y;

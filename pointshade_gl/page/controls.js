@@ -15,6 +15,7 @@ const HOME = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]; // of the
 const GREETINGS = {
   mouse: "Move the mouse: the light follows. Drag to turn.",
   touch: "Move a finger: the light follows. Two fingers turn.",
+  unlit: "Drag, or use two fingers, to turn. Unlit, or B, lights it.",
 };
 
 const OF_FOCUS = /^( |Arrow.*|Page.*|Home|End|Enter|Tab)$/; // keys that press a button or move a slider that has the focus
@@ -132,6 +133,7 @@ function control(canvas, data) {
     try {
       const made = await createDrawing(canvas, data);
       if (player) await player.attach(made);
+      if (made.layer) made.layer.changed = redraw;
       drawing = made;
       resize();
     } catch (error) {
@@ -170,7 +172,7 @@ function control(canvas, data) {
   byId("left-out").textContent = `Here ${data.leftOut.join("; ")}.`;
   if (data.background) document.body.style.setProperty("--ground", data.background);
   canvas.hidden = byId("tools").hidden = false;
-  say(GREETINGS[matchMedia("(pointer: coarse)").matches ? "touch" : "mouse"], 6);
+  say(GREETINGS[!start.lit ? "unlit" : matchMedia("(pointer: coarse)").matches ? "touch" : "mouse"], 6);
   const ready = begin();
   return {
     ready, data, player, get drawing() { return drawing; }, refining, seen, get state() { return state; },

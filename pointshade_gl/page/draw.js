@@ -10,7 +10,8 @@ async function createDrawing(canvas, data) {
   if (!gl.getExtension("EXT_color_buffer_float")) throw new Error("this GPU cannot draw to pictures of floats");
   const [texts, bytes] = await Promise.all([unpacked(data.shaders), unpacked(data.parts)]);
   const programs = new Programs(gl, JSON.parse(new TextDecoder().decode(texts)));
-  const drawing = new Drawing(gl, programs, await takeThings(gl, new Reader(bytes), data.things), data);
+  const kind = data.things.some((head) => head.kind === "splats") ? SplatDrawing : Drawing;
+  const drawing = new kind(gl, programs, await takeThings(gl, new Reader(bytes), data.things), data);
   if (data.film) drawing.film = new Film(gl, drawing.painter, drawing.things[0]);
   return drawing;
 }
@@ -41,8 +42,12 @@ class Drawing {
     this.hurries = hurries;
     this.count = 0;
     this.kept = null;
-    this.drawSample(0, this.picture, false);
+    this.drawFirst();
     this.present();
+  }
+
+  drawFirst() {
+    this.drawSample(0, this.picture, false);
   }
 
   // Adds a sample to what was drawn. The mean is shown where it lies in the middle of the first sample's pixels: pairs of
@@ -82,7 +87,11 @@ class Drawing {
     const seen = JSON.stringify([camera, pose, shadings, this.hurries, early && lights]);
     if (seen !== this.seen) this.drawSurfaces({ camera, pose }, shadings, lamps);
     this.seen = seen;
-    this.lightPixels({ camera, pose }, shadings, lamps, k, target, isSummed);
+    this.lightSample({ camera, pose }, shadings, lamps, k, target, isSummed);
+  }
+
+  lightSample(...sample) {
+    this.lightPixels(...sample);
   }
 
   // From now on samples draw only the outlines of points anew, where what is shown is mixed from several points.
@@ -93,9 +102,9 @@ class Drawing {
   }
 
   // The mean of the samples as a picture.
-  develop() {
+  develop(count = this.count) {
     const background = this.data.behind ? [...this.data.behind, 1] : [0, 0, 0, 0], sums = this.sum;
-    const inputs = { sums, grounds: sums, count: this.count, background };
+    const inputs = { sums, grounds: sums, count, background };
     this.painter.fill(this.picture, [0, 0, ...this.size], "output/resolve_samples.frag", { TONE: this.rollsOff ? 1 : 0 }, inputs, false);
   }
 
@@ -129,10 +138,14 @@ class Drawing {
   // How far away is what the last picture shows at a pixel, along the viewer's axis; 0 where it shows nothing.
   depthAt(x, y) {
     const gl = this.gl, surface = new Float32Array(4);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.surfaces);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.shownSurfaces());
     gl.readPixels(x, y, 1, 1, gl.RGBA, gl.FLOAT, surface);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     return Math.abs(surface[3]);
+  }
+
+  shownSurfaces() {
+    return this.surfaces;
   }
 
   fit(width, height) {
@@ -244,7 +257,7 @@ class Drawing {
       const is_lit = !NOT_LIT.includes(shadings[k]);
       if (thing.kind === "cloud") this.clouds.addSurface(this.surfaces, this.size, thing, { camera, pose, near }, { material_number, is_lit });
       else if (thing.kind === "mesh") this.addMesh(thing, inputs, shadings[k], pose, lamps);
-      else this.addPoints(thing, inputs, shadings[k], pose, lamps, camera);
+      else if (thing.kind === "points") this.addPoints(thing, inputs, shadings[k], pose, lamps, camera);
     });
   }
 
@@ -282,12 +295,12 @@ class Drawing {
     this.fillLight(thing.litTarget, [thing.width, thing.height], constants, own, lamps, thing.axes);
   }
 
-  lightPixels({ camera, pose }, shadings, lamps, sample, target, isSummed) {
+  lightPixels({ camera, pose }, shadings, lamps, sample, target, isSummed, images = this) {
     const own = {
-      surface_map: this.surface, albedo_map: this.albedo, intrinsics: [camera.fx, camera.fy, camera.cx, camera.cy],
+      surface_map: images.surface, albedo_map: images.albedo, intrinsics: [camera.fx, camera.fy, camera.cx, camera.cy],
       eye: [0, 0, 0], material: this.things[0].material, materials: this.materials,
     };
-    if (this.around.occlusion) own.visibility_map = this.visibilityOf(camera, pose, sample);
+    if (this.around.occlusion) own.visibility_map = this.visibilityOf(camera, pose, sample, images);
     const constants = {
       POINTS: 0, MATERIALS: this.things.length > 1 ? 1 : 0,
       CERTAINTY: this.things.some((thing) => thing.certainty) ? 1 : 0,
@@ -298,9 +311,9 @@ class Drawing {
   }
 
   // What all that is seen sees of the light from all around.
-  visibilityOf({ fx, fy, cx, cy }, pose, sample) {
+  visibilityOf({ fx, fy, cx, cy }, pose, sample, { surface, albedo, visibility, size }) {
     if (this.things.length === 1 && this.things[0].kind === "points") return this.visibility;
-    const { surface, albedo, visibility, size } = this, distance = this.near(pose) / NEAR;
+    const distance = this.near(pose) / NEAR;
     if (this.hiddenIn !== this.seen) this.hiding = this.around.ofView({ surface, albedo, visibility, size, intrinsics: [fx, fy, cx, cy], distance, sample });
     this.hiddenIn = this.seen;
     return this.hiding;

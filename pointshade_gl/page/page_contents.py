@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..estimation import environment_light as lighting
-from ..notes.notes import print_note
 from ..notes.words import counted
 from ..renderer.requests import STRAIGHT, RenderRequest, Scenes
 from ..scene.appearance import Appearance
@@ -33,37 +32,60 @@ from ..scene.values import linear_to_srgb
 from ..scene.visible import coarser, is_alone, points_at
 
 
-def reduced(request: RenderRequest, largest: int, most: int, points: int = 0) -> RenderRequest:
+def reduced(
+    request: RenderRequest, largest: int, most: int, points: int = 0, splats: float = math.inf
+) -> RenderRequest:
     """The request for the same, where depths and colours have up to `largest` pixels a side, and all clouds together
     about `most` points, or as many as such a picture has; itself if they do.
 
     points  of all clouds
+    splats  how many trained ones it has at most: those that show most
     """
     frames = tuple(_reduced_frame(frame, largest) for frame in request.frames)
     if frames:
         return request if frames == request.frames else replace(request, source=frames)
     level = max(math.log2(max(points, 1) / min(most, largest**2)), 0.0)
     cloud_at = cache(partial(_reduced_cloud, level=level))
+    source: Any = request.source
+    is_cloud = isinstance(source, PointCloud)
+    least = _least_shown(Scenes().of(request), splats)
+    splats_above = cache(partial(_splats_above, least=least))
 
     def smaller(content: Any) -> Any:
         if content.clouds:
-            if content.is_gaussian:
-                print_note(
-                    "the page draws trained splats as discs, those that are opaque: other pictures blend them all"
-                )
-            return cloud_at(content.as_discs)  # which the browser draws
+            return splats_above(content) if content.is_gaussian else cloud_at(content.as_discs)
         frames = tuple(_reduced_frame(frame, largest) for frame in content.frames)
         return content if frames == content.frames else PointObject(frames, look=content.look)
 
-    source: Any = request.source
-    is_cloud = isinstance(source, PointCloud)
     source = smaller(source) if is_cloud else source.with_every_node(lambda node: with_drawn(node, smaller))
     return request if source is request.source else replace(request, source=source)
 
 
-def cloud_points(scene: Scene) -> int:
-    """How many points the visible clouds have."""
-    return sum(len(cloud.as_discs) for placed in scene.instances for cloud in placed.content.clouds)
+def cloud_points(scene: Scene) -> tuple[int, int]:
+    """How many points the visible clouds have, and how many trained splats."""
+    clouds = [cloud for placed in scene.instances for cloud in placed.content.clouds]
+    points = sum(len(cloud.as_discs) for cloud in clouds if not cloud.is_gaussian)
+    return points, sum(len(cloud) for cloud in clouds if cloud.is_gaussian)
+
+
+def _shown(cloud: PointCloud) -> NDArray[np.floating]:
+    """How much each trained splat shows: its opacity times its area. No two are equal, as some must go."""
+    assert cloud.gaussians is not None, "a cloud of splats"
+    scales = np.sort(cloud.gaussians.scales, 1)
+    apart = 1 + np.float32(1e-3) * np.random.default_rng(1).random(len(cloud), np.float32)
+    return cloud.gaussians.opacities * scales[:, 1] * scales[:, 2] * apart
+
+
+def _least_shown(scene: Scene, most: float) -> float:
+    """What each trained splat shows at least, so that no more than `most` are left."""
+    clouds = [cloud for placed in scene.instances for cloud in placed.content.clouds if cloud.is_gaussian]
+    if sum(map(len, clouds)) <= most:
+        return 0.0
+    return float(np.partition(np.concatenate(list(map(_shown, clouds))), -int(most))[-int(most)])
+
+
+def _splats_above(cloud: PointCloud, least: float) -> PointCloud:
+    return cloud if least == 0 else _selected(cloud, np.flatnonzero(_shown(cloud) >= least))
 
 
 def _reduced_cloud(cloud: PointCloud, level: float) -> PointCloud:
@@ -71,12 +93,16 @@ def _reduced_cloud(cloud: PointCloud, level: float) -> PointCloud:
     some = points_at(cloud, level)
     if some is None:
         return cloud
+    found = _selected(cloud, some)
+    return found if found.sizes is None else replace(found, sizes=found.sizes * np.float32(2 ** (level / 2)))
+
+
+def _selected(cloud: PointCloud, some: NDArray[np.integer]) -> PointCloud:
     arrays: dict[str, Any] = {name: getattr(cloud, name) for name in ARRAYS}
     arrays = {name: one[some] if np.ndim(one) and len(one) == len(cloud) else one for name, one in arrays.items()}
-    if cloud.sizes is not None:
-        arrays["sizes"] = arrays["sizes"] * np.float32(2 ** (level / 2))
     look = {name: getattr(cloud, name) for name in CloudStyle.__annotations__}
-    return PointCloud(**arrays, origin=cloud.origin, up=cloud.up, front=cloud.front, **look)
+    held = cloud.gaussians and cloud.gaussians.select(some)
+    return PointCloud(**arrays, gaussians=held, origin=cloud.origin, up=cloud.up, front=cloud.front, **look)
 
 
 def _reduced_frame(frame: Frame, largest: int) -> Frame:
@@ -97,11 +123,14 @@ def _averaged(color: NDArray[np.uint8], largest: int) -> NDArray[np.uint8]:
     return np.asarray(Image.fromarray(color).resize(size, Image.Resampling.BOX))
 
 
-def left_out(scene: Scene, finish: OutputSettings, points: int) -> Iterator[str]:
-    """Of a scene, finished like this. points: of its clouds, before some were left out."""
-    objects, shown = [p.content for p in scene.instances if p.content.frames], cloud_points(scene)
+def left_out(scene: Scene, finish: OutputSettings, points: int, splats: int) -> Iterator[str]:
+    """Of a scene, finished like this. points, splats: of its clouds, before some were left out."""
+    objects = [p.content for p in scene.instances if p.content.frames]
+    shown, kept = cloud_points(scene)
     if shown < points:
         yield f"of {counted(points, 'point')} an even sample is drawn, {counted(shown, 'point')}"
+    if kept < splats:
+        yield f"of {counted(splats, 'splat')} those that show most are drawn, {counted(kept, 'splat')}"
     if finish.ground:
         yield "the ground and its shadows are in the still picture only"
     if not finish.is_light:
@@ -138,14 +167,19 @@ class Showing:
     seen: NDArray[np.float64] | None = None
 
     @property
+    def is_lit(self) -> bool:
+        """Whether it begins with light: trained splats alone show their own colours until it is asked for."""
+        return any(placed.content.shading != "auto" for placed in self.scene.instances)
+
+    @property
     def stage(self) -> OrbitStage:
         if self.frame is None:
             return OrbitStage.of(replace(self.scene, pose=self.home))
         stage = OrbitStage.of(self.frame)
         return replace(stage, pivot=stage.upright @ self._at_home(self.frame.pivot))
 
-    def values(self, points: int = 0) -> dict[str, Any]:
-        """For the JSON: all but the things. points: of all clouds, before some were left out."""
+    def values(self, points: int = 0, splats: int = 0) -> dict[str, Any]:
+        """For the JSON: all but the things. points, splats: of all clouds, before some were left out."""
         stage = self.stage
         start = self.start(stage)
         held, *lights = (self._light(light) for light in self._placed(start.pose(stage)))
@@ -166,13 +200,14 @@ class Showing:
                 "lightAt": start.light_at, "lightReach": start.light_reach,
                 "lightColor": start.light_color, "lightIntensity": start.light_intensity,
                 "shadows": casts, "shading": self.shading,
+                **({} if self.is_lit else {"lit": False}),
             },
             "held": held, "lights": lights, "ambient": list(self.scene.ambient), "fill": self.fill,
             "around": self._around(),
             "bounds": self.bounds, "toWorld": self.home[:3, :3].tolist(), "distance": self.distance,
             "background": None if behind is None else f"rgb({levels})", "behind": behind,
             "samples": max(self.finish.samples, STILL), "tone": self.finish.tone,
-            "leftOut": list(left_out(self.scene, self.finish, points)),
+            "leftOut": list(left_out(self.scene, self.finish, points, splats)),
         }  # fmt: skip
 
     def start(self, stage: OrbitStage) -> State:
@@ -252,6 +287,7 @@ def arranged(request: RenderRequest) -> Showing:
     lights, (camera, seen) = request.lights_of(scene), request.seen_by(scene)
     if not request.frames:
         shading = request.source.shading if isinstance(request.source, PointCloud) else "phong"
+        shading = "phong" if shading == "auto" else shading
         home = np.asarray(scene.pose) if request.pose is None else seen
         return Showing(scene, camera, home, STRAIGHT, lights, shading, request.finish, seen=seen)
     frame = scene.instances[0].content.frame
@@ -264,6 +300,8 @@ def look_of(placed: Placed, showing: Showing) -> dict[str, Any]:
     (ambient, *others, shininess), rest = placed.content.material.strengths, 1 - showing.fill
     strengths = [rest * ambient + showing.fill, *(rest * one for one in others), shininess]
     shading = placed.content.shading if showing.shading == "phong" else "phong"  # the page's is that of a thing alone
+    if shading == "auto":
+        shading = "none" if showing.is_lit else "phong"
     return {"material": strengths, "shading": shading, "shadow": placed.node.shadow}
 
 

@@ -18,14 +18,17 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..estimation.splat_projection import splat_normals
 from ..gpu.clouds import cloud_objects as drawing
 from ..gpu.clouds.cloud_objects import PlacedCloud
+from ..gpu.clouds.splat_layer import PlacedSplats
 from ..gpu.core.programs import splice
 from ..gpu.core.view_images import Drawable
 from ..gpu.meshes.mesh_objects import PlacedMesh, mesh_tints, mesh_vertices
 from ..gpu.points.point_objects import ShownSet
 from ..notes.notes import print_note
 from ..notes.words import printable
+from ..scene.gaussians import palette_of
 from .page_surfaces import MISSING, PageSurface, surfaces_of
 
 Whole = NDArray[np.int64]
@@ -120,17 +123,21 @@ class Quality(NamedTuple):
     normal_bits  of each of two coordinates
     jpeg         quality of the colours of frames and meshes; None keeps them without loss
     points       of all clouds together, at most
+    splats       trained ones, at most
     """
 
     depth_step: float
     normal_bits: int
     jpeg: int | None
     points: int
+    splats: int
 
 
 QualityName = Literal["exact", "small"]
 BAND_STEPS = 200  # steps of depth in what several frames of one thing may differ by
-QUALITIES = {"exact": Quality(1e-6, 14, None, 250_000), "small": Quality(2e-5, 10, 95, 125_000)}
+QUALITIES = {
+    "exact": Quality(1e-6, 14, None, 250_000, 1_000_000), "small": Quality(2e-5, 10, 95, 125_000, 125_000),
+}  # fmt: skip
 
 
 @singledispatch
@@ -282,14 +289,16 @@ def _line(codes: NDArray[np.int64], known: NDArray[np.bool_] | None = None) -> t
     return code_plane(codes[None], np.ones((1, len(codes)), np.bool_) if known is None else known[None])
 
 
-def _grid(at: NDArray[np.float32], spacing: float) -> tuple[NDArray[np.float64], float]:
+def _grid(
+    at: NDArray[np.floating], spacing: float, steps: int = STEPS_PER_SPACING
+) -> tuple[NDArray[np.float64], float]:
     """Where positions are counted from, and the step in which they are."""
     if not len(at):
         return np.zeros(3), 1.0
     low = at.min(0).astype(np.float64)
     extent = float((at.max(0) - low).max())
     typical = spacing if 0 < spacing < extent else extent / np.sqrt(len(at))
-    return low, max(typical / STEPS_PER_SPACING, extent / MAX_STEPS) or 1.0
+    return low, max(typical / steps, extent / MAX_STEPS) or 1.0
 
 
 def _in_order(placed: PlacedCloud) -> tuple[NDArray[Any], int]:
@@ -312,6 +321,89 @@ def _curve(at: NDArray[np.float32]) -> NDArray[np.int64]:
     return np.sum(bits, axis=0)
 
 
+PLACE_STEPS = 64  # in the length of a small splat
+SMALL = 0.1  # quantile of the lengths: that of a small one
+FLATTEST = 1e-3  # of the median length: thinner is as thin
+BASES = 1e-4  # quantile of colours and harmonics beyond which they are cut off
+ANTIALIASED, SURFACE = 1, 2  # marks of shaders/splats/packed.vert
+ROOT_TWO = 2**0.5
+
+
+def splats_part(things: Sequence[tuple[PlacedSplats, bool]], to_home: NDArray[np.float64], is_exact: bool) -> Part:
+    """All trained splats of a scene, in home axes: they are sorted together. things: each with whether it is lit."""
+    most = max(0 if one.held.harmonics is None else one.held.harmonics.shape[1] for one, _ in things)
+    moved = zip(*(_moved(*one, most, to_home) for one in things), strict=True)
+    places, *others = map(np.concatenate, moved)
+    order, count = np.argsort(_curve(places.astype(np.float32)), kind="stable"), len(places)
+    places = places[order]
+    scales, rotations, opacities, base, normals, marks, harmonics = (one[order] for one in others)
+    lengths = scales.max(1, initial=0)
+    low, step = _grid(places, float(np.quantile(lengths, SMALL)) if count else 0.0, PLACE_STEPS)
+    planes = [_line(np.rint((places[:, axis] - low[axis]) / step).astype(np.int64)) for axis in range(3)]
+    thinnest = FLATTEST * float(np.median(lengths)) if count else 0.0
+    deviations, scales = _in_bytes(np.log(np.maximum(scales, thinnest + 1e-20)))
+    ends = np.quantile(base, (BASES, 1 - BASES)) if count else (0, 1)
+    bases, colors = _in_bytes(base.clip(min(ends[0], 0), max(ends[1], 1)))
+    columns = [np.rint(255 * opacities).clip(1), *scales.T, *rotation_bytes(rotations).T]
+    columns += [*code_normals(normals, 8).T, marks]
+    head: dict[str, Any] = {
+        "kind": "splats", "count": count, "low": low.tolist(), "step": step, "bytes": [size for _, size in planes],
+        "deviations": deviations, "bases": bases, "harmonics": most, "shine": 0.0, "entries": 0,
+        "centre": np.mean([_middle(thing, to_home) for thing, _ in things], 0).tolist(),
+        "thickness": max(thing.thickness for thing, _ in things), "axes": np.eye(4).tolist(), "scale": 1,
+        "isMixed": not all(is_lit for _, is_lit in things),
+    }  # fmt: skip
+    stored = b""
+    if most:
+        shine = max(float(np.quantile(np.abs(harmonics), 1 - BASES)), 1e-6) if count else 1.0
+        codes = np.rint(harmonics.reshape(count, -1) * (127 / shine)).clip(-127, 127).astype(np.int64)
+        entries, labels = palette_of(codes, is_exact)
+        columns += [labels & 255, labels >> 8]
+        stored = (entries + 128).astype(np.uint8).tobytes()
+        head |= {"shine": shine, "entries": len(entries)}
+    body = [data for data, _ in planes] + [code_colors(colors[None], np.ones((1, count), np.bool_)) if count else b""]
+    return head, b"".join([*body, *(one.astype(np.uint8).tobytes() for one in columns), stored])
+
+
+def _moved(thing: PlacedSplats, is_lit: bool, most: int, to_home: NDArray[np.float64]) -> tuple[NDArray[Any], ...]:
+    """A cloud's splats in home axes: places, and what they are. most: harmonics of each."""
+    cloud, held, way = thing.cloud, thing.held, to_home @ thing.pose
+    turn, mark = way[:3, :3], ANTIALIASED * held.antialiased + SURFACE * is_lit
+    places = thing.scale * (cloud.positions.astype(np.float64) + cloud.origin) @ turn.T + way[:3, 3]
+    normals = splat_normals(cloud.positions, held, cloud.up_direction) @ turn.T
+    held = held if np.allclose(turn, np.eye(3), 0, 1e-9) else held.turned(turn)
+    shine = np.zeros((len(held), most, 3), np.float32)
+    if held.harmonics is not None:
+        shine[:, : held.harmonics.shape[1]] = held.harmonics
+    own = held.scales * thing.scale, held.rotations, held.opacities, held.base
+    normals = np.where(np.any(normals, axis=1, keepdims=True), normals, (0, 0, -1))
+    return places, *own, normals, np.full(len(held), mark), shine
+
+
+def _middle(thing: PlacedSplats, to_home: NDArray[np.float64]) -> NDArray[np.float64]:
+    way, corners = to_home @ thing.pose, thing.cloud.main_corners
+    return way[:3, 3] + thing.scale * way[:3, :3] @ (corners.mean(0) if len(corners) else np.zeros(3))
+
+
+def _in_bytes(values: NDArray[np.floating]) -> tuple[list[float], NDArray[np.uint8]]:
+    """Numbers in 256 steps: the least, and how far they reach."""
+    low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
+    reach = max(high - low, 1e-6)
+    return [low, reach], np.rint((values - low) * (255 / reach)).astype(np.uint8)
+
+
+def rotation_bytes(turns: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Quaternions (n, 4) in four bytes: which part is largest, and the other three in ten bits each."""
+    length = np.linalg.norm(turns, axis=1, keepdims=True)
+    units = np.where(length > 0, turns, np.array([0, 0, 0, 1], np.float32)) / np.where(length > 0, length, 1)
+    largest = np.abs(units).argmax(1)
+    units = units * np.where(np.take_along_axis(units, largest[:, None], 1) < 0, -1, 1)
+    rest = units[np.arange(4) != largest[:, None]].reshape(-1, 3)
+    codes = np.rint((rest / ROOT_TWO + 0.5) * 1023).clip(0, 1023).astype(np.uint32)
+    bits = codes @ np.array([1 << 20, 1 << 10, 1], np.uint32) + (largest.astype(np.uint32) << 30)
+    return bits.astype("<u4")[:, None].view(np.uint8)
+
+
 ENTRIES = (
     "fullscreen.vert", "points/splats.vert", "points/splats.frag", "points/rims.vert", "points/rims.frag",
     "points/resolve_surfaces.frag", "shading/light.frag", "surface/hidden_in_plane.frag", "surface/mean_hidden.frag",
@@ -321,13 +413,17 @@ ENTRIES = (
     "clouds/ball.frag", "surface/film_surface.frag", "surface/film_colors.frag", "surface/film_change.frag",
     "output/resolve_samples.frag", "points/view_insides.frag", "points/outline_points.frag", "points/kept_points.frag",
 )  # fmt: skip
+SPLAT_ENTRIES = (
+    "splats/packed.vert", "splats/splat.frag", "splats/depth.frag", "splats/surface.frag", "splats/merge.frag",
+    "splats/compose.frag", "splats/shadow.frag",
+)  # fmt: skip
 PRECISION = "".join(f"precision highp {kind};\n" for kind in ("float", "int", "sampler2D", "isampler2D"))
 _COMMENT = re.compile(r"[ \t]*//[^\n]*")
 
 
-def shader_texts() -> dict[str, str]:
+def shader_texts(has_splats: bool = False) -> dict[str, str]:
     """The text of each shader by its name. `#version 300 es` and constants go before it."""
-    return {name: as_es(splice(name)[0]) for name in ENTRIES}
+    return {name: as_es(splice(name)[0]) for name in ENTRIES + SPLAT_ENTRIES * has_splats}
 
 
 def as_es(text: str) -> str:
@@ -342,6 +438,7 @@ SCRIPTS = (
     "around.js", "clouds.js", "outlines.js", "draw.js", "film.js", "player.js", "pointers.js", "lamp_box.js",
     "command.js", "controls.js",
 )  # fmt: skip
+SPLAT_SCRIPTS = ("splats.js",)  # only where there are trained splats
 STILL = 85  # quality of the still's WebP
 
 
@@ -355,15 +452,18 @@ def filled(
     """
     for sentence in data["leftOut"]:
         print_note(f"in the page {sentence}")
+    has_splats = any(head["kind"] == "splats" for head in data["things"])
+    scripts = *SCRIPTS[:-1], *SPLAT_SCRIPTS * has_splats, SCRIPTS[-1]  # the last one begins
     places = {
         "title": html.escape(printable(title.encode("utf-8", "backslashreplace").decode())),  # it may be no text
         "still": f"data:image/webp;base64,{_base64(encoded(still, 'WEBP', quality=STILL))}",
         # no HTML parser takes it for the end of its script
         "data": json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
-        "shaders": _base64(pack(json.dumps(shader_texts()).encode())),
+        "shaders": _base64(pack(json.dumps(shader_texts(has_splats)).encode())),
         "parts": _base64(pack(body)),
         "frames": "\n".join(f'<script type="text/plain" class="frame">{_base64(one)}</script>' for one in frames),
-        "script": "\n".join((FOLDER / name).read_text(encoding="utf-8") for name in SCRIPTS),
+        "script": "\n".join((FOLDER / name).read_text(encoding="utf-8") for name in scripts),
+        "workers": " worker-src blob:;" if has_splats else "",
     }
     text = (FOLDER / "page.html").read_text(encoding="utf-8")
     return re.sub(r"{{(.*?)}}", lambda place: places[place[1]], text, flags=re.DOTALL)

@@ -2,7 +2,7 @@
 
 async function takeThings(gl, reader, heads) {
   const things = [];
-  const takers = { mesh: takeMesh, points: takePoints, cloud: takeCloud };
+  const takers = { mesh: takeMesh, points: takePoints, cloud: takeCloud, splats: (...given) => takeSplats(...given) };
   for (const head of heads) things.push(head.isFilm ? makeFilmPoints(gl, head) : await takers[head.kind](gl, reader, head));
   return things;
 }

@@ -201,3 +201,48 @@ def harmonics_at(degree: int, way: NDArray[Any]) -> NDArray[Any]:
                 1.4453057213 * z * (xx - yy), -0.5900435899 * x * (xx - 3 * yy),
             ]  # fmt: skip
     return np.stack(found)
+
+
+MOST_ENTRIES = 65_535  # of a palette: labels have two bytes
+EACH = 8  # splats for an entry, where it stands for those that are like it
+LEAST_SIDE, MOST_SIDE, ROUNDS, TRIED = 32, 128, 4, 1 << 16
+
+
+def palette_of(codes: NDArray[np.int64], is_exact: bool) -> tuple[NDArray[Any], NDArray[np.int64]]:
+    """Return rows that stand for all, and which of them is each one's: all that differ if they are few, as in .sog
+    files, else the middles of groups of groups (Lloyd 1982).
+
+    is_exact: few are as many as two bytes count, else as many as the groups
+    """
+    rng = np.random.default_rng(1)
+    keys = codes @ rng.integers(1, 1 << 62, len(codes.T))
+    first, labels = np.unique(keys, return_index=True, return_inverse=True)[1:]
+    side = int(np.clip(np.sqrt(len(codes) / EACH), LEAST_SIDE, MOST_SIDE))
+    if len(first) <= (MOST_ENTRIES if is_exact else side * side):
+        return codes[first], labels
+    rows = codes.astype(np.float32)
+    found: list[NDArray[Any]] = []
+    group = _nearest(rows, _middles(rows, side, rng))
+    for k in range(side):
+        own = np.flatnonzero(group == k)
+        middles = _middles(rows[own], side, rng)
+        labels[own] = sum(map(len, found)) + _nearest(rows[own], middles)
+        found.append(middles)
+    return np.rint(np.concatenate(found)), labels
+
+
+def _middles(rows: NDArray[np.float32], count: int, rng: np.random.Generator) -> NDArray[np.float32]:
+    some = rows[rng.permutation(len(rows))[:TRIED]]
+    middles = some[:count]
+    for _ in range(ROUNDS):
+        near = _nearest(some, middles)
+        sums = np.stack([np.bincount(near, column, len(middles)) for column in some.T], 1)
+        counts = np.bincount(near, minlength=len(middles))[:, None]
+        middles = np.where(counts > 0, sums / np.maximum(counts, 1), middles).astype(np.float32)
+    return middles
+
+
+def _nearest(rows: NDArray[np.float32], middles: NDArray[np.float32]) -> NDArray[np.int64]:
+    squares = (middles**2).sum(1) / 2
+    parts = [rows[k : k + 4096] for k in range(0, len(rows), 4096)]
+    return np.concatenate([np.zeros(0, np.int64), *((squares - part @ middles.T).argmin(1) for part in parts)])

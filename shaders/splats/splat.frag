@@ -15,6 +15,10 @@ flat in vec2 reach_depth;
 #if KIND > 0
 in float peak;
 #endif
+#if KIND == 1
+flat in vec2 dense;
+const float ALONE = 0.02;  // of what it covers: so much of its surface is seen where no other one is
+#endif
 #if HIDDEN
 uniform sampler2D opaque_map;  // surfaces of other objects: depth in w, 0 is none
 uniform float reference;
@@ -42,6 +46,7 @@ void main() {
     colors = vec4(color.rgb * alpha, alpha);
 #endif
 #if KIND == 1
+    alpha = max(splat_alpha(dense.y, dense.x * square), ALONE * alpha);
     normals = vec4(facing * alpha, alpha);
 #endif
 #if KIND > 0

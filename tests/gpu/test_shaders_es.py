@@ -59,6 +59,7 @@ CONSTANTS = {  # the values that the project builds each with
     )
     | {"SHADOWS": (0, 1, 2), "ENVIRONMENT": AROUND},
     "shading/ground.frag": {"SHADOWS": (1, 2), "VISIBILITY": FLAG, "ENVIRONMENT": AROUND, "SPLATS": FLAG},
+    "splats/packed.vert": {"KIND": (0, 1, 2)},
     "splats/splat.vert": {"KIND": (0, 1, 2)},
     "splats/splat.frag": {"KIND": (0, 1, 2), "HIDDEN": FLAG},
     "splats/merge.frag": {"OPAQUE": (0, 1, 2)},

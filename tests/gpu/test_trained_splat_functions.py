@@ -17,6 +17,19 @@ def test_what_a_splat_covers(gpu):
     assert answer[:, 0].max() <= 0.99
 
 
+def test_a_splat_that_stands_for_a_surface_is_smaller_and_takes_as_much_light(gpu):
+    rng = np.random.default_rng(5)
+    opacity, area, most = (rng.uniform(*ends, (COUNT, 1)).astype(F) for ends in ((0, 1), (0.3, 50), (1, 4)))
+    answer = gpu("trained_splats.glsl", "density(a, m), dense_opacity(o, m), 0, 0", o=opacity, a=area, m=most)
+    np.testing.assert_allclose(answer[:, :1], mirror.density(area, most), rtol=1e-5)
+    np.testing.assert_allclose(answer[:, 1:2], mirror.dense_opacity(opacity, most), atol=1e-5)
+    assert (answer[:, 0] < most[:, 0] + 1e-5).all()
+    faint = opacity[:, 0] < 0.05
+    np.testing.assert_allclose(answer[faint, 1], (opacity * most)[faint, 0], rtol=0.1)
+    dot = np.array([[0.3]], F)
+    np.testing.assert_allclose(gpu("trained_splats.glsl", "density(a, 4.0), 0, 0, 0", a=dot)[0, 0], 1, rtol=1e-5)
+
+
 def mixtures(rng):
     """Sums of two depths each, which these are, and the share of the nearer."""
     near, apart, share = rng.uniform(-1, 0, COUNT), rng.uniform(0.2, 1, COUNT), rng.uniform(0.1, 0.9, COUNT)

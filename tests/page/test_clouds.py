@@ -14,7 +14,6 @@ from pointshade_gl.renderer.requests import RenderRequest
 
 from ..support import frames
 from ..support.browser import altered
-from ..support.trained_splats import ball_over_floor
 from .test_pictures import SHADOW_SIDE, check, drawn, likeness
 from .test_pictures import small_shadows as small_shadows
 from .test_pictures import test_a_browser_starts as test_a_browser_starts  # first: no page costs more than others
@@ -291,11 +290,3 @@ def test_the_command_line_writes_a_page_of_a_cloud(typed, tmp_path, suffix):
 
 def test_a_notebook_shows_a_cloud(renderer):
     assert data_of(ps.show(cloud()).html)["things"][0]["kind"] == "cloud"
-
-
-def test_of_trained_splats_a_page_has_the_opaque_ones_as_discs(tmp_path):
-    cloud, told = ball_over_floor(300), []
-    ps.save_page(tmp_path / "a.html", cloud, notes=told.append)
-    assert ["the page draws trained splats as discs" in one for one in told] == [True]
-    smaller = reduced(RenderRequest.of(cloud), 500, 10**6, len(cloud)).source
-    assert smaller.gaussians is None and 0 < len(smaller) <= len(cloud) and smaller.shading == "none"

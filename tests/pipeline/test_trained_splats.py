@@ -107,6 +107,17 @@ def test_depth_and_normals_are_those_of_the_surface(renderer):
     assert np.median(angles[inside(is_ball)]) < 6 and np.median(angles[inside(~is_ball & np.isfinite(z))]) < 6
 
 
+def test_beside_a_rim_lies_what_is_behind(renderer):
+    cloud, (z, _, is_ball, _) = ball_over_floor(8000, wide=0.03), true_surface()
+    bands = [is_ball]
+    for _ in range(3):
+        last = bands[-1]
+        bands.append(last | np.roll(last, 1, 0) | np.roll(last, -1, 0) | np.roll(last, 1, 1) | np.roll(last, -1, 1))
+    beside = bands[3] & ~bands[1] & np.isfinite(z)
+    depth = renderer.render_depth(cloud, camera=LARGE, pose=POSE)
+    assert beside.sum() > 100 and (np.abs(depth - z)[beside] < 0.15).mean() > 0.9
+
+
 def linear(picture):
     return ((picture[..., :3] / 255) ** 2.2).mean(-1)
 

@@ -11,10 +11,19 @@ F = np.float32
 MOST_OPAQUE = F(0.99)
 NEAREST_PAST, SURELY_PAST = F(1), F(3.5)
 RIDGE = F(1e-6)
+PIXEL_BLUR = F(0.3)
 
 
 def splat_alpha(opacity: np.ndarray, square: np.ndarray) -> np.ndarray:
     return np.minimum(MOST_OPAQUE, opacity * np.exp(F(-0.5) * square))
+
+
+def density(area: np.ndarray, most: np.ndarray) -> np.ndarray:
+    return area / (np.maximum(area - PIXEL_BLUR, F(0)) / most + PIXEL_BLUR)
+
+
+def dense_opacity(opacity: np.ndarray, denser: np.ndarray) -> np.ndarray:
+    return F(1) - (F(1) - np.minimum(opacity, MOST_OPAQUE)) ** denser
 
 
 def two_depths(sums: np.ndarray) -> np.ndarray:
@@ -35,7 +44,7 @@ def share_past_splats(seen: np.ndarray, depth: np.ndarray, thickness: np.ndarray
     steps = ((depth[:, None] - seen[:, :2]) / thickness[:, None] - NEAREST_PAST) / (SURELY_PAST - NEAREST_PAST)
     past = np.clip(steps, 0, 1)
     hidden = past[:, 0] * seen[:, 2] + past[:, 1] * (seen[:, 3] - seen[:, 2])
-    return F(1) - hidden**6
+    return F(1) - hidden**4
 
 
 def fitted_normal(

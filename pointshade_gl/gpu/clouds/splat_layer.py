@@ -29,6 +29,7 @@ SURFACE_LAYOUT = (("normal", "3f", 12), ("slope", "2f", 8))
 HALF, SOLID, ANY = 0.5, 0.95, 0.004  # of a pixel that splats cover: more is a surface; nothing is behind; is seen
 SHARES = 0.8, 0.2  # of the normals of cells, and of the plane through the depths beside
 UNLIT = 0.25  # length of a mean normal, below which splats are not lit
+BESIDE, WIDEST = 0.17, 4  # thicknesses between pixels that a map of shadows averages, and most pixels
 THICKNESS = 3.0  # median lengths of splats: a surface of them is as deep
 
 
@@ -49,10 +50,14 @@ class PlacedSplats(Parts, Drawable):
         return SplatView(self.cloud, self.scale * view[:3, :3], view[:3, 3], normals, self.shading not in NOT_LIT)
 
     @property
+    def held(self) -> Gaussians:
+        assert self.cloud.gaussians is not None, "a cloud of splats"
+        return self.cloud.gaussians
+
+    @property
     def thickness(self) -> float:
         """Return how deep a surface of them is, world units."""
-        assert self.cloud.gaussians is not None, "a cloud of splats"
-        return THICKNESS * self.scale * self.cloud.gaussians.median_length
+        return THICKNESS * self.scale * self.held.median_length
 
 
 class LayerImage(Images):
@@ -144,15 +149,15 @@ class SplatLayer(FullscreenPasses):
         _, normals, depths = image.sums.textures
         empty(image.seen.target)
         single = self.fullscreen("splats/depth.frag")
-        single.draw(image.seen.target, {"depths_sum": depths}, reference=image.reference, thickness=thickness)
+        inputs = {"depths_sum": depths, "target": eye.camera.intrinsics}
+        single.draw(image.seen.target, inputs, reference=image.reference, thickness=thickness)
         empty(image.fitted.target)
         inputs = {"normals_map": normals, "seen_map": image.seen.texture}
         fit = self.fullscreen("splats/surface.frag")
         fit.draw(image.fitted.target, inputs, target=eye.camera.intrinsics, shares=SHARES, unlit=unlit)
 
     def _normals_of(self, thing: PlacedSplats) -> np.ndarray:
-        cloud, held = thing.cloud, thing.cloud.gaussians
-        assert held is not None, "a cloud of splats"
+        cloud, held = thing.cloud, thing.held
         if thing.shading in NOT_LIT:
             return np.zeros((len(held), 3), np.float32)
         if held not in self._normals:
@@ -203,8 +208,10 @@ class SplatLayer(FullscreenPasses):
             self._draw(tile.target, DEPTHS, project_splats(seen, eye, reference), {"target_size": (side, side)})
             confine(map_image.target, (*first, side, side))
             inputs = {"depths_sum": tile.texture}
+            stride = _stride(thickness * eye.camera.fx / max(reference, eye.near))
             blurred = self.fullscreen("splats/shadow.frag")
-            blurred.draw(map_image.target, inputs, first=first, reference=reference, thickness=thickness)
+            inputs |= {"first": first, "reference": reference, "thickness": thickness, "stride": stride}
+            blurred.draw(map_image.target, inputs)
         confine(map_image.target, None)
         map_image.raise_version()
         return SplatShadows(map_image, thickness)
@@ -238,6 +245,11 @@ class SplatLayer(FullscreenPasses):
                 array.release()
         finally:
             buffer.release()
+
+
+def _stride(thickness: float) -> int:
+    """Return the pixels between those that a map of shadows averages. thickness: of a surface, pixels."""
+    return int(min(max(round(BESIDE * thickness), 1), WIDEST))
 
 
 def _reference(things: Sequence[PlacedSplats], eye: Eye) -> float:

@@ -207,11 +207,12 @@ class SplatLayer(FullscreenPasses):
             empty(tile.target)
             self._draw(tile.target, DEPTHS, project_splats(seen, eye, reference), {"target_size": (side, side)})
             confine(map_image.target, (*first, side, side))
-            inputs = {"depths_sum": tile.texture}
             stride = _stride(thickness * eye.camera.fx / max(reference, eye.near))
             blurred = self.fullscreen("splats/shadow.frag")
-            inputs |= {"first": first, "reference": reference, "thickness": thickness, "stride": stride}
-            blurred.draw(map_image.target, inputs)
+            blurred.draw(
+                map_image.target, {"depths_sum": tile.texture}, first=first, reference=reference, thickness=thickness,
+                stride=stride,
+            )  # fmt: skip
         confine(map_image.target, None)
         map_image.raise_version()
         return SplatShadows(map_image, thickness)

@@ -152,13 +152,13 @@ class FramePass:
             self._blend(image, target, opaque, trained, drawables, light_set, has_surface=True)
             behind = target.behind.surfaces if opaque.shown else None
             surfaces = target.surfaces
-            surfaces.has_visibility = bool(visible.environment_light.occlusion)
             surfaces.knows_visibility, surfaces.has_doubts = False, behind is not None and behind.has_doubts
             number = material_numbers(trained, drawables, len(list(joined(drawables[p] for p in opaque.shown))))[0]
             has_eye_dome = any(drawables[p].shading == "edl" for p in trained.shown)
             surfaces.has_eye_dome = has_eye_dome or (behind is not None and behind.has_eye_dome)
             number = -float(number) if has_eye_dome else float(number)
-            self._steps.run("merge", layer.merge, surfaces, image, behind, least, number)
+            hides = bool(visible.environment_light.occlusion)
+            self._steps.run("merge", layer.merge, surfaces, image, behind, least, number, hides)
             return
         rows = list(joined(drawables[p] for p in visible.shown))
         shown = tuple(thing for _, thing in rows)

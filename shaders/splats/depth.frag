@@ -17,6 +17,7 @@ const float THIN = 0.8;           // share of the nearer surface below which it 
 const float BARE = 0.25;          // and below which it has ended
 const float MANY_THIN = 9.0;      // so many places make a rim; where fewer are thin it is a leak,
 const float SOME_BARE = 3.0;      // and where none is bare, one surface behind a translucent one
+const float SURE = 0.995;         // share of the nearer surface, from which on it is seen
 const float SOLID = 0.9;          // cover of what is no rim
 const int REACH = 3;              // pixels
 const float NEAR = 2.0;           // pixels: deviation of the weights
@@ -43,7 +44,7 @@ bool is_beside(ivec2 pixel, vec3 both, ivec2 last) {
 
 float depth_of(vec4 sums, ivec2 pixel, ivec2 last) {
     vec3 both = two_depths(sums);
-    if (is_apart(both)) return is_beside(pixel, both, last) ? both.y : both.x;
+    if (is_apart(both)) return both.z < SURE && is_beside(pixel, both, last) ? both.y : both.x;
     return sums.x / sums.a;
 }
 

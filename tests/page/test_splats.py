@@ -41,7 +41,8 @@ DRAW = """async ([changes, size]) => {
   draw();
   let text = "";
   for (const byte of drawing.read()) text += String.fromCharCode(byte);
-  return { pixels: btoa(text), place, lights, stale, hasWorker: Boolean(layer.worker) };
+  const shown = lights.map((one) => ({ ...one, shadow: one.shadow && state.shadows }));
+  return { pixels: btoa(text), place, lights: shown, stale, hasWorker: Boolean(layer.worker) };
 }"""
 
 

@@ -171,6 +171,21 @@ def test_light_is_shown_where_it_is_asked_for(renderer):
     assert (lit == renderer.render(cloud, ps.Light(direction=(0, 0, 1)), camera=CAMERA, pose=POSE)).all()
 
 
+def test_light_from_all_around_is_the_same_after_other_light(renderer):
+    cloud = ball_over_floor(300)
+    one = renderer.render(cloud, camera=CAMERA, pose=POSE, environment="studio")
+    with ps.Renderer() as other:
+        other.render(cloud, ps.Light(direction=(0, 0, 1)), camera=CAMERA, pose=POSE)
+        assert (other.render(cloud, camera=CAMERA, pose=POSE, environment="studio") == one).all()
+
+
+def test_surfaces_seen_at_a_slant_have_no_black_specks(renderer):
+    cloud = ball_over_floor(2500)
+    lit = renderer.render(cloud, yaw=25.0, pitch=20.0, environment="sky")
+    assert (lit[..., 3] > 200).mean() > 0.2
+    assert not ((lit[..., 3] > 200) & (lit[..., :3].max(-1) < 6)).any()
+
+
 def test_samples_of_splats_alone_are_no_softer(renderer):
     cloud = ball_over_floor(300)
     one, many = (renderer.render(cloud, camera=CAMERA, pose=POSE, samples=n) for n in (1, 4))

@@ -165,12 +165,14 @@ class SplatLayer(FullscreenPasses):
         return self._normals[held]
 
     def merge(
-        self, surfaces: SurfaceImage, image: LayerImage, opaque: SurfaceImage | None, least: float, number: float
-    ) -> None:
+        self, surfaces: SurfaceImage, image: LayerImage, opaque: SurfaceImage | None, least: float, number: float,
+        hides: bool,
+    ) -> None:  # fmt: skip
         """Draw the surface of the splats, where they cover so much, and around it what is opaque.
 
-        number: of their material, below 0 for eye-dome lighting.
+        number: of their material, below 0 for eye-dome lighting; hides: what is near hides light from all around
         """
+        surfaces.has_visibility = hides
         inputs = {"colors_sum": image.sums.textures[0], "fitted": image.fitted.texture}
         kind = 0
         if opaque is not None:

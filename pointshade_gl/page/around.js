@@ -52,7 +52,7 @@ class Around {
   ofPoints(thing) {
     if (!this.occlusion) return null;
     if (!thing.visibility) {
-      const { gl, painter } = this, { width, height, surface, source, scale } = thing;
+      const { gl, painter } = this, { width, height, source, scale } = thing, surface = thing.normals ?? thing.surface;
       const found = this.search({ surface_map: surface, intrinsics: source, radius: this.radiusOf(thing) / scale }, width, height, {});
       thing.visibility = makeTexture(gl, "rgba8", width, height, null, gl.LINEAR);
       const target = makeTarget(gl, [thing.visibility]);

@@ -77,19 +77,24 @@ function unitVector(u, v) {
   return [x / length, y / length, z / length];
 }
 
-// Unit normal and depth of each pixel; depth 0 where nothing is known, negative at rims.
+// Unit normal and depth of each pixel; depth 0 where nothing is known, negative at rims. The same with the normals for
+// light, if those are others.
 function surfacePlane(reader, part) {
   const { width, height, count } = part;
   const kinds = reader.take(width * height);
   const depths = wholePlane(reader, width, height, kinds, count, part.depthBytes);
-  const [us, vs] = part.normalBytes.map((size) => wholePlane(reader, width, height, kinds, count, size));
-  const surface = new Float32Array(4 * width * height), scale = 2 / (2 ** part.normalBits - 1);
-  for (let k = 0; k < width * height; ++k) {
-    if (kinds[k] === 0) continue;
-    const depth = part.nearest * Math.exp(depths[k] * part.depthStep);
-    surface.set([...unitVector(us[k] * scale - 1, vs[k] * scale - 1), kinds[k] === 2 ? -depth : depth], 4 * k);
-  }
-  return { surface, kinds };
+  const planes = part.normalBytes.map((size) => wholePlane(reader, width, height, kinds, count, size));
+  const scale = 2 / (2 ** part.normalBits - 1);
+  const facing = (us, vs) => {
+    const surface = new Float32Array(4 * width * height);
+    for (let k = 0; k < width * height; ++k) {
+      if (kinds[k] === 0) continue;
+      const depth = part.nearest * Math.exp(depths[k] * part.depthStep);
+      surface.set([...unitVector(us[k] * scale - 1, vs[k] * scale - 1), kinds[k] === 2 ? -depth : depth], 4 * k);
+    }
+    return surface;
+  };
+  return { surface: facing(planes[0], planes[1]), lit: planes.length > 2 ? facing(planes[2], planes[3]) : null, kinds };
 }
 
 // The points of a cloud as floats, in the order of POINT_LAYOUT, and their colours (page/parts.py).

@@ -232,7 +232,7 @@ class Drawing {
     const { gl } = this, { stride, axes, scale } = thing, half = Math.floor(stride / 2);
     const [width, height] = [thing.width, thing.height].map((side) => Math.ceil(side / stride));
     const surface = makeTexture(gl, "rgba32f", width, height), known = makeIndices(gl, new Uint8Array(width * height).fill(1), 1);
-    const target = makeTarget(gl, [surface]), inputs = { surface_map: thing.surface, source: thing.source, stride };
+    const target = makeTarget(gl, [surface]), inputs = { surface_map: thing.normals ?? thing.surface, source: thing.source, stride };
     this.painter.fill(target, [0, 0, width, height], "surface/hidden_planes.frag", {}, inputs, false);
     gl.deleteFramebuffer(target);
     const source = thing.source.map((value, k) => (k < 2 ? value : value - half) / stride);
@@ -267,11 +267,11 @@ class Drawing {
     this.painter.drawSplats(this.splats, this.hurries && isFine(thing, camera) ? fewer(thing) : thing, warp, this.kept);
     const visibility_map = shading === "phong" ? this.around.ofPoints(thing) : null;
     const model = SHADINGS.indexOf(shading === "edl" ? "none" : shading);
-    const constants = { SHADING: model, CERTAINTY: thing.certainty && shading === "phong" ? 1 : 0, VISIBILITY: visibility_map ? 1 : 0 };
+    const constants = { SHADING: model, CERTAINTY: thing.certainty && shading === "phong" ? 1 : 0, VISIBILITY: visibility_map ? 1 : 0, CALM: thing.normals && shading === "phong" ? 1 : 0 };
     this.painter.fill(this.surfaces, [0, 0, ...this.size], "points/resolve_surfaces.frag", constants, {
       ...warp, near: warp.near * thing.scale * (1 - thing.behind), scale: thing.scale, depth_scale: warp.near, source_ids: this.ids,
       window_depths: this.depth, color_map: thing.colors, light_map: thing.lit, certainty_map: thing.certainty,
-      visibility_map,
+      visibility_map, light_normals: thing.normals,
     });
   }
 
@@ -287,7 +287,7 @@ class Drawing {
   lightPoints(thing, pose, lamps) {
     const eye = translation(product(inverted(thing.axes), pose));
     const own = {
-      surface_map: thing.surface, color_map: thing.colors, intrinsics: thing.source, eye, scale: thing.scale,
+      surface_map: thing.normals ?? thing.surface, color_map: thing.colors, intrinsics: thing.source, eye, scale: thing.scale,
       material: thing.material, certainty_map: thing.certainty, visibility_map: this.around.ofPoints(thing),
     };
     const constants = { POINTS: 1, CERTAINTY: thing.certainty ? 1 : 0 };

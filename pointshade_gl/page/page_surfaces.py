@@ -49,6 +49,7 @@ class PageSurface(NamedTuple):
     is_round: bool
     stride: int  # pixels for each of the smaller surface of what they hide, which casts shadows, too; 0 for none
     behind: float = 0.0  # share of the depth by which others of its set are seen before it where they agree
+    light_normals: NDArray[np.float32] | None = None  # (h, w, 3), if splats do not lie by those that are lit
 
     @property
     def kinds(self) -> NDArray[np.uint8]:
@@ -95,15 +96,17 @@ def _merged(thing: ShownSet) -> list[Member]:
     return merged(members, frames, thing.consensus.band)
 
 
-def _read_surface(shown: ShownPoints | ShownGrid) -> NDArray[np.float32]:
-    texture = shown.points.surface.texture
+def _read_surface(shown: ShownPoints | ShownGrid, is_shape: bool = False) -> NDArray[np.float32]:
+    surface = shown.points.surface
+    texture = ((surface.shape if is_shape else None) or surface).texture
     return np.array(read_texture(texture.ctx, texture))
 
 
 def _read(shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: bool = True) -> PageSurface:
     """What a frame shows, or what is left of it in a set."""
     points = shown.points
-    values = _read_surface(shown) if member is None else member.surface
+    values = _read_surface(shown, True) if member is None else member.surface
+    lit = _read_surface(shown)[..., :3] if member is None and points.surface.shape else None
     depth = values[..., 3]
     colors = _read_colors(shown.colors.texture) if member is None else linear_to_bytes(np.clip(member.colors, 0, 1))
     texture = points.surface.certainty if shown.has_doubts else None
@@ -121,7 +124,7 @@ def _read(shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: 
     intrinsics = camera.fx, camera.fy, camera.cx - left, camera.cy - top
     return PageSurface(
         values[inside][..., :3], depth[inside], _cut(colors, box, depth.shape), certainty, sizes, intrinsics,
-        points.pose, points.scale, is_round, stride,
+        points.pose, points.scale, is_round, stride, light_normals=None if lit is None else lit[inside],
     )  # fmt: skip
 
 

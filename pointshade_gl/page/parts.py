@@ -160,15 +160,18 @@ def surface_part(surface: PageSurface, quality: Quality) -> Part:
     known = kinds != MISSING
     codes = np.zeros(depth.shape, np.int64)
     codes[known], nearest = code_depth(np.abs(depth[known]), quality.depth_step)
-    places = np.zeros((*depth.shape, 2), np.int64)
-    places[known] = code_normals(surface.normals[known], quality.normal_bits)
-    planes = [code_plane(plane, known) for plane in (codes, places[..., 0], places[..., 1])]
+    normals = [surface.normals, *([] if surface.light_normals is None else [surface.light_normals])]
+    planes = [code_plane(codes, known)]
+    for one in normals:
+        places = np.zeros((*depth.shape, 2), np.int64)
+        places[known] = code_normals(one[known], quality.normal_bits)
+        planes += [code_plane(places[..., k], known) for k in (0, 1)]
     color, color_bytes = _color_part(surface.colors, known, quality)
     sizes = surface.sizes.astype("<f4")
     head = {
         "kind": "points", "width": depth.shape[1], "height": depth.shape[0], "count": int(known.sum()),
         "nearest": nearest, "depthStep": quality.depth_step, "normalBits": quality.normal_bits,
-        "depthBytes": planes[0][1], "normalBytes": [planes[1][1], planes[2][1]], "color": color,
+        "depthBytes": planes[0][1], "normalBytes": [size for _, size in planes[1:]], "color": color,
         "certainty": None if certainty is None else list(certainty.shape[::-1]),
         "size": float(sizes[0]) if sizes.size == 1 else None,
         "hasRims": surface.has_rims, "isRound": surface.is_round, "stride": surface.stride,

@@ -10,9 +10,10 @@ async function takeThings(gl, reader, heads) {
 // The points of a frame.
 async function takePoints(gl, reader, head) {
   const { width, height } = head;
-  const { surface, kinds } = surfacePlane(reader, head);
+  const { surface, lit, kinds } = surfacePlane(reader, head);
   const colors = await takeColors(gl, reader, head.color, kinds, head.count);
   const thing = { ...head, surface: makeTexture(gl, "rgba32f", width, height, surface), colors };
+  thing.normals = lit && makeTexture(gl, "rgba32f", width, height, lit);
   thing.known = makeIndices(gl, kinds, 1);
   if (head.hasRims) thing.rims = makeIndices(gl, kinds, 2);
   thing.certainty = makeCertainty(gl, readCertainty(reader, head));

@@ -47,7 +47,8 @@ AS_SHOWN = """async (changes) => {
   let text = "";
   for (let k = 0; k < pixels.length; k += 8192) text += String.fromCharCode(...pixels.subarray(k, k + 8192));
   const own = light(state, data.stage, player.way, data.held), [width, height] = drawing.size;
-  return { width, height, pixels: btoa(text), place: pose(state, data.stage), light: own };
+  const cast = { ...own, shadow: own.shadow && state.shadows };
+  return { width, height, pixels: btoa(text), place: pose(state, data.stage), light: cast };
 }"""
 
 

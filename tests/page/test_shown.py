@@ -115,12 +115,12 @@ class TestForEveryone:
         page.evaluate("document.body.prepend(Object.assign(document.createElement('a'), {id: 'top', tabIndex: 0}))")
         page.evaluate("top => (top.focus(), top.remove())", page.query_selector("#top"))  # Tab goes on from there
         ring = "getComputedStyle(document.activeElement)"
-        for _ in range(9):
+        for _ in range(10):
             page.keyboard.press("Tab")
             reached.append(page.evaluate("document.activeElement.id"))
             is_seen = f"{ring}.outlineStyle !== 'none' || {ring}.boxShadow !== 'none'"
             assert page.evaluate(is_seen), reached
-        assert reached == ["picture", "follow", "unlit", "shading", "lamp", "reset", "save", "full", "ask"]
+        assert reached == ["picture", "follow", "unlit", "shadows", "shading", "lamp", "reset", "save", "full", "ask"]
 
     def test_help_opens_and_closes_by_keys_and_gives_the_focus_back(self, opened):
         page = opened.page

@@ -94,11 +94,9 @@ class FilmCoder:
         codes[known], _ = code_depth(np.abs(surface.depth[known]), self.step, self._nearest)
         kind_part, is_kind_change = _fewer(kinds.tobytes(), kept and (kinds ^ kept.kinds).tobytes())
         codes, depth_part, size, is_depth_change = _coded_depth(codes, known, kept)
+        lit = surface.normals if surface.light_normals is None else surface.light_normals
         normals, normal_part, is_normal_change = _coded_picture(
-            normal_planes(surface.normals if surface.light_normals is None else surface.light_normals, known),
-            kept and kept.normals,
-            self._quality.normals,
-            0,
+            normal_planes(lit, known), kept and kept.normals, self._quality.normals, 0
         )
         colors, color_part, is_color_change = _coded_picture(
             color_planes(surface.colors, known), kept and kept.colors, self._quality.colors, STAYING_COLOR

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..files.access.known_names import WHOLE
 from ..files.input_kinds import Kind
 from ..scene.appearance import CLOUD_SPLATS
 from ..scene.camera import quaternion_of
@@ -144,6 +145,7 @@ def _source_words(
         inputs = tuple(inputs[k] for k in on)
         chosen = ["--frame", ",".join(str(max(numbers[k], 0)) for k in on)]
     elif views is not None:
+        inputs = inputs if numbers else (WHOLE,)  # its front was opened
         chosen = ["--views" if len(views.shown) > 1 else "--frame", ",".join(views.shown_names)]
     elif numbers and numbers[0] < 0:
         return None, "no command line names a frame of a live stream"

@@ -23,7 +23,7 @@ from ..scene.graph import Scene
 from ..scene.objects import MOST_FRAMES
 from ..scene.option_fields import takes
 from .access.content import FilePath
-from .access.known_names import builtin_folder
+from .access.known_names import WHOLE, builtin_folder, builtin_name
 from .clouds.load_cloud import (
     OF_MESHES,
     AnyOptions,
@@ -91,7 +91,7 @@ def open_source(path: FilePath | None, **load_options: Unpack[LoadOptions]) -> F
     is_given = depth is not None or color is not None
     if (path is None or is_given) and "depth_model" in options:
         return load_frame(path, depth=depth, color=color, **options)
-    note = once(options.pop("notes", print_note))
+    note = once(options.pop("notes", print_note if builtin_name(path) is None else lambda _: None))
     outside = options.pop("allow_outside", False)
     read = ReadOptions(**options)
     if path is None or is_given:
@@ -132,6 +132,11 @@ def load_any(source: FilePath | None, **load_options: Unpack[AnyOptions]) -> Fra
         return load_cloud(file, **options)
     check_frame_options(options, source)
     return load_frame(source, **options)
+
+
+def named_source(source: FilePath) -> Any:
+    """Load what a name stands for, to be drawn: as `load_any`, but all frames of the built-in object from all sides."""
+    return list(views_of(open_source(source), None).values()) if builtin_name(source) == WHOLE else load_any(source)
 
 
 def views_of(

@@ -259,9 +259,9 @@ def loaded(source: Any) -> Any:
     """Return the frame or scene itself; of a path or a built-in name, what is there."""
     if not is_a(source, str, PathLike):
         return source
-    from ..files.frame_sources import load_any  # which imports the readers of all files
+    from ..files.frame_sources import named_source  # which imports the readers of all files
 
-    return load_any(source)
+    return named_source(source)
 
 
 def _found(environment: Any) -> Any:

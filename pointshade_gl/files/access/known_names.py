@@ -256,7 +256,8 @@ def check_suffix(path: FilePath, known: tuple[str, ...], subject: str = "its suf
     return path
 
 
-FRAMES = ("vase",)
+VASE, WHOLE = "vase", "vase/whole"  # as it is seen from its front; and from all sides, frames of one object
+FRAMES = {VASE: "vase", WHOLE: "vase_whole", "vase/front": "vase"}
 SCENES = {"demo": "scene/scene.gltf"}
 
 
@@ -272,9 +273,9 @@ def builtin_name(source: object) -> str | None:
 
 
 def builtin_folder(source: FilePath) -> Path:
-    """The folder of a built-in frame for its name; anything else is a path already."""
+    """The folder of a built-in frame, or several, for its name; anything else is a path already."""
     name = builtin_name(source)
-    return asset(name) if name in FRAMES else check_path(source)
+    return asset(FRAMES[name]) if name in FRAMES else check_path(source)
 
 
 def builtin_scene(source: FilePath) -> Path:

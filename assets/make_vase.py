@@ -179,7 +179,7 @@ def save_side(folder: Path, number: int, color: Array, depth: Array, pose: Array
     for name in names:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
     Image.fromarray(color).save(folder / names[0], lossless=True, quality=100, method=6)
-    depth_map = Image.fromarray((np.round(depth * STEPS) / STEPS).astype(np.float32))
+    depth_map = Image.fromarray(np.round(depth.astype(np.float32) * STEPS) / np.float32(STEPS))
     depth_map.save(folder / names[1], compression="tiff_adobe_deflate", tiffinfo=PACKED)
     matrix = (np.round(pose @ OPENGL, 12) + 0.0).tolist()
     return {"file_path": names[0], "depth_file_path": names[1], "transform_matrix": matrix}

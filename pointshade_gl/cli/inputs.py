@@ -17,7 +17,7 @@ from ..notes.notes import print_note
 from ..notes.words import option
 from ..renderer.renderer import Renderer
 from ..scene.appearance import Appearance
-from ..scene.camera import orbit_pose
+from ..scene.camera import check_pose, orbit_pose
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import (
@@ -204,8 +204,9 @@ def with_all_sides(frame: FrameOptions, others: MoreOptions, turns: bool) -> tup
 
 def is_turned(place: PlaceOptions) -> bool:
     """Whether the camera turns so far that a frame at the world's origin does not show all that is seen."""
-    view = View(**place.place())
-    return turns_away(orbit_pose(None, (0, 0, 1), view.yaw, view.pitch) if view.pose is None else np.asarray(view.pose))
+    if place.pose is not None:
+        return turns_away(np.asarray(check_pose(place.place()["pose"])))
+    return turns_away(orbit_pose(None, (0, 0, 1), place.yaw, place.pitch))
 
 
 def is_front(frame: FrameOptions, others: MoreOptions) -> bool:

@@ -105,7 +105,7 @@ class InputOptions:
         typer.Argument(
             metavar="INPUT",
             help="A folder with a depth and a colour picture and their camera, or with a sequence of them; a depth "
-            "file; or what is built in: 'vase', or 'vase/whole' from all sides. For render, depth and view also a scene: "
+            "file; or what is built in: 'vase', 'vase/whole' from all sides. For render, depth and view also a scene: "
             ".gltf, .glb or 'demo'. For all but albedo and align also a point cloud: .ply, .pcd, .xyz, .las, .e57...",
             autocompletion=complete_input,
             callback=groups.check_input,

@@ -256,8 +256,9 @@ def check_suffix(path: FilePath, known: tuple[str, ...], subject: str = "its suf
     return path
 
 
-VASE, WHOLE = "vase", "vase/whole"  # as it is seen from its front; and from all sides, frames of one object
-FRAMES = {VASE: "vase", WHOLE: "vase_whole", "vase/front": "vase"}
+# By the first name, pictures that turn away from the front take all sides: frames of one object, or the front alone.
+VASE, WHOLE, FRONT = "vase", "vase/whole", "vase/front"
+FRAMES = {VASE: "vase", WHOLE: "vase_whole", FRONT: "vase"}
 SCENES = {"demo": "scene/scene.gltf"}
 
 

@@ -23,7 +23,7 @@ from ..scene.graph import Scene
 from ..scene.objects import MOST_FRAMES
 from ..scene.option_fields import takes
 from .access.content import FilePath
-from .access.known_names import WHOLE, builtin_folder, builtin_name
+from .access.known_names import builtin_folder, builtin_name
 from .clouds.load_cloud import (
     OF_MESHES,
     AnyOptions,
@@ -133,11 +133,6 @@ def load_any(source: FilePath | None, **load_options: Unpack[AnyOptions]) -> Fra
         return load_cloud(file, **options)
     check_frame_options(options, source)
     return load_frame(source, **options)
-
-
-def named_source(source: FilePath) -> Any:
-    """Load what a name stands for, to be drawn: as `load_any`, but all frames of the built-in object from all sides."""
-    return list(views_of(open_source(source), None).values()) if builtin_name(source) == WHOLE else load_any(source)
 
 
 def views_of(

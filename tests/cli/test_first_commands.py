@@ -138,7 +138,7 @@ NEXT = [  # typed, what is said, and what that makes one type next
     (f"{VASE} --light 1 2 3", "commas and no spaces, as in --light 1,2,3", f"{VASE} --light 1,2,3"),
     (f"{VASE} --shadow", '(did you mean --light "X,Y,Z shadow"?)', f'{VASE} --light "1,2,3 shadow"'),
     (f"{VASE} --method star", "(did you mean --normals?)", f"{VASE} --normals star"),
-    ("normals vase -o out.png --yaw 9", "only in `pointshade render` and `pointshade depth`", f"{VASE} --yaw 9"),
+    ("normals vase -o out.png --yaw 3", "only in `pointshade render` and `pointshade depth`", f"{VASE} --yaw 3"),
     ("normals vase -o n.txt", ".npy, .exr", "normals vase -o n.npy"),
     ("info -o sheet.png", "as in `pointshade info vase -o sheet.png`", "info vase -o sheet.png"),
     ("help", "`pointshade --help` explains them", "--help"),

@@ -34,6 +34,13 @@ def test_its_back_is_drawn_once_it_turns(drawn):
     assert (whole[..., 3] > 0).sum() > 1.2 * (front[..., 3] > 0).sum()
 
 
+@pytest.mark.system
+def test_its_depth_is_that_of_its_picture(drawn, typed, tmp_path):
+    image, _ = drawn("--yaw 120")
+    assert typed("depth vase --yaw 120 --picture-size 160x120 -o z.npy")[0] == 0
+    np.testing.assert_array_equal(np.load(tmp_path / "z.npy") > 0, image[..., 3] > 0)
+
+
 def test_a_small_turn_shows_the_front_alone(drawn):
     np.testing.assert_array_equal(drawn("--yaw 4")[0], drawn("vase/front --yaw 4")[0])
 

@@ -1,7 +1,8 @@
 """Makes the built-in vase: paints its surfaces and ray-traces them into a colour and a depth picture.
 
 The source work lit a point object of about 80 000 points; vase and flowers cover as many pixels here. Colours
-are pure albedo, without any light. `python -m assets.make_vase [FOLDER]` writes the files.
+are pure albedo, without any light. `python -m assets.make_vase [FOLDER [WHOLE]]` writes the files: of the front to
+one folder, and frames from all sides to the other.
 """
 
 from __future__ import annotations
@@ -10,15 +11,20 @@ import json
 import sys
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image
 
-from pointshade_gl.bench.scenes import HEIGHT, PROFILE, VASE_POSE, ramp, vase_scene
+from pointshade_gl.bench.scenes import HEIGHT, PROFILE, UPRIGHT, VASE_POSE, ramp, vase_scene
 from pointshade_gl.bench.tracing import Array, decode, encode, trace
-from pointshade_gl.scene.camera import Camera
+from pointshade_gl.scene.camera import OPENGL, Camera, orbit_pose
 
-FOLDER = Path(__file__).parent / "vase"
+FOLDER, WHOLE = Path(__file__).parent / "vase", Path(__file__).parent / "vase_whole"
+SIDES = (60, 0), (120, 0), (180, 0), (240, 0), (300, 0), (90, 35), (270, 35), (180, 55)  # yaw, pitch
+BACK = 0.12  # share of the way by which these cameras stand farther off: from the front's, flowers would be cut off
+STEPS = 2**17  # of depth per metre, .0076 mm: coarser ones are noise to whoever merges the frames
+PACKED = {317: 3, 278: 512}  # TIFF: bytes of floats as differences, in one strip
 CAMERA = Camera(650, 650, 319.5, 239.5, 640, 480)
 LATTICE = np.random.default_rng(2001).random((32, 32, 32))
 
@@ -118,8 +124,8 @@ def daisy(petal: Array, gold: Array, _: Array, *at: Array) -> Array:
     return np.where((heart < np.minimum(*petals))[:, None], middle, blade)
 
 
-def picture() -> tuple[Array, Array]:
-    """Linear albedo (h, w, 3) and depth (h, w), metres, 0 = nothing.
+def picture(pose: Array) -> tuple[Array, Array]:
+    """Linear albedo (h, w, 3) and depth (h, w), metres, 0 = nothing, that a camera with this pose sees.
 
     Depth is that of the pixels' centres; each albedo is the mean of 4x4 rays that meet the tangent plane
     of the pixel's own surface, so that the paint is smooth and the outlines stay hard.
@@ -134,8 +140,8 @@ def picture() -> tuple[Array, Array]:
         white=partial(daisy, white, gold),
         apricot=partial(daisy, rgb("e8964a"), gold),
     )
-    hits = trace(parts, CAMERA, VASE_POSE)
-    eye, right, down = VASE_POSE[:3, 3], VASE_POSE[:3, 0] / CAMERA.fx, VASE_POSE[:3, 1] / CAMERA.fy
+    hits = trace(parts, CAMERA, pose)
+    eye, right, down = pose[:3, 3], pose[:3, 0] / CAMERA.fx, pose[:3, 1] / CAMERA.fy
     albedo = np.zeros(hits.points.shape)
     for k, part in enumerate(parts):
         mine = hits.surface == k
@@ -148,17 +154,52 @@ def picture() -> tuple[Array, Array]:
     return albedo, hits.depth
 
 
-def main(folder: Path = FOLDER) -> None:
+def side_pose(yaw: float, pitch: float) -> Array:
+    """Of the camera that has gone round the vase, from where the front was taken, and a little back."""
+    return orbit_pose(UPRIGHT, (0, 0.272, 0), yaw=yaw, pitch=13 + pitch, dolly=-BACK)
+
+
+def save_front(folder: Path, color: Array, depth: Array) -> None:
     """Write color.png, depth.tif and intrinsics.json."""
-    albedo, depth = picture()
     mantissa, exponent = np.frexp(depth)
     depth = np.ldexp(np.round(mantissa * 2**20) / 2**20, exponent)  # 20 bits: 1e-6, and they pack well
     folder.mkdir(parents=True, exist_ok=True)
-    Image.fromarray(np.round(encode(albedo)).astype(np.uint8)).save(folder / "color.png", optimize=True)
+    Image.fromarray(color).save(folder / "color.png", optimize=True)
     Image.fromarray(depth.astype(np.float32)).save(folder / "depth.tif", compression="tiff_adobe_deflate")
     values = {name: getattr(CAMERA, name) for name in ("width", "height", "fx", "fy", "cx", "cy")}
     (folder / "intrinsics.json").write_text(json.dumps(values | {"depth_scale": 1.0}, indent=2) + "\n")
 
 
+def save_side(folder: Path, number: int, color: Array, depth: Array, pose: Array) -> dict[str, Any]:
+    """Write what a side shows, and return its entry in transforms.json. pose: in the world of the front's camera.
+
+    The empty surroundings stay: where a frame sees nothing, the others' splats end.
+    """
+    names = f"color/{number}.webp", f"depth/{number}.tif"
+    for name in names:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+    Image.fromarray(color).save(folder / names[0], lossless=True, quality=100, method=6)
+    depth_map = Image.fromarray(np.round(depth.astype(np.float32) * STEPS) / np.float32(STEPS))
+    depth_map.save(folder / names[1], compression="tiff_adobe_deflate", tiffinfo=PACKED)
+    matrix = (np.round(pose @ OPENGL, 12) + 0.0).tolist()
+    return {"file_path": names[0], "depth_file_path": names[1], "transform_matrix": matrix}
+
+
+def main(folder: Path = FOLDER, whole: Path = WHOLE) -> None:
+    """Write the front, and all sides as the frames of one folder."""
+    frames = []
+    for number, pose in enumerate((VASE_POSE, *(side_pose(*side) for side in SIDES))):
+        albedo, depth = picture(pose)
+        color = np.round(encode(albedo)).astype(np.uint8)
+        if number == 0:
+            save_front(folder, color, depth)
+        frames.append(save_side(whole, number, color, depth, np.linalg.inv(VASE_POSE) @ pose))
+    camera = {"w": CAMERA.width, "h": CAMERA.height, "fl_x": CAMERA.fx, "fl_y": CAMERA.fy}
+    middle = {"cx": CAMERA.cx + 0.5, "cy": CAMERA.cy + 0.5}  # counted from the picture's corner, as NeRFs do
+    head = json.dumps(camera | middle | {"depth_scale": 1.0})
+    lines = ",\n".join(map(json.dumps, frames))
+    (whole / "transforms.json").write_text(f'{head[:-1]}, "frames": [\n{lines}\n]}}\n')
+
+
 if __name__ == "__main__":
-    main(*map(Path, sys.argv[1:2]))
+    main(*map(Path, sys.argv[1:3]))

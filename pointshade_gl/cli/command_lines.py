@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..files.access.known_names import FRONT, VASE, WHOLE
 from ..files.input_kinds import Kind
 from ..scene.appearance import CLOUD_SPLATS
 from ..scene.camera import quaternion_of
 from ..scene.cloud import CLOUD_SHADINGS, PointCloud
 from ..scene.graph import Scene, scene_of
 from ..scene.light import Light
-from ..scene.viewpoint import viewing_pose
+from ..scene.viewpoint import turns_away, viewing_pose
 from .inputs import Inputs
 from .option_groups import AppearanceGroup, flag_of
 from .options import EnvironmentOptions, FrameOptions, PictureOptions, PlaceOptions
@@ -100,6 +101,8 @@ def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
         files = [word for name, path in dropped.files.items() for word in (f"--{name}", str(path))]
         typed = Typed(dropped.inputs, tuple(files))
     scene, views = shown if isinstance(shown, Scene) else None, shown if isinstance(shown, Views) else None
+    if typed == Typed((VASE,)) and (views or turns_away(np.linalg.inv(shown.pose) @ picture.pose)):
+        typed = Typed((WHOLE if views else FRONT,))  # as it is seen; the first name would take either
     source, missing = _source_words(saved, typed, scene, views)
     if source is None:
         return "", missing
@@ -228,7 +231,9 @@ def page_line(inputs: Inputs, look: AppearanceGroup, picture: PictureOptions, un
 
     A page adds the words of what it shows: see page/command.js.
     """
-    words = words_of(inputs.frame.named) + words_of(inputs.others)
+    named = inputs.frame.named
+    named = replace(named, input=FRONT) if named.input == VASE else named  # a page shows no other side
+    words = words_of(named) + words_of(inputs.others)
     words += [flag_of("unlight_all")] if unlight_all else []
     words += words_of(replace(look, light=None, shading=AppearanceGroup().shading))
     words += words_of(replace(picture, samples=None, exposure=None, fill=None))

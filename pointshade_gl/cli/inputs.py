@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..files.access.known_names import VASE, WHOLE
 from ..files.input_kinds import Kind
 from ..notes.notes import print_note
 from ..notes.words import option
 from ..renderer.renderer import Renderer
 from ..scene.appearance import Appearance
+from ..scene.camera import check_pose, orbit_pose
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import (
@@ -32,9 +34,9 @@ from ..scene.graph import (
 from ..scene.node import Node
 from ..scene.objects import PointObject
 from ..scene.settings import FILM, STILL
-from ..scene.viewpoint import View
+from ..scene.viewpoint import View, turns_away
 from .option_groups import AppearanceGroup, frames_from, views_from
-from .options import CloudGroup, FrameOptions, MoreOptions, PictureOptions, ViewOptions
+from .options import CloudGroup, FrameOptions, MoreOptions, PictureOptions, PlaceOptions, ViewOptions
 from .output import explainer, spinner
 
 if TYPE_CHECKING:
@@ -189,6 +191,34 @@ class Inputs:
         found = views_of(source, count)
         numbers = [source.parts[k].number for k in found]
         return Loaded.merged(list(found.values()), look, list(map(str, found)), numbers)
+
+
+def with_all_sides(frame: FrameOptions, others: MoreOptions, turns: bool) -> tuple[FrameOptions, MoreOptions]:
+    """The options, with all frames of the built-in object where it is named, or its front alone and the view turns."""
+    if turns and is_front(frame, others):
+        frame = replace(frame, input=WHOLE)
+    if frame == FrameOptions(input=WHOLE) and not others.is_set:
+        others = replace(others, views="all")
+    return frame, others
+
+
+def is_turned(place: PlaceOptions) -> bool:
+    """Whether the camera turns so far that a frame at the world's origin does not show all that is seen."""
+    if place.pose is not None:
+        return turns_away(np.asarray(check_pose(place.place()["pose"])))
+    return turns_away(orbit_pose(None, (0, 0, 1), place.yaw, place.pitch))
+
+
+def is_front(frame: FrameOptions, others: MoreOptions) -> bool:
+    """Whether nothing but the front of the built-in object is named."""
+    return frame.named == FrameOptions(input=VASE) and not others.is_set
+
+
+def load_all_sides() -> dict[int, Frame]:
+    """The frames of the built-in object, by their numbers."""
+    from ..files.frame_sources import open_source, views_of
+
+    return views_of(open_source(WHOLE), None)
 
 
 def load(frame: FrameOptions, sequence: bool = False, scene: bool = False, pose: Any = None) -> Any:

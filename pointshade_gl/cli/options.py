@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast, get_type_hints
 import typer
 
 from ..files.access.content import MAX_PIXELS, allow_overwriting
-from ..files.access.known_names import DEPTH_MAPS, FILMS, FOUND_POSES, FRAMES, IMAGES, NORMALS, POINTS, RENDERED
+from ..files.access.known_names import DEPTH_MAPS, FILMS, FOUND_POSES, IMAGES, NORMALS, POINTS, RENDERED, VASE
 from ..files.cameras.lenses import PROJECTIONS
 from ..files.clouds.cloud_columns import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
@@ -105,8 +105,8 @@ class InputOptions:
         typer.Argument(
             metavar="INPUT",
             help="A folder with a depth and a colour picture and their camera, or with a sequence of them; a depth "
-            "file; or 'vase', which is built in. For render, depth and view also a scene: .gltf, .glb or 'demo'. For "
-            "all but albedo and align also a point cloud: .ply, .pcd, .xyz, .las, .laz, .e57, .npy...",
+            "file; or what is built in: 'vase', 'vase/whole' from all sides. For render, depth and view also a scene: "
+            ".gltf, .glb or 'demo'. For all but albedo and align also a point cloud: .ply, .pcd, .xyz, .las, .e57...",
             autocompletion=complete_input,
             callback=groups.check_input,
         ),
@@ -241,7 +241,7 @@ class FrameOptions(CloudGroup, ReadingOptions, InputOptions):
     @property
     def named(self) -> FrameOptions:
         """The options themselves, or if they name nothing to read, with the built-in frame as INPUT."""
-        return self if self.input or self.depth or self.color else replace(self, input=FRAMES[0])
+        return self if self.input or self.depth or self.color else replace(self, input=VASE)
 
     @property
     def title(self) -> str:

@@ -23,7 +23,7 @@ from ..scene.graph import Scene
 from ..scene.objects import MOST_FRAMES
 from ..scene.option_fields import takes
 from .access.content import FilePath
-from .access.known_names import builtin_folder
+from .access.known_names import builtin_folder, builtin_name
 from .clouds.load_cloud import (
     OF_MESHES,
     AnyOptions,
@@ -44,6 +44,7 @@ from .networks.model_options import is_model
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
+_unsaid: Note = lambda _: None  # noqa: E731  # how built-in files were understood is no news
 _END = object()  # of an iterator, which may give anything else, None included
 
 
@@ -91,7 +92,7 @@ def open_source(path: FilePath | None, **load_options: Unpack[LoadOptions]) -> F
     is_given = depth is not None or color is not None
     if (path is None or is_given) and "depth_model" in options:
         return load_frame(path, depth=depth, color=color, **options)
-    note = once(options.pop("notes", print_note))
+    note = once(options.pop("notes", print_note if builtin_name(path) is None else _unsaid))
     outside = options.pop("allow_outside", False)
     read = ReadOptions(**options)
     if path is None or is_given:

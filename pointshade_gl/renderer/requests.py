@@ -256,12 +256,13 @@ class Scenes:
 
 
 def loaded(source: Any) -> Any:
-    """Return the frame or scene itself; of a path or a built-in name, what is there."""
+    """Return the frame, frames or scene itself; of a path or a built-in name, what is there."""
     if not is_a(source, str, PathLike):
         return source
-    from ..files.frame_sources import load_any  # which imports the readers of all files
+    from ..files.access.known_names import WHOLE, builtin_name
+    from ..files.frame_sources import load_any, open_source  # which import the readers of all files
 
-    return load_any(source)
+    return open_source(source) if builtin_name(source) == WHOLE else load_any(source)
 
 
 def _found(environment: Any) -> Any:

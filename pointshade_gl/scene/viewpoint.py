@@ -154,6 +154,14 @@ def viewing_pose(
     return orbit_pose(frame.pose, frame.pivot if pivot is None else pivot, *turns, frame.upright)
 
 
+AWAY = 5.0  # degrees
+
+
+def turns_away(turn: NDArray[np.float64]) -> bool:
+    """Whether a (4, 4) pose, in the axes of a frame's camera, turns so far that the frame does not show all."""
+    return float(np.trace(turn[:3, :3]) - 1) / 2 < math.cos(math.radians(AWAY))
+
+
 def _check_one_way(pose: Numbers | None, yaw: float, pitch: float, dolly: float) -> tuple[float, float, float]:
     turns = check_turns(yaw, pitch, dolly)
     if pose is not None and any(turns):

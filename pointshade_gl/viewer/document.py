@@ -26,7 +26,7 @@ from ..scene.graph import Scene, beside, scene_of
 from ..scene.light import Light
 from ..scene.orbit import BESIDE, OWN_LIGHT, OrbitStage, State
 from ..scene.settings import Metering
-from ..scene.viewpoint import View
+from ..scene.viewpoint import View, turns_away
 from .controller import Answer, Control, added, removed, taking, titles
 from .events import Command, Effect, PlayEffect, Remember, RemoveLight, Scrub, Seek, ShowFrame, ShowMessage, TakeLight
 from .keys import when_seen
@@ -273,6 +273,8 @@ class Session:
         """Show the frame that was chosen on the timeline or is due, or the views once they are merged."""
         self.seek()
         playback = self.document.playback
+        if playback.whole and turns_away(self.state.pose(self.stage)):
+            self._follow(playback.completed(), "")
         if playback.is_merging:
             views, self._news = playback.merged()
             self._follow(views, "")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import threading
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from typing import Any, NamedTuple
@@ -258,7 +258,10 @@ class Playback:
     skipped  called with one sentence for each frame that cannot be read, or is left out
 
     players  one for each source that plays
+    whole    reads all frames of what the first source is the front of; None: there are no others
     """
+
+    whole: Callable[[], Mapping[int, Frame]] | None = None
 
     def __init__(
         self, sources: Sequence[Frame | Scene | Iterable[Frame]], rates: Sequence[float | None],
@@ -272,6 +275,7 @@ class Playback:
         self.players: list[Player] = []
         self._pool: ThreadPoolExecutor | None = None  # that reads frames to merge
         self._jobs: dict[int, Future[Frame]] = {}
+        self._completing: Future[Mapping[int, Frame]] | None = None
         self._home = -1
         is_alone = len(sources) == 1
         for k, (source, rate) in enumerate(zip(sources, rates, strict=True)):
@@ -395,6 +399,18 @@ class Playback:
         if len(found) < 2:
             return None, f"not merged: fewer than two of {len(jobs)} frames can be read"
         return Views.of(found, self._home), f"{len(found)} views as one object; M plays the frames"
+
+    def completed(self) -> Views | None:
+        """All of the object in place of its front, once, as soon as it is read; begins to read it at the first call."""
+        if self.whole and not self._completing:
+            pool = ThreadPoolExecutor(1, thread_name_prefix="pointshade-decode")
+            self._completing = pool.submit(self.whole)
+            self._completing.add_done_callback(lambda _: self._wake())
+            pool.shutdown(wait=False)
+        if not (self._completing and self._completing.done()):
+            return None
+        job, self._completing, self.whole = self._completing, None, None
+        return Views.of(job.result())
 
     def end_merging(self) -> bool:
         """Read no more views to merge. Return whether some were being read."""

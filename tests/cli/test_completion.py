@@ -57,6 +57,6 @@ def test_commands_options_and_values_are_offered(shell):
 
 def test_an_input_is_a_builtin_name_or_what_lies_here(shell):
     Path("vacation").mkdir()
-    assert shell("render", "va") == ["vase", "vacation"]
+    assert shell("render", "va") == ["vase", "vase/whole", "vase/front", "vacation"]
     assert shell("view", "") == [*FRAMES, *SCENES, "bin", "script", "vacation"]
     assert shell("render", "vac") == shell("render", "--color", "") == []  # bash goes on with files

@@ -238,6 +238,7 @@ def test_a_folder_without_depth_is_told(tmp_path):
 
 def test_a_built_in_name_is_a_folder_of_the_package_and_any_other_a_path():
     assert builtin_folder("vase").parts[-2:] == ("assets", "vase")
+    assert builtin_folder("vase/front") == builtin_folder("vase") != builtin_folder("vase/whole")
     assert builtin_folder("./vase").parts == ("vase",)
 
 

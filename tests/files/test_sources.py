@@ -11,6 +11,7 @@ from PIL import Image
 from pytest import approx
 
 import pointshade_gl as ps
+from pointshade_gl.files.access.known_names import builtin_folder
 from pointshade_gl.files.cameras.camera_files import read_transforms
 from pointshade_gl.files.frame_sources import open_source, prefetched
 from pointshade_gl.files.frames.sequences import FrameSequence
@@ -89,6 +90,22 @@ def test_a_built_in_name_and_single_files_are_frames(tmp_path):
     assert isinstance(open_source(None, depth=tmp_path / "depth/001.png", **OPTIONS), ps.Frame)
     frame = open_source(tmp_path, depth=tmp_path / "depth/001.png", **OPTIONS, notes=lambda _: None)
     assert numbers([frame]) == [1]
+
+
+def test_the_built_in_vase_from_all_sides_begins_with_its_front(capsys):
+    front, frames = ps.load_frame("vase"), open_source("vase/whole")
+    assert len(frames) == 9 and frames[0].camera == front.camera and np.array_equal(frames[0].color, front.color)
+    np.testing.assert_allclose(frames[0].depth, front.depth, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(frames[0].pose, front.pose, atol=1e-12)
+    assert {frame.camera for frame in frames} == {front.camera}
+    turns = [np.degrees(np.arccos((np.trace(frame.pose[:3, :3]) - 1) / 2)) for frame in frames]
+    assert min(turns[1:]) > 30 and max(turns) > 150
+    assert capsys.readouterr().err == ""  # how they are read is no news
+
+
+def test_all_sides_of_the_vase_add_little_to_the_package():
+    files = [file for file in builtin_folder("vase/whole").rglob("*") if file.is_file()]
+    assert len(files) == 19 and sum(file.stat().st_size for file in files) < 1.5e6
 
 
 def test_files_are_read_when_they_are_asked_for(tmp_path):

@@ -115,7 +115,7 @@ class TestCommand:
             heard = "document.addEventListener('copy', () => (window.heard = getSelection().toString()))"
             opened.page.evaluate(f"() => {{ {refused}; {heard}; }}")
             opened.page.locator("#copy").click()
-            opened.wait_for("window.heard?.startsWith('pointshade render vase ')")
+            opened.wait_for("window.heard?.startsWith('pointshade render vase/front ')")
             assert "copied" in opened.page.locator("#message").inner_text()
             assert opened.page.evaluate("document.activeElement.id") == "copy"
 

@@ -124,6 +124,7 @@ def test_the_wheel_holds_shaders_and_the_vase_once_and_nothing_else_of_the_tree(
         names = archive.namelist()
     assert "pointshade_gl/shaders/common/phong.glsl" in names
     assert "pointshade_gl/assets/vase/depth.tif" in names
+    assert "pointshade_gl/assets/vase_whole/transforms.json" in names
     assert "pointshade_gl/assets/scene/scene.gltf" in names
     assert "pointshade_gl/assets/colormaps.png" in names
     tops = {name.split("/")[0] for name in names}

@@ -78,8 +78,9 @@ def depth(
 
     files.check_depth_path(first_of(output))
     view = place.view(surface.look())
-    named = inputs.Inputs(frame, options.MoreOptions())
+    named = inputs.Inputs(*inputs.with_all_sides(frame, options.MoreOptions(), inputs.is_turned(place)))
     loaded = named.load(view.look, inputs.PLAIN, sequence=is_numbered(output))
+    loaded = loaded._replace(frames=())  # whose scene turns round its middle, as in the picture
     if named.kind is Kind.CLOUD:
         inputs.check_look(view.look)
     note = once(print_note)

@@ -29,7 +29,18 @@ from ...scene.option_fields import LIGHT, PAGE, PICTURE, SETS, Cli
 from ...scene.viewpoint import View, check_turntable, moves_camera
 from .. import options
 from ..command_lines import page_line
-from ..inputs import Inputs, Loaded, albedo_of, check_align, check_stream, load, load_photographs, view_of
+from ..inputs import (
+    Inputs,
+    Loaded,
+    albedo_of,
+    check_align,
+    check_stream,
+    is_turned,
+    load,
+    load_photographs,
+    view_of,
+    with_all_sides,
+)  # fmt: skip
 from ..option_groups import AppearanceGroup, NormalOptions, check_folders, cli_option
 from ..output import explainer, new_beside, open_renderer, print_line, progress, report, spinner, warn_skipped
 from ..written import write_cloud, write_files
@@ -107,6 +118,13 @@ class RenderCommand:
                 raise ValueError(f"{option('save_poses')} writes the poses that {option('align', True)} finds: add it")
             check_poses_path(self.save_poses)
 
+    def completed(self) -> RenderCommand:
+        """The same, of all sides of the built-in object where a picture or a film shows them."""
+        is_drawn = self.suffix not in (*names.PAGES, *names.POINTS) and not self.unlight_all
+        turns = moves_camera(self.film.turntable) or is_turned(self.place)
+        frame, others = with_all_sides(self.frame, self.others, is_drawn and turns)
+        return replace(self, frame=frame, others=others, written=self.output)
+
     def view(self) -> View:
         """From where, under which lights and how it is drawn. Raises ValueError or OSError."""
         is_film = self.suffix not in names.PAGES and (self.film.turntable is not None or is_series(self.output))
@@ -159,6 +177,7 @@ def render(asked: RenderCommand) -> None:
     Write points to a .ply or .glb, in world coordinates: those of a frame, or of --views each place once, lit (or not:
     --shading none); those of a point cloud in their own colours, with normals.
     """
+    asked = asked.completed()
     asked.check_inputs()
     view = asked.view()
     if asked.suffix in names.POINTS:

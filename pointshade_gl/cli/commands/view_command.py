@@ -16,7 +16,17 @@ from ...scene.settings import OutputSettings
 from ...scene.viewpoint import View
 from .. import options
 from ..command_lines import Typed, render_line
-from ..inputs import Inputs, check_align, check_different, check_frame, check_stream, load_several
+from ..inputs import (
+    Inputs,
+    check_align,
+    check_different,
+    check_frame,
+    check_stream,
+    is_front,
+    load_all_sides,
+    load_several,
+    with_all_sides,
+)  # fmt: skip
 from ..option_groups import AppearanceGroup, check_folders, rates_from, size_from, views_from
 from ..output import announce, spinner
 
@@ -41,6 +51,8 @@ def view(
     seen = window.values_of(OutputSettings)
     is_put = any(light.position or light.direction for light in look.lights()[:1])  # it stays where it was put
     state = State(light_mode=not is_put, look=look.look(), finish=OutputSettings(**environment.chosen(), **seen))
+    is_alone = is_front(frame, others)
+    frame, others = with_all_sides(frame, others, turns=False)
     size, more = size_from(window.window_size, "window_size"), others.more or []
     count = None if others.views is None else views_from(others.views) or "all"
     check_folders(more)
@@ -66,6 +78,8 @@ def view(
         panel=window.panel,
         command_line=partial(render_line, Typed.of(frame, more)),
     )
+    if is_alone:
+        viewer.document.playback.whole = load_all_sides
     viewer.samples = seen.get("samples", viewer.samples)
     viewer.document.metered = seen.get("exposure", "sensor"), seen.get("fill")
     announce(viewer.renderer)

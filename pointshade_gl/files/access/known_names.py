@@ -256,7 +256,9 @@ def check_suffix(path: FilePath, known: tuple[str, ...], subject: str = "its suf
     return path
 
 
-FRAMES = ("vase",)
+# By the first name, pictures that turn away from the front take all sides: frames of one object, or the front alone.
+VASE, WHOLE, FRONT = "vase", "vase/whole", "vase/front"
+FRAMES = {VASE: "vase", WHOLE: "vase_whole", FRONT: "vase"}
 SCENES = {"demo": "scene/scene.gltf"}
 
 
@@ -272,9 +274,9 @@ def builtin_name(source: object) -> str | None:
 
 
 def builtin_folder(source: FilePath) -> Path:
-    """The folder of a built-in frame for its name; anything else is a path already."""
+    """The folder of a built-in frame, or several, for its name; anything else is a path already."""
     name = builtin_name(source)
-    return asset(name) if name in FRAMES else check_path(source)
+    return asset(FRAMES[name]) if name in FRAMES else check_path(source)
 
 
 def builtin_scene(source: FilePath) -> Path:

@@ -281,7 +281,7 @@ def sentence_of(error: Any, every: Callable[[], Mapping[str, Any]]) -> str:
     if parameter and error.message:
         message = f"{_name_of(parameter)} {_fact(error.message.rstrip('.'))} ({parameter.help.rstrip('.')})"
     elif parameter:
-        message = f"{_name_of(parameter)} is missing: {parameter.help[:1].lower()}{parameter.help[1:].rstrip('.')}"
+        message = f"{parameter.opts[0]} is missing: {parameter.help[:1].lower()}{parameter.help[1:].rstrip('.')}"
     elif hasattr(error, "possibilities"):  # an option that does not exist
         name, near = error.option_name, meant_option(error.option_name, _options(error.ctx.command))
         others = [f"`pointshade {other}`" for other, one in every().items() if not near and name in _options(one)]

@@ -197,7 +197,7 @@ SPEAKS = {  # files of the library that say something otherwise, and why
     "notes/notes.py": "writes what is logged to stderr where no application listens",
     "notes/errors.py": "POINTSHADE_DEBUG=1 shows a traceback",
     "renderer/renderer.py": "a ResourceWarning, as Python has for files that nobody closed",
-    "viewer/viewer.py": "the window prints the path of a picture that it saved",
+    "viewer/background.py": "the window prints the path of a picture that it saved",
 }
 
 

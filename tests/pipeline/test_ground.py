@@ -241,7 +241,7 @@ class TestPicture:
     [
         ("", {"samples": 16}),
         ("--shading none", {}),
-        ("--shading none --yaw 10", {"samples": 16, "yaw": 10}),
+        ("--shading none --yaw 4", {"samples": 16, "yaw": 4}),
         ("--samples 3 --background '#102030'", {"samples": 3, "background": "#102030"}),
         ("--samples 2 --background transparent", {"samples": 2}),
         ("--ground --samples 2", {"samples": 2, "ground": True}),

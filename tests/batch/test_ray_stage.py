@@ -51,7 +51,7 @@ def test_pictures_of_several_sizes_are_a_column_of_arrays():
         ({"path": ["vase", "nowhere"]}, r"^row 1 of a batch: .*nowhere"),
         (batch(), r"^row 0 of a batch: it has no intrinsics: add a column \(fx, fy, cx, cy\), or pass camera"),
         ({"image": [1]}, r"^row 0 of a batch: it has image: expected path or depth$"),
-        (batch(intrinsics=[[1, 2, 3]]), r"^row 0 of a batch: intrinsics must be four numbers .* got 3 numbers: \[1, 2, 3\]$"),
+        (batch(intrinsics=[[1, 2, 3]]), r"^row 0 of a batch: intrinsics must be four numbers .*, got 3 numbers: "),
         (batch(intrinsics=["wide"]), r"^row 0 of a batch: intrinsics must be four numbers \(fx, fy, cx, cy\)"),
         (batch(intrinsics=[NUMBERS], depth=[np.zeros(5)]), r"^row 0 of a batch: depth must have shape \(h, w\), got"),
     ],

@@ -138,7 +138,7 @@ NEXT = [  # typed, what is said, and what that makes one type next
     (f"{VASE} --light 1 2 3", "commas and no spaces, as in --light 1,2,3", f"{VASE} --light 1,2,3"),
     (f"{VASE} --shadow", '(did you mean --light "X,Y,Z shadow"?)', f'{VASE} --light "1,2,3 shadow"'),
     (f"{VASE} --lite 1,2,3", "(did you mean --light?)", f"{VASE} --light 1,2,3"),
-    (f"{VASE} --yaw ten", "--yaw must be a number, got 'ten'", f"{VASE} --yaw 10"),
+    (f"{VASE} --yaw ten", "--yaw must be a number, got 'ten'", f"{VASE} --yaw 3"),
     (f"{VASE} --light 1,2", "light position must be three finite numbers", f"{VASE} --light 1,2,3"),
     (f"{VASE} --light 1,2,3,4", "got 4 numbers: (1.0, 2.0, 3.0, 4.0)", f"{VASE} --light 1,2,3"),
     (f"{VASE} --method star", "(did you mean --normals?)", f"{VASE} --normals star"),

@@ -54,8 +54,8 @@ def test_paths_may_be_paths(renderer, folder):
 @pytest.mark.parametrize(
     ("name", "turn"),
     [
-        ("vase", {"pitch": -10, "dolly": 0.2}),
-        ("vase", {"yaw": 20, "pitch": 10, "dolly": -0.5}),
+        ("vase/front", {"pitch": -10, "dolly": 0.2}),
+        ("vase/front", {"yaw": 20, "pitch": 10, "dolly": -0.5}),
         ("demo", {"yaw": 20}),
         ("demo", {"yaw": 20, "pitch": 10, "dolly": -0.5}),
     ],

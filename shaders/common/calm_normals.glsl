@@ -25,6 +25,9 @@ const float LIKE = 0.2;           // difference of luminance, as PHOTO, of what 
 const float LEAST_LIKE = 7.0;     // cells of 25 that are: fewer are no wide area
 const float WRONG_TILT = 0.7;     // radians: where depth is wrong
 const float LOST = 0.3;           // radians: surfaces that are both less sure are not told apart by depth
+const float MIXED = 8.0;            // times the variance of normals that a cell's surroundings leave makes highlights dim, beyond
+const float EVEN = 0.01;          // radians squared: what small round bodies leave
+const float NEAR = 0.05;          // of the depth: cells farther off are another surface
 const float BLACK = -5.1;         // luminance of the photograph, below which
 const float BURNT = 0.165;        // and above which all look alike: that is no plain surface
 
@@ -169,11 +172,25 @@ vec2 doubted_witness(sampler2D witness_map, sampler2D scatter_map, ivec2 cell) {
     return vec2(own.x, (own.y < 0.0 ? -1.0 : 1.0) * max(abs(own.y), WRONG_TILT * doubt));
 }
 
-// The certainty of normals for highlights, of a texel of 4x4 cells: what noise has left, without what is doubted.
-float doubted_certainty(sampler2D certainty_map, sampler2D witness_map, ivec2 texel) {
-    float tilt = 0.0;
-    for (int k = 0; k < 4; ++k) tilt += 0.25 * abs(texel_at(witness_map, 4 * texel + ivec2(k % 2, k / 2) + 1).y);
-    return texel_at(certainty_map, texel).r * (1.0 - 0.99 * smoothstep(COMPLETED_TILT, WRONG_TILT, tilt));
+// The certainty of the normals of a cell, for highlights: what noise has left, without what is doubted or mixed. Where cells
+// around differ by more than an even bend, as at creases and small parts, pixels between them get normals that no surface
+// has, and glint. surface_map: calm cells; doubt_map: of calm_doubts.frag; size: of the frame
+float doubted_certainty(sampler2D certainty_map, sampler2D doubt_map, sampler2D surface_map, ivec2 cell, vec2 size) {
+    ivec2 last = textureSize(surface_map, 0) - 1;
+    float depth = texel_at(surface_map, cell).w, tilt = 0.0;
+    Bend bend = NO_BEND;
+    for (int k = 0; k < 9; ++k) {
+        ivec2 off = ivec2(k % 3, k / 3) - 1, place = clamp(cell + off, ivec2(0), last);
+        vec4 surface = texel_at(surface_map, place);
+        float far = 0.69 * float(off.x * off.x + off.y * off.y) + abs(surface.w - depth) / (NEAR * depth);
+        add_normal(bend, vec2(off), surface.w == 0.0 ? 0.0 : exp(-far), surface.xyz);
+        tilt += abs(texel_at(doubt_map, place).y) / 9.0;
+    }
+    float certainty = certainty_at(certainty_map, float(SIDE) * vec2(cell) + 0.5 * float(SIDE - 1), size);
+    if (depth == 0.0) return certainty;
+    vec3 mean, here;
+    float mixed = normal_certainty(MIXED * max(variance_left(bend, mean, here) - EVEN, 0.0));
+    return certainty * mixed * (1.0 - 0.99 * smoothstep(COMPLETED_TILT, WRONG_TILT, tilt));
 }
 
 // A cell among those around, `stride` apart: first the mean of those on its surface, then, without those that miss the

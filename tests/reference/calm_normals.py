@@ -8,7 +8,7 @@ import numpy as np
 
 from .camera import mean_focal_length, pixel_ray
 from .splat_corners import surface_at
-from .toksvig import WANDERING, certainty_at
+from .toksvig import WANDERING, certainty_at, normal_certainty
 from .vectors import dot, length, normalize, texel
 
 F = np.float32
@@ -18,6 +18,7 @@ OUTLIER, FAR_OUTLIER, FLAT_OUTLIER, RIDGE, DARK = F(3), F(7), F(1.2), F(0.05), F
 BELIEF, UNSURE, LEAST_SCATTER, SCATTER = F(3.5), F(0.05), F(0.08), F(0.2)
 LIKE, LEAST_LIKE, WRONG_TILT, LOST = F(0.2), F(7), F(0.7), F(0.3)
 SURER, BLACK, BURNT = F(0.12), F(-5.1), F(0.165)
+MIXED, EVEN, NEAR = F(8), F(0.01), F(0.05)
 
 
 class Facet(NamedTuple):
@@ -166,13 +167,25 @@ def doubted_witness(witness_map: np.ndarray, scatter_map: np.ndarray, cell: np.n
     return np.concatenate([own[:, :1], np.where(own[:, 1:] < 0, -tilt, tilt)], -1)
 
 
-def doubted_certainty(certainty_map: np.ndarray, witness_map: np.ndarray, place: np.ndarray) -> np.ndarray:
+def doubted_certainty(
+    certainty_map: np.ndarray, doubt_map: np.ndarray, surface_map: np.ndarray, cell: np.ndarray, size: np.ndarray
+) -> np.ndarray:
     """(n, 1)"""
-    tilt = np.zeros((len(place), 1), F)
-    for k in range(4):
-        tilt = tilt + F(0.25) * np.abs(texel(witness_map, 4 * place + np.array((k % 2, k // 2)) + 1)[:, 1:])
+    last, depth = np.array(surface_map.shape[1::-1]) - 1, texel(surface_map, cell)[:, 3:]
+    is_known = depth != 0
+    bend, tilt = no_bend(len(cell)), np.zeros((len(cell), 1), F)
+    for off in (np.array((k % 3, k // 3)) - 1 for k in range(9)):
+        place = np.clip(cell + off, 0, last)
+        surface = texel(surface_map, place)
+        away = np.abs(surface[:, 3:] - depth) / np.where(is_known, NEAR * depth, F(1))
+        m = np.where(surface[:, 3:] == 0, F(0), np.exp(F(-0.69) * F(off @ off) - away))
+        bend = add_normal(bend, off, m, surface[:, :3])
+        tilt = tilt + np.abs(texel(doubt_map, place)[:, 1:]) / F(9)
+    certainty = certainty_at(certainty_map, F(SIDE) * cell.astype(F) + F(0.5) * F(SIDE - 1), size)
+    mixed = normal_certainty(MIXED * np.maximum(variance_left(bend)[0] - EVEN, F(0)))
     doubt = np.clip((tilt - COMPLETED_TILT) / (WRONG_TILT - COMPLETED_TILT), F(0), F(1))
-    return texel(certainty_map, place)[:, :1] * (F(1) - F(0.99) * doubt * doubt * (F(3) - F(2) * doubt))
+    doubted = certainty * mixed * (F(1) - F(0.99) * doubt * doubt * (F(3) - F(2) * doubt))
+    return np.where(is_known, doubted, certainty)
 
 
 def calm_facet(

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 RIMS_A_ROW = 256  # as in rims.comp, in four texels each
 MOST_RIMS = 1 << 17  # that are kept: 8 MB
 CELL = 16  # pixels along a side for which the certainty of normals is found together
+CALM_CELL = 4  # the same of calm normals, as SIDE in calm_normals.glsl
 GREY = np.full((1, 1, 3), NEUTRAL, np.uint8)
 
 
@@ -209,7 +210,15 @@ class PointSurface(Image):
     @cached_property
     def certainty_target(self) -> moderngl.Framebuffer:
         """For `certainty` (R16)."""
-        texture = self._texture(1, "nu2", (-(-self.size[0] // CELL), -(-self.size[1] // CELL)))
+        return self._certainty_target(CELL)
+
+    @cached_property
+    def calm_certainty_target(self) -> moderngl.Framebuffer:
+        """For `certainty` of calm normals: a texel of each of their cells."""
+        return self._certainty_target(CALM_CELL)
+
+    def _certainty_target(self, cell: int) -> moderngl.Framebuffer:
+        texture = self._texture(1, "nu2", (-(-self.size[0] // cell), -(-self.size[1] // cell)))
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         texture.repeat_x = texture.repeat_y = False
         return self._framebuffer(texture)

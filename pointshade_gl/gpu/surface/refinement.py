@@ -11,7 +11,7 @@ from ...scene.camera import Camera
 from ...scene.frame import is_cut_out
 from ...scene.noise import Noise
 from ...scene.visible import bridged_stride
-from ..core.frame_textures import DepthTextures, FrameTextures, PointSurface
+from ..core.frame_textures import CALM_CELL, DepthTextures, FrameTextures, PointSurface
 from ..core.images import R32F, RG16, RG32F, RGBA32F, Box, Fitted, Image, Images, empty, read_texture
 from ..core.programs import FullscreenPasses
 from .surface_normals import Estimator, SurfacePass
@@ -107,7 +107,6 @@ class HiddenPlanesPass(FullscreenPasses):
 
 
 Textures = dict[str, moderngl.Texture]
-CELL = 4  # pixels, as SIDE in calm_normals.glsl
 LEVELS = 3, 5  # of means over more and more distant cells; the second where neighbours share their noise
 OWN_SHARE = 1.0, 0.1  # of a pixel's normal, likewise
 WRONG = 0.6  # tilt of a cell whose depth is wrong
@@ -131,7 +130,8 @@ class CalmNormalsPass(FullscreenPasses):
         is_shared = noise.bumps > 0
         inputs = {"noise": noise.relative, "intrinsics": camera.intrinsics}
         pixels = self._find_witness(textures, surface)
-        cells, others = (one.fit((-(-surface.size[0] // CELL), -(-surface.size[1] // CELL))) for one in self._cells)
+        size = -(-surface.size[0] // CALM_CELL), -(-surface.size[1] // CALM_CELL)
+        cells, others = (one.fit(size) for one in self._cells)
         self.fullscreen("surface/calm_cells.frag").draw(cells.target, pixels, **inputs)
         facets, doubts = _facets(cells), {}
         if is_shared:
@@ -145,7 +145,7 @@ class CalmNormalsPass(FullscreenPasses):
         calm.confine(surface.window)
         turn = self.fullscreen("surface/calm_normals.frag", DOUBTED=int(is_shared))
         turn.draw(calm.target, pixels | around | doubts, own_share=OWN_SHARE[is_shared], **inputs)
-        calm.certainty = self._doubted_certainty(surface, calm, doubts["doubt_map"]) if is_shared else surface.certainty
+        calm.certainty = self._doubted_certainty(surface, calm, cells, doubts) if is_shared else surface.certainty
         calm.shape = surface
         calm.raise_version()
         return float((np.abs(self._doubts.fit(cells.size).read()[..., 1]) >= WRONG).mean()) if is_shared else 0.0
@@ -171,11 +171,12 @@ class CalmNormalsPass(FullscreenPasses):
         return doubts.texture
 
     def _doubted_certainty(
-        self, surface: PointSurface, calm: PointSurface, doubt_map: moderngl.Texture
+        self, surface: PointSurface, calm: PointSurface, cells: Image, doubts: Textures
     ) -> moderngl.Texture:
         assert surface.certainty is not None, "of noisy frames it was found"
-        lower, target = self.fullscreen("surface/calm_doubts.frag", STAGE=2), calm.certainty_target
-        lower.draw(target, {"certainty_map": surface.certainty, "witness_map": doubt_map})
+        lower, target = self.fullscreen("surface/calm_doubts.frag", STAGE=2), calm.calm_certainty_target
+        maps = {"certainty_map": surface.certainty, "surface_map": cells.textures[0]}
+        lower.draw(target, maps | doubts, size=surface.size)
         (texture,) = target.color_attachments
         assert isinstance(texture, moderngl.Texture)
         return texture

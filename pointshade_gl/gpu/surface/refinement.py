@@ -145,7 +145,7 @@ class CalmNormalsPass(FullscreenPasses):
         calm.confine(surface.window)
         turn = self.fullscreen("surface/calm_normals.frag", DOUBTED=int(is_shared))
         turn.draw(calm.target, pixels | around | doubts, own_share=OWN_SHARE[is_shared], **inputs)
-        calm.certainty = self._doubted_certainty(surface, calm, cells, doubts) if is_shared else surface.certainty
+        calm.certainty = self._doubted_certainty(surface, calm, cells, doubts or {"doubt_map": cells.textures[1]})
         calm.shape = surface
         calm.raise_version()
         return float((np.abs(self._doubts.fit(cells.size).read()[..., 1]) >= WRONG).mean()) if is_shared else 0.0

@@ -1,0 +1,7 @@
+"""The module `pointshade_gl.files.gltf` under its public name."""
+
+import sys
+
+from .files import gltf
+
+sys.modules[__name__] = gltf

@@ -1,6 +1,7 @@
 """FastAPI server.
 
 POST a photograph and its depth, and get the picture under your light: two Renderers serve all requests.
+A picture that is not there in time is given up, and where too many wait already the next is turned away.
 
 Install::
 
@@ -13,9 +14,12 @@ Install::
 
 import io
 import sys
+import time
+from concurrent import futures
 from contextlib import asynccontextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from threading import BoundedSemaphore
 from typing import Annotated
 
 import numpy as np
@@ -25,6 +29,7 @@ from PIL import Image
 import pointshade_gl as ps
 
 MOST_BYTES, MOST_PIXELS = 30_000_000, 16_000_000  # of a request, of a picture
+SECONDS, PLACES = 20, BoundedSemaphore(16)  # for a picture, waiting included; for requests at once: a pool has no limit
 COLORS, DEPTHS = {".png", ".jpg", ".jpeg", ".webp"}, {".png", ".tif", ".tiff", ".npy", ".exr", ".pfm"}
 
 
@@ -56,17 +61,32 @@ def lit(
     fov: Annotated[float | None, Form()] = None,
 ) -> Response:
     """As `def`, not `async def`: FastAPI runs it in a worker thread, which may wait for the pool."""
+    if not PLACES.acquire(blocking=False):
+        raise HTTPException(503, "too many pictures are being drawn: try again", {"Retry-After": "1"})
+    deadline = time.monotonic() + SECONDS
     with TemporaryDirectory() as folder:
         try:
             files = {"color": kept(color, folder, "color", COLORS), "depth": kept(depth, folder, "depth", DEPTHS)}
             frame = ps.load_frame(**files, fov=fov, max_pixels=MOST_PIXELS)
             position = frame.pivot + frame.pivot[2] * np.array([right, -up, -nearer])  # x right, y down, z forward
-            picture = app.state.pool.render(frame, light=ps.Light(position=position))
+            picture = drawn_in_time(app.state.pool, frame, ps.Light(position=position), deadline)
         except (ValueError, TypeError, OSError) as error:  # one sentence, without our folder
             raise HTTPException(400, str(error).replace(f"{folder}/", "")) from error
+        finally:
+            PLACES.release()
     data = io.BytesIO()
     Image.fromarray(picture).save(data, "PNG", compress_level=1)
     return Response(data.getvalue(), media_type="image/png")
+
+
+def drawn_in_time(pool: ps.RendererPool, frame: ps.Frame, light: ps.Light, deadline: float) -> np.ndarray:
+    """Waiting less does not end the work: what still waits is taken back, what is drawn ends at its next step."""
+    waiting = pool.submit(frame, light=light, progress=lambda done, every: time.monotonic() < deadline)
+    try:
+        return waiting.result(deadline - time.monotonic())
+    except (futures.TimeoutError, ps.Cancelled) as error:
+        waiting.cancel()
+        raise HTTPException(503, f"the picture was not there in {SECONDS} seconds: try again") from error
 
 
 def kept(upload: UploadFile, folder: str, name: str, suffixes: set[str]) -> Path:

@@ -1,7 +1,7 @@
 """In your own OpenGL context.
 
 A Renderer draws in the moderngl context of your application, and leaves its state as it was: here a program draws a
-sky, and the lit vase is laid over it as a texture.
+sky, and lays the texture that `draw` returns over it. The picture never leaves the GPU.
 """
 
 import moderngl
@@ -26,8 +26,7 @@ def fill(main):
 
 with ps.Renderer(gl) as renderer:
     fill(SKY)
-    lit = renderer.render(ps.load_frame("vase"), camera=ps.Camera.from_fov(40.5, 480, 360), samples=16)
-    gl.texture((480, 360), 4, np.ascontiguousarray(lit)).use()
+    renderer.draw(ps.load_frame("vase"), camera=ps.Camera.from_fov(40.5, 480, 360), samples=16).use()
     gl.enable(moderngl.BLEND)
     fill(LAID)
 picture = np.frombuffer(target.read(), np.uint8).reshape(360, 480, 3)

@@ -31,8 +31,8 @@ LAYERS = {
     "bench": "notes checks scene estimation gpu pipeline files renderer",
     "cli": "notes checks scene estimation gpu pipeline files renderer viewer page batch bench",
 }
-BESIDE = "__main__", "sources"  # files at the top
-MOST_AT_THE_TOP = 17
+BESIDE = "__main__", "gltf", "sources"  # files at the top
+MOST_AT_THE_TOP = 18
 MOST_FILES = 218
 
 

@@ -1,12 +1,13 @@
-"""Draw the pictures of conventions.md and how-it-works.md beside this file: python docs/pictures/make.py
+"""Draw pictures of conventions.md, how-it-works.md, rings.md and unusual-depth.md: python docs/pictures/make.py
 
-The drawings are SVG on a pale card, so that they can be read on white and on black.
-normal_colours.png comes from the program.
+They lie beside this file. The drawings are SVG on a pale card, so that they can be read on white and on black.
+normal_colours.png, rings.jpg and ends.jpg come from the program; the errors of the latter two are printed.
 """
 
 from __future__ import annotations
 
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -173,6 +174,43 @@ def normal_colours() -> None:
     ps.save_image(HERE / "normal_colours.png", np.concatenate(balls, 1))
 
 
+def balls_before_a_wall(eye: ps.Camera) -> tuple[np.ndarray, np.ndarray]:
+    """True depth (h, w) and normals (h, w, 3) of two balls on a floor, before a slanting wall."""
+    rays, depths, normals = eye.rays(), [], []
+    for normal, far in (((0.35, 0.1, 1), 3), ((0, 1, 0.02), 0.9)):
+        along = rays @ normal
+        depths.append(np.where(along > 0, far / along, np.inf))
+        normals.append(np.broadcast_to(-np.array(normal) / np.linalg.norm(normal), rays.shape))
+    for middle, radius in (((-0.5, 0.2, 1.9), 0.45), ((0.6, 0.45, 2.1), 0.35)):
+        along, square = rays @ middle, (rays**2).sum(-1)
+        inside = along**2 - square * (np.dot(middle, middle) - radius**2)
+        z = np.where(inside > 0, (along - np.sqrt(inside.clip(0))) / square, np.inf)
+        depths.append(z)
+        normals.append((rays * np.where(inside > 0, z, 0)[..., None] - middle) / radius)
+    nearest = np.argmin(depths, axis=0)
+    return np.min(depths, axis=0), np.take_along_axis(np.stack(normals), nearest[None, ..., None], 0)[0]
+
+
+def rings() -> None:
+    """Inverse depth of 8 bits: lit with other normals, and with other ends than the true ones."""
+    eye = ps.Camera.from_fov(50, 640, 480)
+    z, truth = balls_before_a_wall(eye)
+    levels = np.rint(255 * (1 / z - 1 / z.max()) / (1 / z.min() - 1 / z.max())).astype(np.uint8)
+
+    def lit(method: str, near: float, far: float) -> np.ndarray:
+        given = {"near": near, "far": far, "depth_kind": "inverse"}
+        frame = ps.load_frame(depth=levels, intrinsics=eye, **given)
+        normals = ps.estimate_normals(frame, method)
+        off = np.degrees(np.arccos((normals * truth).sum(-1).clip(-1, 1)))
+        sys.stdout.write(f"{method}, {near:.3g} to {far:.3g} m: {np.nanmean(off):.3g} degrees off\n")
+        return ps.render(frame, ps.Light(direction=(1, 1, 1.2)), normals=method)[..., :3]
+
+    ends = float(z.min()), float(z.max())
+    good = lit("auto", *ends)
+    ps.save_image(HERE / "rings.jpg", np.concatenate([lit("central", *ends), good], 1)[::2, ::2])
+    ps.save_image(HERE / "ends.jpg", np.concatenate([lit("auto", 1.0, 10.0), good], 1)[::2, ::2])
+
+
 def flow() -> None:
     steps = [
         ("depth and colour", "a Frame, checked once; it becomes", "textures", FAINT),
@@ -203,5 +241,5 @@ def flow() -> None:
 
 
 if __name__ == "__main__":
-    for draw in (axes, pixels, depths, turns, normal_colours, flow):
+    for draw in (axes, pixels, depths, turns, normal_colours, rings, flow):
         draw()

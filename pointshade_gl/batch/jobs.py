@@ -219,7 +219,8 @@ def _draw_normals(job: Job, device: int, source: Any) -> Drawn:
 
 def _draw_film(job: Job, device: int, source: Any) -> Drawn:
     """By a renderer of its own: streams are filtered over time, and one must not begin with the end of another."""
-    if job.turntable is not None or job.reads is not Kind.FRAMES:
+    is_turned = job.turntable is not None and not job.view.look.temporal
+    if is_turned or job.reads is not Kind.FRAMES:
         source = read(job)
     else:
         source = _open(job.source, job.reading)

@@ -137,7 +137,8 @@ class ReadingOptions:
     )
     baseline: float | None = cli_option("Metres between the two cameras, for disparity.", Cli(panels.CAMERA, "M"))
     near: float | None = cli_option(
-        "Metres of a depth buffer's near plane, where it is 0; of reversed depth, where it is 1.",
+        "Metres of a depth buffer's near plane, where it is 0; of reversed depth, where it is 1; of the largest value "
+        "of inverse depth.",
         Cli(panels.CAMERA, "M"),
     )
     far: float | None = cli_option(
@@ -394,7 +395,8 @@ class FilmOptions:
 
     turntable: str | None = cli_option(
         "Make a film in which the light or the camera moves around the object. The camera goes all around (360), or 25 "
-        "degrees to either side and back (swing, or other degrees). camera: a swing of a single frame, else 360.",
+        "degrees to either side and back (swing, or other degrees). camera: a swing of a single frame, else 360. With "
+        "--temporal the frames of a sequence play meanwhile, else its first one is shown.",
         Cli(panels.FILM, "light|camera|swing[:DEG]|360", TURNTABLES),
     )
     frames: int | None = cli_option(

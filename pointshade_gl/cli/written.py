@@ -76,7 +76,7 @@ def write_files(
     Raises ValueError for a name without a number where there are many frames, and with one where there is one.
     """
     many, turntable = is_numbered(output), film.turntable
-    check_stream(view.look, many and turntable is None)
+    check_stream(view.look, many and loaded.plays)
     if turntable is None and many and not loaded.plays:
         raise ValueError(f"{output} is a name for many files, but INPUT is a single frame: leave out the number")
     if turntable is not None and not many:

@@ -302,12 +302,7 @@ class Renderer(Estimates):
             request = RenderRequest.of(
                 frame, camera=camera, pose=pose, normals=normals, point_size=point_size, **options
             )  # fmt: skip
-            if request.look.missing == "photo":  # which has no depth
-                request = replace(request, look=replace(request.look, missing="complete"))
-            scene = self._scenes.of(request)
-            seen = request.seen_by(scene)
-            with self._in_use():
-                return self._pipeline.read_surfaces(scene, *seen, progress)[..., 3].copy()
+            return self._surfaces(request, progress)[..., 3].copy()
 
     def find_surface(
         self, x: float, y: float, camera: Camera, pose: Numbers, reach: int = 4
@@ -371,25 +366,37 @@ class Renderer(Estimates):
         length = np.linalg.norm(found[:3])  # as certain as the normal is
         return np.append(found[:3] / max(length, 1e-6), abs(found[3])) if found[3] else None
 
-    def render_normals(self, scene: Scene, notes: Note | None = None) -> NDArray[np.float32]:
-        """Return the normals of what a scene's camera sees.
+    @takes(DepthOptions, *GROUPS, like=render)
+    def render_normals(
+        self, frame: Source, camera: Camera | None = None, pose: Numbers | None = None,
+        normals: Method | Numbers = "auto", point_size: float | Numbers | str | None = None, *,
+        notes: Note | None = None, progress: Progress | None = None, **options: Unpack[DepthOptions]
+    ) -> NDArray[np.float32]:  # fmt: skip
+        """Return the normals of the picture that `render` draws: those that its light falls on.
 
-        Parameters
-        ----------
-        scene : Scene
-            What is seen.
-        notes : callable, optional
-            As for `render`.
+        Those of a frame's own pixels are `estimate_normals`. It raises as `render`.
 
         Returns
         -------
         (h, w, 3) float32
-            Unit normals, the camera's axes; NaN where nothing is to be lit.
+            Unit normals, the axes of the camera that looks; NaN where nothing is to be lit.
         """
-        framed = check_type(scene, Scene, "scene").framed()
-        with taken_by(notes), self._in_use():
-            surfaces = self._pipeline.read_surfaces(framed, *RenderRequest(framed).seen_by(framed))
-        return np.where(surfaces[..., :3].any(-1, keepdims=True), surfaces[..., :3], np.float32(np.nan))
+        with taken_by(notes):
+            request = RenderRequest.of(
+                frame, camera=camera, pose=pose, normals=normals, point_size=point_size, **options
+            )  # fmt: skip
+            found = self._surfaces(request, progress)[..., :3]
+        length = np.linalg.norm(found, axis=-1, keepdims=True)  # as certain as the normal is
+        return np.divide(found, length, out=np.full_like(found, np.nan), where=length > 0)
+
+    def _surfaces(self, request: RenderRequest, progress: Progress | None) -> NDArray[np.float32]:
+        """Return (h, w, 4), read-only: normals and depth of what a request shows."""
+        if request.look.missing == "photo":  # which has no depth
+            request = replace(request, look=replace(request.look, missing="complete"))
+        scene = self._scenes.of(request)
+        seen = request.seen_by(scene)
+        with self._in_use():
+            return self._pipeline.read_surfaces(scene, *seen, progress)
 
     @takes(PointsOptions, *GROUPS, like=render)
     def render_points(

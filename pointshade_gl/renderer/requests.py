@@ -335,6 +335,10 @@ def output_array(out: Any, camera: Camera) -> NDArray[np.uint8]:
 class Picture(np.ndarray):
     """An array that a notebook shows as a picture, as long as it is one: (h, w, 3|4) uint8."""
 
+    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
+        """What NumPy makes of it: a single number, such as its mean, is a plain one, which `round` and JSON take."""
+        return super().__array_wrap__(array, context) if array.ndim else array[()]
+
     def _repr_png_(self) -> bytes | None:
         if self.dtype != np.uint8 or self.ndim != 3 or self.shape[2] not in (3, 4) or not self.size:
             return None  # the notebook prints the numbers

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
+from itertools import repeat
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -41,8 +43,8 @@ def jobs_of(
 ) -> tuple[Generator[Job, None, None], int]:  # fmt: skip
     """The jobs of a film of the source, and how many there are.
 
-    turntable  moves the light or the camera in `count` pictures (default 75), see `views_of_turn`; None shows the
-               sequence, or its first `count` frames
+    turntable  moves the light or the camera in `count` pictures (default 75), see `views_of_turn`; of a sequence, while
+               its first `count` frames play. None shows these as they are
     renderer   that corrects the poses of a sequence, if its look asks for it; None leaves them
 
     Raises ValueError if nothing moves: for a single frame or a scene without a turntable.
@@ -54,17 +56,21 @@ def jobs_of(
         views = views_of_turn(source, view, turntable, count or TURN)
         return ((k, RenderRequest.seen(source, view)) for k, view in enumerate(views)), count or TURN
     source = source[:count]
-    return sequence_jobs(source, view, skipped, renderer), len(source)
+    turn = None if turntable is None else partial(views_of_turn, view=view, what=turntable, count=len(source))
+    return sequence_jobs(source, view, skipped, renderer, turn), len(source)
 
 
 def sequence_jobs(
-    source: Iterable[Frame], view: View, skipped: Callable[[str], None], renderer: Renderer | None = None
-) -> Generator[Job, None, None]:
+    source: Iterable[Frame], view: View, skipped: Callable[[str], None], renderer: Renderer | None = None,
+    turn: Callable[[Frame], Iterator[View]] | None = None,
+) -> Generator[Job, None, None]:  # fmt: skip
     """The frames of a source with their numbers. A frame that cannot be read leaves a gap.
+
+    turn  gives views around the first frame, in place of the one view of all
 
     The camera turns around a point as far ahead as the first frame's pivot: from frame to frame the pivot jitters.
     """
-    number, ahead = 0, None
+    number, ahead, views = 0, None, repeat(view)
 
     def skip(sentence: str) -> None:
         nonlocal number
@@ -78,7 +84,8 @@ def sequence_jobs(
             check_type(frame, Frame, "what the source gives")
             if ahead is None:
                 ahead = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])
-            yield number, RenderRequest.seen(frame, view, frame.pose[:3, :3] @ ahead + frame.pose[:3, 3])
+                views = views if turn is None else turn(frame)
+            yield number, RenderRequest.seen(frame, next(views), frame.pose[:3, :3] @ ahead + frame.pose[:3, 3])
             number += 1
     if moves.count > 1:
         print_note(moves.sentence)

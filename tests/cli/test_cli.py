@@ -259,6 +259,11 @@ def test_a_place_that_cannot_be_written_is_said_before_any_work(folder, tmp_path
         ("out%d.png", [], "a single frame cannot become a film"),
         ("out.gif", ["--turntable", "table"], "unknown --turntable 'table': known are light, camera, swing, 360"),
         ("out.gif", ["--turntable", "light", "--frames", "3", "--fps", "0"], "--fps must be pictures per second"),
+        (
+            "out.gif",
+            ["--turntable", "light", "--temporal"],
+            "--temporal filters the frames of a sequence over time, and",
+        ),
         ("no/out.mp4", ["--turntable", "light"], "create it first"),
         ("out.avi", ["--turntable", "light"], "many pictures need a film (.mp4, .gif)"),
     ],

@@ -98,7 +98,7 @@ def test_the_defaults_of_the_command_line_are_those_of_the_library_except_that_p
     ("name", "panels"),
     [
         ("render", {*READ, SURFACE, SETS, LIGHT, SHADING, VIEW, PICTURE, FILM, PAGE}),
-        ("normals", {*READ, SURFACE, PICTURE}),
+        ("normals", {*READ, SURFACE, VIEW, PICTURE}),
         ("depth", {*READ, SURFACE, VIEW, PICTURE}),
         ("view", {*READ, SURFACE, SETS, LIGHT, SHADING, VIEW, PICTURE, WINDOW}),
         ("info", READ),

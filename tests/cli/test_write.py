@@ -103,6 +103,24 @@ class TestFiles:
         with OpenEXR.File(str(tmp_path / "n.exr")) as file:
             assert file.channels()["RGBA"].pixels[3, 4] == pytest.approx((0, 0, 1, 1), abs=1e-5)
 
+    def test_normals_of_a_view_and_of_a_scene_are_those_of_what_is_drawn(self, folder, tmp_path):
+        for source, options, expected in (
+            (folder, ["--yaw", "10"], ps.render_normals(ps.load_frame(folder), yaw=10)),
+            (folder, [], ps.estimate_normals(ps.load_frame(folder))),
+            ("demo", ["--picture-size", "64x48"], None),
+        ):
+            done = run("normals", source, "-o", tmp_path / "n.npy", *options, "--missing", "keep")
+            assert done.returncode == 0, done.stderr
+            found = np.load(tmp_path / "n.npy")
+            if expected is not None:
+                np.testing.assert_array_equal(found, expected)
+        assert found.shape == (48, 64, 3) and np.isfinite(found).all(-1).mean() > 0.9
+
+    def test_with_temporal_a_turntable_plays_the_sequence(self, sequence, tmp_path):
+        line = "--turntable", "light", "--temporal"
+        done = run("render", sequence, "-o", tmp_path / "%d.png", *line)
+        assert done.returncode == 0 and written(tmp_path) == ["0.png", "1.png", "3.png"], done.stderr
+
     def test_each_frame_of_a_sequence_is_explained(self, sequence, tmp_path):
         done = run("normals", sequence, "-o", tmp_path / "%d.npy", "--normals", "central", "--explain")
         assert done.returncode == 0 and done.stdout.count("central") == 4  # three frames, and the last line

@@ -358,6 +358,17 @@ class TestFastAPI:
         assert app.post("/lit", content=b"x", headers={"content-length": "30000001"}).status_code == 413
         assert app.post("/lit", content=iter([b"x"])).status_code == 413
 
+    def test_a_picture_that_is_late_is_given_up_and_too_many_are_turned_away(self, app, upload, monkeypatch):
+        home = app.post.__self__.app.router.routes[-1].endpoint.__globals__
+        monkeypatch.setitem(home, "SECONDS", 0)
+        assert "not there in 0 seconds" in app.post("/lit", files=upload).json()["detail"]
+        monkeypatch.setitem(home, "SECONDS", 20)
+        monkeypatch.setitem(home, "PLACES", threading.BoundedSemaphore(1))
+        with home["PLACES"]:
+            reply = app.post("/lit", files=upload)
+        assert reply.status_code == 503 and reply.headers["retry-after"] == "1"
+        self.picture(app.post("/lit", files=upload))  # nothing is left behind
+
     @pytest.mark.system
     def test_it_serves_as_typed(self, renderer, tmp_path, upload, vase, stored):
         need("fastapi", "uvicorn", "httpx")

@@ -83,6 +83,30 @@ def test_depth_without_a_scale_is_laid_between_1_and_10_metres():
     assert notes == ["depth has no scale: its largest value is put at 10 m, its smallest at 1 m"]
 
 
+def test_inverse_depth_is_laid_between_the_true_ends_where_they_are_given():
+    raw = np.rint(255 * (1 / Z - 1 / Z.max()) / (1 / Z.min() - 1 / Z.max())).astype(np.uint8)
+    given = {"depth": raw, "intrinsics": CAMERA, "depth_kind": "inverse", "notes": (notes := []).append}
+    true = ps.load_frame(**given, near=float(Z.min()), far=float(Z.max()))
+    assert notes == [] and abs(1 / true.depth - 1 / Z).max() < 0.51 / 255 * np.ptp(1 / Z)
+    guessed = ps.load_frame(**given)
+    assert abs(guessed.depth / Z - 1).max() > 0.5
+    assert "wrong ones bend surfaces: pass the true ones as near and far with depth_kind='inverse'" in notes[0]
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"near": 2}, "pass near for its largest value and a larger far for its smallest, got 2 and None"),
+        ({"near": 3, "far": 2}, "got 3 and 2"),
+        ({"near": 1, "far": np.inf}, "got 1 and inf"),
+        ({"near": 1, "far": 2, "depth_scale": 5}, "pass depth_scale or near and far, not both"),
+    ],
+)
+def test_ends_of_inverse_depth_that_cannot_be_are_refused(options, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        ps.load_frame(depth=Z, intrinsics=CAMERA, depth_kind="inverse", **options)
+
+
 def test_disparity_is_counted_from_where_the_cameras_see_infinity():
     raw = CAMERA.fx * 0.12 / Z - 31.5
     metres = to_metres(raw, CAMERA, "disparity", 1.0, 0.12, refuse, doffs=31.5)

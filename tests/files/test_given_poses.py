@@ -78,6 +78,22 @@ class TestOfAFolder:
         as_json(tmp_path / "poses.json", [POSES[2].tolist()])
         np.testing.assert_allclose(opened(folder, tmp_path / "poses.json").pose, POSES[2])
 
+    def test_of_one_alone_it_is_said_how_it_is_taken_and_how_to_turn_it(self, walk, tmp_path):
+        """No other view shows in whose axes it is: with OpenGL's light comes from the wrong side."""
+        folder, notes = write_views(tmp_path / "one", VIEWS[:1]), []
+        text(tmp_path / "pose.txt", " ".join(map(str, POSES[2].ravel())))
+        ps.load_frame(folder, poses=tmp_path / "pose.txt", notes=notes.append)
+        ps.load_frame(folder, pose=tmp_path / "pose.txt", notes=notes.append)
+        said = [note for note in notes if "one pose is taken as camera to world, x right, y down" in note]
+        assert len(said) == 2 and all("pose @ diag(1, -1, -1, 1)" in note for note in said)
+        notes.clear()
+        text(tmp_path / "poses.txt", *(" ".join(map(str, pose.ravel())) for pose in POSES))
+        opened(walk, tmp_path / "poses.txt", notes)
+        ps.save_poses(tmp_path / "ours.txt", VIEWS[:1])
+        opened(folder, tmp_path / "ours.txt", notes)
+        ps.load_frame(folder, pose=POSES[2], notes=notes.append)
+        assert not any("one pose is taken" in note for note in notes)
+
     def test_a_pose_by_the_folders_name_is_that_of_all_frames(self, still, tmp_path):
         as_json(tmp_path / "poses.json", named(other=POSES[0], still=POSES[1]))
         assert_at(opened(still, tmp_path / "poses.json"), [POSES[1]] * 3)

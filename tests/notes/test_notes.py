@@ -157,15 +157,11 @@ def unposed():
     return [frames.sphere(), frames.sphere_before_wall()]
 
 
-def scene_of(given):
-    return ps.Scene((ps.Node(ps.PointObject(given)),), given[0].camera)
-
-
 HOOKED = {  # calls that print a note unless they get `notes`: a renderer, unposed frames, a folder without units
     "render": lambda renderer, frames, _, **more: renderer.render(frames, **more),
     "draw": lambda renderer, frames, _, **more: renderer.draw(frames, **more),
     "render_depth": lambda renderer, frames, _, **more: renderer.render_depth(frames, **more),
-    "render_normals": lambda renderer, frames, _, **more: renderer.render_normals(scene_of(frames), **more),
+    "render_normals": lambda renderer, frames, _, **more: renderer.render_normals(frames, **more),
     "render_points": lambda renderer, _, path, **more: renderer.render_points(path, **more),
     "estimate_normals": lambda renderer, _, path, **more: renderer.estimate_normals(path, **more),
     "render a path": lambda renderer, _, path, **more: renderer.render(path, **more),

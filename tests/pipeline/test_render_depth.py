@@ -106,5 +106,13 @@ class TestNormals:
         node = ps.Node(ps.PointObject(frames.holes(), shading="none"))
         assert np.isnan(renderer.render_normals(ps.Scene((node,)))).all()
         assert np.isnan(renderer.render_normals(ps.Scene())).all()
-        with pytest.raises(TypeError, match="scene must be a Scene"):
-            renderer.render_normals(frames.holes())
+
+    def test_of_a_clean_frame_they_are_those_of_its_pixels_and_turn_with_the_view(self, renderer):
+        frame = frames.sphere()
+        np.testing.assert_allclose(renderer.render_normals(frame), renderer.estimate_normals(frame), atol=1e-3)
+        scene = ps.Scene((ps.Node(ps.PointObject(frame)),), frame.camera, ps.orbit_pose(None, frame.pivot, 20))
+        np.testing.assert_array_equal(renderer.render_normals(frame, yaw=20), renderer.render_normals(scene))
+        small = renderer.render_normals(frame, frame.camera.resized(40, 30), normals="central")
+        assert small.shape == (30, 40, 3) and np.nanmax(abs(np.linalg.norm(small, axis=-1) - 1)) < 1e-5
+        with pytest.raises(TypeError, match="frame must be a Frame, a sequence of frames, a Scene"):
+            renderer.render_normals(7)

@@ -155,6 +155,19 @@ def test_a_light_that_turns_moves_the_bright_side(renderer, tmp_path):
     assert left0 + right0 > max(left1 + right1, left3 + right3) > left2 + right2
 
 
+def test_the_light_goes_once_round_while_a_sequence_plays():
+    """Around what the first frame shows: frames whose own middles jump do not make the light jump."""
+    source = [grey(10 * k, 2 + k % 2) for k in range(4)]
+    jobs, count = jobs_of(source, View(), "light", None, refuse)
+    shown = [request for _, request in jobs]
+    assert count == 4 and [request.source for request in shown] == source
+    places = np.array([request.lights[0].position for request in shown])
+    middle = source[0].pivot
+    np.testing.assert_allclose(places[:, 1], places[0, 1])
+    np.testing.assert_allclose((places[0] + places[2])[[0, 2]] / 2, middle[[0, 2]], atol=1e-9)
+    assert jobs_of(source, View(), "light", 3, refuse)[1] == 3
+
+
 def test_a_single_frame_without_a_turntable_cannot_become_a_film():
     with pytest.raises(
         ValueError, match="a single frame cannot become a film: pass turntable='light' or 'camera', or write"

@@ -1,6 +1,7 @@
 """A notebook shows rendered arrays, frames and scenes as pictures; arrays are ordinary arrays otherwise."""
 
 import io
+import json
 import pickle
 
 import numpy as np
@@ -67,6 +68,14 @@ def test_arithmetic_that_stays_a_picture_shows_itself():
 def test_what_is_no_picture_any_more_shows_its_numbers(derive):
     image = derive(picture())
     assert isinstance(image, Picture) and image._repr_png_() is None
+
+
+@pytest.mark.parametrize("name", ["mean", "sum", "std", "min", "max", "median"])
+def test_a_single_number_of_it_is_plain(name):
+    number = getattr(np, name)(picture())
+    assert isinstance(number, np.generic) and type(number) is type(getattr(np, name)(NUMBERS))
+    assert number == getattr(np, name)(NUMBERS) and round(float(number), 1) == round(number, 1)
+    assert json.dumps({"it": (picture() / 255).mean(), "in red": picture()[..., 0].mean()}).count(".") == 2
 
 
 def test_it_is_an_array_in_everything_else(tmp_path):

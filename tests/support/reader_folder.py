@@ -105,6 +105,11 @@ def make_folder(folder: Path) -> None:
     for name in ("scan.ply", "scan.xyz", "knot.ply"):
         ps.save_points(folder / name, cloud) if name.endswith(".ply") else np.savetxt(folder / name, cloud.positions)
     ps.save_points(folder / "splats.ply", ball_over_floor(300))
+    roof = ps.Mesh(
+        [(-0.1, 0, -0.1), (0.1, 0, -0.1), (0.1, 0, 0.1), (-0.1, 0, 0.1), (0, 0.25, 0)],
+        [(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)],
+    )
+    ps.save_scene(folder / "chair.glb", ps.Scene((ps.Node(roof, "roof"),)))
     las(folder / "scan.laz", np.round(cloud.positions, 3).astype(np.float64))
     sky = np.full((16, 32, 4), (120, 140, 160, 128), np.uint8)
     (folder / "studio.hdr").write_bytes(radiance_file(sky))

@@ -11,6 +11,7 @@ import numpy as np
 from PIL import Image
 
 import pointshade_gl as ps
+from pointshade_gl.gltf import load_scene
 from pointshade_gl.viewer import Event, Viewer
 
 
@@ -201,6 +202,7 @@ picture = ps.render(frame, out=np.zeros((480, 640, 4), np.uint8), normals=tensor
 picture = ps.render(frame, out=tensor, environment=tensor)
 shapes = ps.render(frame, out=capsule).shape, ps.render(frame, out=memory).shape
 picture_depth = ps.render_depth(frame, camera, np.eye(4), "star", upsample="vote")
+picture_normals = ps.render_normals([frame, plain], yaw=20, noise="2mm"), ps.render_normals(scene)
 normals = ps.estimate_normals(frame, "plane-fit-5", noise=0.01, max_depth_step="3%", flying="snap")
 albedo = ps.estimate_albedo([frame, plain])
 elsewhere = frame.at(rows)
@@ -282,6 +284,7 @@ ps.save_scene("out.glb", scene)
 ps.gltf.save_scene(folder / "out.gltf", scene)
 demo = ps.load_scene("demo", allow_outside=True, max_pixels=1e8, notes=print)
 demo = ps.gltf.load_scene(folder / "scene.gltf")
+same = load_scene("demo").nodes
 demo = ps.load_scene(folder / "mesh.ply", up="z")
 with ps.Film(folder / "film.mp4", fps=30) as film:
     film.add(picture)
@@ -358,6 +361,7 @@ ps.render(frame, camera="wide")  # wrong
 ps.render(frame, light="sun")  # wrong
 ps.render(3)  # wrong
 ps.render_depth(frame, samples=2)  # wrong
+ps.render_normals(frame, samples=2)  # wrong
 ps.render_depth(frame, normals="best")  # wrong
 ps.render_points(frame, shading="fong")  # wrong
 ps.estimate_normals(frame, "magic")  # wrong

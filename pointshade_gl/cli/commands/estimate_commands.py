@@ -6,6 +6,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from ...notes.words import counted, option
 from ...renderer.renderer import Renderer
 from ...renderer.requests import RenderRequest
 from ...scene.frame import Frame
+from ...scene.graph import Scene
 from ...scene.noise import describe
 from ...scene.viewpoint import View
 from .. import inputs, options
@@ -32,27 +34,31 @@ from ..output import open_renderer, print_line, report, spinner
 
 @options.spread
 def normals(
-    output: options.NormalsOutput, frame: options.FrameOptions, surface: NormalOptions, axes: options.Axes = None,
-    bits: options.Bits = 8, explain: options.Explain = False, *, run: options.RunOptions
+    output: options.NormalsOutput, frame: options.FrameOptions, surface: NormalOptions, place: options.ViewOptions,
+    axes: options.Axes = None, bits: options.Bits = 8, explain: options.Explain = False, *, run: options.RunOptions
 ) -> None:  # fmt: skip
     """Estimate normals: .npy and .exr get floats, a picture shows them in the usual colours.
 
     Of a point cloud, write a .ply of its points with normals, turned outwards, or the normals alone to an .npy.
-    Write all frames of a sequence to numbered files such as %04d.png.
+    Write all frames of a sequence to numbered files such as %04d.png. With a view, such as --yaw 20, or of a scene:
+    the normals of the picture that render draws.
     """
     from ..written import check_cloud_output, write_cloud, write_files
 
-    if frame.holds_points:
+    is_moved = place != options.ViewOptions()
+    if frame.holds_points and not is_moved:
         check_cloud_output(output, axes)
         if bits != 8:
             raise ValueError(f"{option('bits')} is of pictures, and {frame.input} is a point cloud: leave it out")
         write_cloud(inputs.load_points(frame), surface.look(), output, axes, run.device)
         return
     files.check_normals_path(first_of(output), axes, bits)
-    view = View(look=surface.look())
+    view = place.view(surface.look())
+    loaded = _load_view(frame, view, place, output)
+    is_drawn = is_moved or isinstance(loaded.source, Scene)
 
     def draw(renderer: Renderer, request: RenderRequest) -> Any:
-        normals = renderer.estimate_normals(request)
+        normals = renderer.render_normals(request) if is_drawn else renderer.estimate_normals(request)
         if explain and renderer.choice:
             print_line(describe(renderer.choice))
         return normals
@@ -60,9 +66,17 @@ def normals(
     def what(normals: Any) -> str:
         return f"{np.isfinite(normals).all(-1).sum()} normals by {view.look.normals}"
 
-    loaded = inputs.Loaded(inputs.load(frame, sequence=is_numbered(output)))
     chosen: dict[str, Any] = {"axes": axes, "bits": bits}
     write_files(loaded, view, output, run.device, draw, partial(files.save_normals, **chosen), what)
+
+
+def _load_view(frame: options.FrameOptions, view: View, place: options.ViewOptions, output: Path) -> inputs.Loaded:
+    """Read what is seen: all frames of the built-in object where the view turns, of a sequence those to be written."""
+    named = inputs.Inputs(*inputs.with_all_sides(frame, options.MoreOptions(), inputs.is_turned(place)))
+    loaded = named.load(view.look, inputs.PLAIN, sequence=is_numbered(output))
+    if named.kind is Kind.CLOUD:
+        inputs.check_look(view.look)
+    return loaded._replace(frames=())  # whose scene turns round its middle, as in the picture
 
 
 @options.spread
@@ -78,11 +92,7 @@ def depth(
 
     files.check_depth_path(first_of(output))
     view = place.view(surface.look())
-    named = inputs.Inputs(*inputs.with_all_sides(frame, options.MoreOptions(), inputs.is_turned(place)))
-    loaded = named.load(view.look, inputs.PLAIN, sequence=is_numbered(output))
-    loaded = loaded._replace(frames=())  # whose scene turns round its middle, as in the picture
-    if named.kind is Kind.CLOUD:
-        inputs.check_look(view.look)
+    loaded = _load_view(frame, view, place, output)
     note = once(print_note)
     if output.suffix.lower() == ".png":
         note(f"{output} holds millimetres, nearly black in picture viewers: 1.5 m is 1500 of 65535")

@@ -147,7 +147,8 @@ class RenderCommand:
             with self.renderer() as renderer:
                 loaded = Loaded(replace(photos[0], color=albedo_of(renderer, photos, self.explain)))
         else:
-            loaded = self.inputs.load(view.look, AppearanceGroup().look(), sequence and self.film.turntable is None)
+            plays = sequence and (self.film.turntable is None or view.look.temporal)
+            loaded = self.inputs.load(view.look, AppearanceGroup().look(), plays)
         explain = explainer(self.explain, loaded.names)
         waiting = [self.save_poses] if self.save_poses is not None and loaded.frames else []
 
@@ -223,12 +224,12 @@ def _write_picture(asked: RenderCommand, view: View) -> None:
 def _write_series(asked: RenderCommand, view: View) -> None:
     """Many pictures: a film, or numbered files, of a sequence or a turntable."""
     film = asked.film
-    check_stream(view.look, film.turntable is None)
     asked.note_alike()
     if is_numbered(asked.output):
         check_suffix(asked.output, names.NUMBERED)
     check_series(asked.output)
     loaded, after_each = asked.load(view, sequence=True)
+    check_stream(view.look, loaded.plays)
     poses: dict[int, NDArray[Any]] = {}
     with asked.renderer() as renderer:
         start = time.perf_counter()

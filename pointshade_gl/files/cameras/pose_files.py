@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...notes.notes import Note
 from ...notes.words import shown
 from ...scene.camera import AXES, OPENGL, Camera, Matrices, check_pose, from_matrices, from_quaternions, inverted
 from ...scene.frame import Frame
@@ -145,6 +146,12 @@ _COLUMNS = 64  # of a row, at most
 def load_pose(path: FilePath) -> NDArray[np.float64]:
     """(4, 4) camera-to-world, OpenCV axes, from a file of numbers as for `pose_of`. Raises OSError or ValueError."""
     return pose_of(read_numbers(path), str(path))
+
+
+def note_alone(path: FilePath, note: Note) -> None:
+    """A note that the axes of a single pose are a guess: only views that overlap show what poses mean."""
+    turned = "where y is up (OpenGL) turn it: pose @ diag(1, -1, -1, 1)"
+    note(f"{path}: one pose is taken as camera to world, x right, y down, z forward, which nothing shows; {turned}")
 
 
 def pose_of(numbers: NDArray[np.float64], name: str) -> NDArray[np.float64]:

@@ -16,7 +16,7 @@ from ...notes.notes import Note
 from ...notes.words import option
 from ..networks.model_options import how_to_make_depth
 from . import depth_files, missing_depth
-from .depth_kinds import METRIC, RANGED, Coding, Decoded, DepthHints
+from .depth_kinds import METRIC, RANGED, Coding, Decoded, DepthHints, NearFar
 from .depth_range import find_range, read_range, read_reversed
 from .planes import direction_of, measure_bending
 
@@ -261,7 +261,10 @@ def decode(raw: NDArray[Any], name: str, hints: DepthHints, note: Note, like: Co
     else:
         read = read_8_bits if raw.dtype.itemsize == 1 else _read_values
     decoded = read(raw, name, hints, note)
-    return decoded._replace(coding=replace(decoded.coding, hints=hints))
+    coding, near, far = decoded.coding, hints.near or np.inf, hints.far or 0.0
+    if coding.kind == "inverse" and coding.scale is None and near < far < np.inf:
+        coding = replace(coding, planes=NearFar(near, far, 0.0))
+    return decoded._replace(coding=replace(coding, hints=hints))
 
 
 def _read_channels(

@@ -63,7 +63,7 @@ class DepthHints:
 
 
 class NearFar(NamedTuple):
-    """Metres at the two ends of the values of a buffer, or of reversed depth, where far is 0."""
+    """Metres at the two ends of the values of a buffer, of reversed depth, where far is 0, or of inverse depth."""
 
     near: float
     far: float
@@ -79,7 +79,7 @@ class Coding:
     why: str  # how kind and scale were found, in a few words
     repairs: tuple[str, ...] = ()  # make plain numbers of the raw values, in this order (see `depth_files.repaired`)
     hints: DepthHints | None = None  # what was given before
-    planes: NearFar | None = None  # of RANGED
+    planes: NearFar | None = None  # of RANGED, and of inverse depth whose two ends are given
     is_straight: bool = False  # the lens of the camera's file is taken out already
     enlarged: int = 1  # how many pixels along a side are one of the depth as it was made, see `times_enlarged`
     as_stored: bool = False  # the colours lie on it as they are stored, not as EXIF turns them
@@ -103,20 +103,20 @@ def to_metres(
     z          raw / scale is z along the optical axis; without a scale z up to scale and offset, laid from 1 to 10 m
     ray        raw / scale is the distance along the pixel's ray
     plane      the same, from the image plane at unit focal length: P = ray * (|ray| + v) / |ray|
-    inverse    z = scale / raw; without a scale 1/z up to scale and offset, laid between 1 and 10 m
+    inverse    z = scale / raw; without a scale 1/z up to scale and offset, laid between near and far, or 1 and 10 m
     disparity  z = fx * baseline / (raw / scale + doffs), baseline in metres; doffs, in pixels, is how far apart the two
                cameras' principal points are (Middlebury's): what is negative before may be a distance
     kinect     raw is the disparity of a first Kinect, 11 bits
     buffer     1/z goes evenly from the near plane's, where raw / scale is 0, to the far plane's, where it is 1
     reversed   z goes evenly from the far plane, where raw / scale is 0, to the near plane, where it is 1
 
-    planes  near and far of the last two
+    planes  near and far of the last two, and of inverse depth without a scale
     ends  raw values that are put at the two ends of depth without a scale; the default is the smallest and the largest
 
     Raises ValueError if a disparity has no baseline, or if depth without a scale does not vary.
     """
     if kind in ("z", "inverse") and scale is None:
-        return _spread(raw, kind, note, dtype, ends)
+        return _spread(raw, kind, note, dtype, ends, planes)
     if kind in RANGED:
         return _between(raw, kind, scale or 1.0, planes or NearFar(NEAREST, FARTHEST, 0.0), note, dtype)
     if kind == "disparity":
@@ -193,8 +193,9 @@ def _ray_lengths(camera: Camera, rows: slice) -> NDArray[np.float64]:
 
 
 def _spread(
-    raw: NDArray[Any], kind: str, note: Note, dtype: type[np.floating], ends: tuple[float, float] | None
-) -> NDArray[Any]:
+    raw: NDArray[Any], kind: str, note: Note, dtype: type[np.floating], ends: tuple[float, float] | None,
+    planes: NearFar | None,
+) -> NDArray[Any]:  # fmt: skip
     """Depth or inverse depth of unknown scale and offset, as networks give it. 0 is an end, not missing."""
     low, high = np.inf, -np.inf
     for rows in blocks(raw):
@@ -205,14 +206,17 @@ def _spread(
     if low > high:
         return result
     is_inverse = kind == "inverse"
-    title, least, most = ("inverse depth", FARTHEST, NEAREST) if is_inverse else ("depth", NEAREST, FARTHEST)
+    near, far = (NEAREST, FARTHEST) if planes is None else planes[:2]
+    title, least, most = ("inverse depth", far, near) if is_inverse else ("depth", near, far)
     if low == high:
         raise ValueError(f"{title} must vary, got {low:g} everywhere")
-    if ends is None:
-        note(f"{title} has no scale: its largest value is put at {most:g} m, its smallest at {least:g} m")
+    if ends is None and planes is None:
+        true = f"{option('near')} and {option('far')} with {option('depth_kind', 'inverse')}"
+        way_out = f"; wrong ones bend surfaces: pass the true ones as {true} if you know them" if is_inverse else ""
+        note(f"{title} has no scale: its largest value is put at {most:g} m, its smallest at {least:g} m{way_out}")
     low, high = ends or (low, high)
     first, last = (1 / least, 1 / most) if is_inverse else (least, most)
-    smallest = 1 / (_BEYOND * FARTHEST) if is_inverse else NEAREST / _BEYOND
+    smallest = 1 / (_BEYOND * far) if is_inverse else near / _BEYOND
     for rows in blocks(raw):
         values = raw[rows].astype(np.float64)
         known = np.isfinite(values)

@@ -230,15 +230,22 @@ def _reversed(raw: NDArray[Any], full: float, name: str, why: str, hints: DepthH
     return Decoded(raw, Coding("reversed", full, f"{why}; {ends}", planes=planes))
 
 
-def check_range(near: float | None, far: float | None, kind: str | None) -> None:
-    """Raises ValueError for impossible distances of the two planes, and beside a kind that has none."""
+def check_range(near: float | None, far: float | None, kind: str | None, scale: float | None) -> None:
+    """Raises ValueError for impossible distances of the two planes, and beside a kind or a scale that has none."""
     for name, value in (("near", near), ("far", far)):
         if value is None:
             continue
         if value != np.inf:
             check_positive(value, option(name))
-        if kind not in (None, "buffer", "reversed"):
-            ways = f"pass {option('depth_kind', 'buffer')} or {option('depth_kind', 'reversed')}"
+        if kind not in (None, "buffer", "reversed", "inverse"):
+            ways = f"pass {', '.join(option('depth_kind', one) for one in ('buffer', 'reversed'))} or inverse"
             raise ValueError(f"{option(name)} is of depth between two planes, not {option('depth_kind', kind)}: {ways}")
     if near is not None and near == far:
         raise ValueError(f"{option('near')} and {option('far')} must differ, got {near:g} m for both")
+    if kind != "inverse" or near is far is None:
+        return
+    if scale is not None:
+        raise ValueError(f"pass {option('depth_scale')} or {option('near')} and {option('far')}, not both")
+    if not (near or np.inf) < (far or 0) < np.inf:
+        ends = f"{option('near')} for its largest value and a larger {option('far')} for its smallest"
+        raise ValueError(f"inverse depth without a scale needs both ends: pass {ends}, got {near} and {far}")

@@ -21,7 +21,7 @@ from ..access.folders import Folder, ListedFile, from_root, key_of, numbers_in, 
 from ..arrays.named_numbers import named_of
 from ..cameras.camera_files import read_intrinsics, read_transforms
 from ..cameras.intrinsics import Intrinsics, from_named, shows_the_same
-from ..cameras.pose_files import PoseList, read_poses
+from ..cameras.pose_files import PoseList, note_alone, read_poses
 from ..pictures.picture_files import png_size
 from .folder_frames import FrameFiles, matches, nearest, own_files
 
@@ -332,6 +332,8 @@ def given_poses(
     if (poses := match_poses(path, found, frames, note)) is None:
         got = f"{path} holds {_counted(found)}, and {source} has {counted(len(frames), 'frame')}"
         raise ValueError(f"{got}: expected one for each, by name, time stamp, number or order")
+    if len(frames) == 1 and found.names is found.numbers is None:
+        note_alone(path, note)
     return FoundPoses(poses, str(path), found.metric)
 
 

@@ -26,7 +26,7 @@ from ..arrays.numpy_files import is_colmap_depth, read_colmap_depth
 from ..cameras.camera_files import camera_from_exif, read_intrinsics
 from ..cameras.intrinsics import Intrinsics, Size, merged, place_lens, shows_the_same
 from ..cameras.lenses import Lens, fisheye, is_straight, straighten
-from ..cameras.pose_files import Reading, load_pose
+from ..cameras.pose_files import Reading, load_pose, note_alone
 from ..containers.container_contents import SURE
 from ..depth.depth_coding import decode
 from ..depth.depth_files import one_channel, read_depth, read_raw
@@ -281,7 +281,11 @@ def assemble(
     if enlarged > 1 and colors is not None and (colors.shape[:2] >= np.array(metres.shape)).all():
         metres = _as_made(metres, enlarged, note, parts.name or parts.maker)
         camera, coding = camera.resized(metres.shape[1], metres.shape[0]), replace(coding, enlarged=enlarged)
-    pose: Any = load_pose(options.pose) if is_path(options.pose) else options.pose
+    pose: Any = options.pose
+    if is_path(options.pose):
+        pose = load_pose(options.pose)
+        if like is None:
+            note_alone(options.pose, note)
     if pose is None and parts.pose is not None:
         pose = reading.pose(parts.pose)
     with taken() as notes:

@@ -82,15 +82,16 @@ def load_frame(
     baseline : float, optional
         Metres between the two cameras of a disparity.
     near : float, optional
-        Metres of a depth buffer's near plane, where it is 0, or of reversed depth where it is 1. The default is that of
-        the camera's file, else a guess by planes and corners.
+        Metres of a depth buffer's near plane, where it is 0, of reversed depth where it is 1, or of the largest value
+        of inverse depth without a scale. The default is that of the camera's file, else a guess.
     far : float, optional
         Likewise of the other end; it may be infinite. A buffer of reversed z has near and far exchanged.
     channel : str, optional
         Which channel of the depth's file is depth: of an EXR picture its name or that of its layer, of other pictures
         "red", "green", "blue" or "alpha", of an array (h, w, n) its number from 0, of an .npz the name of the array.
     pose : path or (4, 4) float, optional
-        Camera-to-world matrix, or its file (see files/cameras/pose_files.py).
+        Camera-to-world, x right, y down, z forward, or its file (see files/cameras/pose_files.py). OpenGL's has y up:
+        `pose @ numpy.diag([1, -1, -1, 1])`.
     poses : path, optional
         A file with the poses of the folder's frames, in place of what lies in the folder: any that
         files/cameras/pose_files.py reads, by name, time stamp, number or order. A pose by the folder's own name is that

@@ -57,7 +57,7 @@ class ReadOptions:
             raise ValueError(f"pass {option('pose')} or {option('poses')}, not both")
         if self.depth_kind is not None:
             check_choice(option("depth_kind"), self.depth_kind, KINDS)
-        check_range(self.near, self.far, self.depth_kind)
+        check_range(self.near, self.far, self.depth_kind, self.depth_scale)
         if self.projection is not None:
             check_choice(option("projection"), self.projection, PROJECTIONS)
         if self.scale_frames is not None:

@@ -96,6 +96,7 @@ def by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R], name: st
 align_frames = by_shared_renderer(Renderer.align_frames)
 render = by_shared_renderer(Renderer.render)
 render_depth = by_shared_renderer(Renderer.render_depth)
+render_passes = by_shared_renderer(Renderer.render_passes)
 render_points = by_shared_renderer(Renderer.render_points)
 estimate_albedo = by_shared_renderer(Renderer.estimate_albedo)
 estimate_normals = by_shared_renderer(Renderer.estimate_normals)

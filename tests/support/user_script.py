@@ -200,6 +200,9 @@ picture = ps.render(frame, temporal=True, unlight=True, remove_highlights=True, 
 picture = ps.render(frame, out=np.zeros((480, 640, 4), np.uint8), normals=tensor, pose=capsule)
 picture = ps.render(frame, out=tensor, environment=tensor)
 shapes = ps.render(frame, out=capsule).shape, ps.render(frame, out=memory).shape
+layers = ps.render_passes(scene, [light, sun], passes=["beauty", "light"], samples=2, environment="sky", notes=print)
+ps.save_passes(folder / "passes.exr", layers)
+of_layers = layers["light_1"].max(), layers.camera.width, layers.pose.shape, layers.objects[0]
 picture_depth = ps.render_depth(frame, camera, np.eye(4), "star", upsample="vote")
 normals = ps.estimate_normals(frame, "plane-fit-5", noise=0.01, max_depth_step="3%", flying="snap")
 albedo = ps.estimate_albedo([frame, plain])
@@ -236,6 +239,7 @@ anything = ps.sources.load_any(folder / "scan.pcd", up="-y", most=None)
 with ps.Renderer(device=0, rasterizer="points", merge=0) as renderer:
     drawn = renderer.render(scene, [light], samples=2)
     texture = renderer.draw(frame, light, shading="gouraud")
+    every_layer = renderer.render_passes(folder, passes="all", yaw=10, progress=lambda done, every: None)
     maps = renderer.render_depth(frame), renderer.render_normals(scene), renderer.estimate_normals(frame)
     lit = renderer.render_points([frame, plain], progress=lambda done, every: None)
     oriented = renderer.with_normals(point_cloud, noise=0.01, notes=print)
@@ -358,6 +362,7 @@ ps.render(frame, camera="wide")  # wrong
 ps.render(frame, light="sun")  # wrong
 ps.render(3)  # wrong
 ps.render_depth(frame, samples=2)  # wrong
+ps.render_passes(frame, tone="neutral")  # wrong
 ps.render_depth(frame, normals="best")  # wrong
 ps.render_points(frame, shading="fong")  # wrong
 ps.estimate_normals(frame, "magic")  # wrong

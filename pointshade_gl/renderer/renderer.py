@@ -27,7 +27,7 @@ from ..pipeline.pipeline import Pipeline
 from ..scene.appearance import Material, Shading
 from ..scene.camera import Camera, check_pose
 from ..scene.cloud import PointCloud, cloud_of
-from ..scene.environment import FAR_AS_SEEN, EnvironmentLight
+from ..scene.environment import EnvironmentLight
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, check_lights
@@ -319,13 +319,12 @@ class Renderer(Estimates):
             )  # fmt: skip
             request = replace(request, finish=request.finish.of_passes)
             surfaces = replace(request, finish=replace(request.finish, show="normals")).as_shown
-            near, layers = request.finish.ambient_occlusion, dict[str, NDArray[np.float32]]()
+            layers: dict[str, NDArray[np.float32]] = {}
             with self._guard:
                 scene = self._scenes.of(request)
                 seen = request.seen_by(scene)
                 if any(name in names for name in OF_SURFACES):
-                    radius = FAR_AS_SEEN if near is None or is_a(near, bool) else float(near)
-                    read = self._pipeline.read_data(self._scenes.of(surfaces), *seen, radius)
+                    read = self._pipeline.read_data(self._scenes.of(surfaces), *seen, request.finish.near)
                     layers |= surface_layers(names, *read, *seen)
                 if "albedo" in names:
                     layers["albedo"] = self._pipeline.read_colors(scene, *seen, request.finish.samples)

@@ -118,9 +118,11 @@ mixed = (
     ps.OutputSettings(background=(0, 0, 1), ground=[0, 1, 0]),
     ps.OutputSettings(background=np.ones(3), ground=np.ones(3)),
 )
-shown_as, no_light, is_light = (
+shown_as, no_light, of_passes, near, is_light = (
     ps.OutputSettings(show="depth"),
     output_settings.of_numbers,
+    output_settings.of_passes,
+    output_settings.near,
     (output_settings.is_light, output_settings.show),
 )
 of_finish = (

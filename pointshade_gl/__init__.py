@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from .files.pictures.hdr_files import load_environment
     from .files.pictures.picture_files import save_image
     from .files.writing.film import Film
-    from .files.writing.maps_and_points import save_depth, save_normals, save_points, save_poses
+    from .files.writing.maps_and_points import save_depth, save_normals, save_passes, save_points, save_poses
     from .notes.errors import Cancelled, ContextError, ShaderError
     from .page import save_page, show
     from .renderer.functions import (
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         render,
         render_depth,
         render_normals,
+        render_passes,
         render_points,
         use_device,
     )
@@ -88,11 +89,13 @@ __all__ = [
     "render",
     "render_depth",
     "render_normals",
+    "render_passes",
     "render_points",
     "save_depth",
     "save_image",
     "save_normals",
     "save_page",
+    "save_passes",
     "save_points",
     "save_poses",
     "save_scene",
@@ -139,11 +142,13 @@ _LATER = {
     "render": ".renderer.functions",
     "render_depth": ".renderer.functions",
     "render_normals": ".renderer.functions",
+    "render_passes": ".renderer.functions",
     "render_points": ".renderer.functions",
     "save_depth": ".files.writing.maps_and_points",
     "save_image": ".files.pictures.picture_files",
     "save_normals": ".files.writing.maps_and_points",
     "save_page": ".page",
+    "save_passes": ".files.writing.maps_and_points",
     "save_points": ".files.writing.maps_and_points",
     "save_poses": ".files.writing.maps_and_points",
     "save_scene": ".files.gltf",

@@ -30,7 +30,7 @@ from ..scene.environment import EnvironmentLight
 from ..scene.graph import Scene, shaded
 from ..scene.light import Light
 from ..scene.sample_pattern import at_sample
-from ..scene.settings import FILL, SIMPLE, Metering, OutputSettings, Vector
+from ..scene.settings import FILL, Metering, OutputSettings, Vector
 from ..scene.visible import VisibleScene, compose, is_alone, looking_distance
 from .frame_pass import FramePass, single_object
 from .gpu_scene import GpuScene
@@ -124,6 +124,7 @@ class Accumulator(FullscreenPasses):
         super().__init__(context)
         self._steps, self._light, self._light_setup = steps, light, light_setup
         self._frame_pass, self._shared = frame_pass, shared
+        self.may_share = True  # pixels that are alike in all samples are drawn once
 
     @cached_property
     def _resolve(self) -> ResolveSamplesPass:
@@ -138,10 +139,21 @@ class Accumulator(FullscreenPasses):
         self._add_samples(target, visible, drawables, finish, count)
         self._resolve.resolve(target, finish, bool(visible.environment_light.occlusion))
 
-    def read_light(self, target: Target, visible: VisibleScene, drawables: Drawables) -> NDArray[np.float32]:
-        """Return (h, w, 4), read-only: the light of one sample, linear, not cut off at 1, and its coverage."""
-        self._add_samples(target, visible, drawables, SIMPLE, Count())
-        return read_texture(self._context, target.samples.surfaces.texture)
+    def read_light(
+        self, target: Target, visible: VisibleScene, drawables: Drawables, samples: int = 1, count: Count | None = None
+    ) -> NDArray[np.float32]:
+        """Return (h, w, 4), read-only: the mean light of samples, linear, not cut off at 1, and their coverage."""
+        self._add_samples(target, visible, drawables, OutputSettings(samples), count or Count())
+        return self.read_mean(target)
+
+    def read_mean(self, target: Target) -> NDArray[np.float32]:
+        """Return the same of what was drawn last."""
+        total = read_texture(self._context, target.samples.surfaces.texture)
+        return (total / target.samples.count).astype(np.float32, copy=False)
+
+    def read_alpha(self, target: Target, environment_light: EnvironmentLight) -> NDArray[np.float32]:
+        """Return (h, w) the alpha of what was drawn last, with the shadows on its ground."""
+        return self._resolve.read_alpha(target, bool(environment_light.occlusion))
 
     def forget(self, target: Target) -> None:
         """Forget a scene that is no longer shown."""
@@ -180,7 +192,8 @@ class Accumulator(FullscreenPasses):
             if is_soft or light_set is None:
                 light_set = self._light_setup.prepare(sample, drawables)
                 self._light_setup.light_points(sample, drawables, light_set)
-            if k == 0 and not is_soft and self._shared.draw(target, visible, drawables, light_set, finish.samples):
+            is_shared = k == 0 and not is_soft and self.may_share
+            if is_shared and self._shared.draw(target, visible, drawables, light_set, finish.samples):
                 canvas = canvas._replace(image=sums.open_surfaces, is_masked=True)
                 target.splats.draw_only(sums.active.texture)
             self._frame_pass.draw(target, canvas, sample, drawables, light_set)

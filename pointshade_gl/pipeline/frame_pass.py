@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -21,6 +21,7 @@ from ..gpu.shading.occlusion import ViewVisibilityPass
 from ..gpu.shading.present import SurfaceColorsPass
 from ..scene.appearance import LIT_EARLY, Material
 from ..scene.camera import Eye, view_matrix
+from ..scene.node import Placed
 from ..scene.visible import VisibleScene, looking_distance
 
 
@@ -153,15 +154,14 @@ class FramePass:
             behind = target.behind.surfaces if opaque.shown else None
             surfaces = target.surfaces
             surfaces.knows_visibility, surfaces.has_doubts = False, behind is not None and behind.has_doubts
-            number = material_numbers(trained, drawables, len(list(joined(drawables[p] for p in opaque.shown))))[0]
+            number = material_numbers(trained, drawables, len(list(_rows(opaque, drawables))))[0]
             has_eye_dome = any(drawables[p].shading == "edl" for p in trained.shown)
             surfaces.has_eye_dome = has_eye_dome or (behind is not None and behind.has_eye_dome)
             number = -float(number) if has_eye_dome else float(number)
             hides = bool(visible.environment_light.occlusion)
             self._steps.run("merge", layer.merge, surfaces, image, behind, least, number, hides)
             return
-        rows = list(joined(drawables[p] for p in visible.shown))
-        shown = tuple(thing for _, thing in rows)
+        shown = tuple(thing for _, thing in _rows(visible, drawables))
         places = material_numbers(visible, drawables)
         numbers = tuple(-k if thing.shading == "edl" else k for k, thing in zip(places, shown, strict=True))
         early = any(thing.is_lit_as_drawn for thing in shown)
@@ -189,6 +189,10 @@ class FramePass:
             self._objects.add_surface(target, thing, eye, number, lights)
         surfaces.raise_version()
 
+    def in_order(self, visible: VisibleScene, drawables: Drawables) -> list[Placed]:
+        """Return what is shown, in the order of the numbers of `draw_surfaces`. Trained splats share their first."""
+        return [p for layer in _layers(visible, drawables) for p in layer.shown]
+
     def light_again(self, image: moderngl.Framebuffer) -> bool:
         """Light the pixels of a picture as they are, if they were lit last. Return whether that was so."""
         last = self._light.last
@@ -205,15 +209,18 @@ class FramePass:
         lighting, surfaces = light_set.seen_from(visible.eye.pose), target.surfaces
         inputs = surfaces.surface, surfaces.albedo, visible.eye.camera, lighting, materials
         marks: dict[str, Any] = {"has_doubts": surfaces.has_doubts, "has_eye_dome": surfaces.has_eye_dome}
-        if surfaces.has_visibility and surfaces.knows_visibility:
-            marks["visibility"] = surfaces.visibility
-        elif surfaces.has_visibility:
-            radius = visible.environment_light.radius(looking_distance(visible.scene, visible.eye.pose))
-            needed = surfaces, visible.eye.camera, radius, visible.sample
-            find = self._view_visibility.find
-            marks["visibility"] = self._steps.run("view visibility", find, *needed, of=surfaces)
+        if surfaces.has_visibility:
+            marks["visibility"] = self.find_visibility(surfaces, visible)
         with canvas.opened(surfaces.window) as image:
             self._steps.always("light", partial(self._light.draw, linear=canvas.linear, **marks), image, *inputs)
+
+    def find_visibility(self, surfaces: SurfaceImage, visible: VisibleScene) -> moderngl.Texture:
+        """Return what is seen of the light from all around: see `SurfaceImage.visibility`."""
+        if surfaces.knows_visibility:
+            return surfaces.visibility
+        radius = visible.environment_light.radius(looking_distance(visible.scene, visible.eye.pose))
+        needed = surfaces, visible.eye.camera, radius, visible.sample
+        return self._steps.run("view visibility", self._view_visibility.find, *needed, of=surfaces)
 
 
 def _layers(visible: VisibleScene, drawables: Drawables) -> tuple[VisibleScene, VisibleScene]:
@@ -223,12 +230,18 @@ def _layers(visible: VisibleScene, drawables: Drawables) -> tuple[VisibleScene, 
     return visible._replace(shown=opaque), visible._replace(shown=trained, eye=visible.steady or visible.eye)
 
 
+def _rows(visible: VisibleScene, drawables: Drawables) -> Iterator[tuple[int, Any]]:
+    """Yield what is drawn at once, with the number of its first object: copies of one mesh, unless they stay apart."""
+    shown = (drawables[p] for p in visible.shown)
+    return enumerate(shown) if visible.apart else joined(shown)
+
+
 def material_numbers(visible: VisibleScene, drawables: Drawables, after: int = 0) -> list[int]:
     """Return the numbers of the objects' materials, from 1: of each object one where they hide each other.
 
     after  how many objects come before
     """
-    rows, materials = list(joined(drawables[p] for p in visible.shown)), visible.materials
+    rows, materials = list(_rows(visible, drawables)), visible.materials
     if visible.environment_light.occlusion:
         return [after + k + 1 for k in range(len(rows))]
     return [1 + materials.index(visible.shown[first].content.material) for first, _ in rows]
@@ -238,7 +251,7 @@ def numbered_materials(visible: VisibleScene, drawables: Drawables) -> Sequence[
     """Return the materials by these numbers."""
     if not visible.environment_light.occlusion:
         return visible.materials
-    return [visible.shown[first].content.material for first, _ in joined(drawables[p] for p in visible.shown)]
+    return [visible.shown[first].content.material for first, _ in _rows(visible, drawables)]
 
 
 def single_object(visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> ShownPoints | ShownGrid | None:

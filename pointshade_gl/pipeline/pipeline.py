@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..checks.arguments import Count, Progress
 from ..gpu.context.context import Context
 from ..gpu.core.frame_textures import frame_of
-from ..gpu.core.images import Box, Owner
+from ..gpu.core.images import Box, Owner, read_texture
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Canvas, Target
 from ..gpu.drawables import Drawables, Objects
@@ -26,11 +26,12 @@ from ..gpu.shading.present import SurfaceColorsPass
 from ..notes.errors import check_function
 from ..scene.appearance import LIT_EARLY, Appearance, Material
 from ..scene.camera import Camera, Eye
-from ..scene.environment import NO_ENVIRONMENT
+from ..scene.environment import NO_ENVIRONMENT, EnvironmentLight
 from ..scene.frame import Frame
-from ..scene.graph import Scene
+from ..scene.graph import Scene, shaded
 from ..scene.light import Light, at_upper_left
 from ..scene.node import Matrix, Placed
+from ..scene.passes import AROUND, EACH_LIGHT, Layer, kind_of, shadow_of
 from ..scene.settings import METERINGS, SIMPLE, OutputSettings
 from ..scene.values import CERTAINTY, ColorScale, scale_of_depths
 from ..scene.visible import VisibleScene, compose, is_alone
@@ -297,6 +298,85 @@ class Pipeline(Owner):
         """Return (h, w, 4), read-only: unit normal and z of the surfaces that a camera at a pose (4, 4) sees, in its
         axes and world units. z is 0 where there is none, the normal where no light is wanted. progress: as `draw`."""
         return self._draw_surfaces(scene, camera, pose, progress).surfaces.read()
+
+    def read_layers(
+        self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: OutputSettings,
+        source: Frame | Scene, names: Sequence[str], progress: Progress | None = None,
+    ) -> dict[str, Layer]:  # fmt: skip
+        """Return layers of the picture that `draw` draws, linear light times coverage, those of the passes with these
+        names: see scene/passes.py. The light of a lamp is what it adds to the picture, one without shadows what it
+        would add.
+
+        progress  told as by `draw`, and of the samples of each further picture
+        """
+        target, done = self._fit_target(camera), [0, 0]
+        is_each, is_around = any(one in names for one in EACH_LIGHT), any(one in names for one in AROUND)
+        of_lamps = is_each * (len(lights) + sum(light.shadow for light in lights))
+        further = finish.samples * (of_lamps + is_around + (is_each or is_around))
+
+        def relay(*counted: int) -> object:
+            done[:] = counted[0], counted[1] + further
+            return progress(*done) if progress else None
+
+        target.samples.content, self._accumulator.may_share = None, False  # light decides what is shared
+        try:
+            summed = replace(finish, background=(0.0, 0.0, 0.0))  # a plain picture would have no sums
+            self.draw(scene, lights, camera, pose, summed, source, progress and relay)
+            visible, drawables, count = self._seen, self.gpu_scene.drawn, Count(progress, done[1])
+            assert visible is not None
+            count.done = done[0]
+
+            def shine(lamps: list[Light], gain: float = 1.0) -> Layer:
+                view = visible._replace(lights=lamps, gain=gain)
+                return self._accumulator.read_light(target, view, drawables, finish.samples, count)[..., :3]
+
+            beauty = self._accumulator.read_mean(target)
+            alpha = self._accumulator.read_alpha(target, visible.environment_light)
+            found = {"beauty": np.dstack([beauty[..., :3], alpha]), "ground": alpha - beauty[..., 3]}
+            lamps, dark = visible.lights, [replace(light, intensity=0.0) for light in visible.lights]
+            around = shine(dark) if is_each or is_around else beauty
+            if is_around:
+                found["unlit"] = shine(dark, 0.0)
+                ambient = np.maximum(around - found["unlit"], 0)
+                is_ambient = visible.environment_light.environment is None
+                found |= {"ambient": ambient * is_ambient, "environment": ambient * (not is_ambient)}
+            for k, light in enumerate(lamps if is_each else [], 1):  # all of them have the same shadow maps
+                one = np.maximum(shine([*dark[: k - 1], light, *dark[k:]]) - around, 0)
+                found |= {f"light_{k}": one, f"unshadowed_{k}": one, f"shadow_{k}": np.zeros_like(one[..., 0])}
+            for k, light in enumerate(lamps if is_each else [], 1):
+                if light.shadow:
+                    whole = np.maximum(shine([replace(light, shadow=False)]) - around, 0)
+                    found |= {f"unshadowed_{k}": whole, f"shadow_{k}": shadow_of(found[f"light_{k}"], whole)}
+        finally:
+            target.samples.content, self._accumulator.may_share = None, True
+        return {name: layer for name, layer in found.items() if kind_of(name) in names}
+
+    def read_colors(self, scene: Scene, camera: Camera, pose: Matrix, samples: int) -> Layer:
+        """Return (h, w, 3) the mean of the objects' own colours, linear, times coverage."""
+        visible = compose(shaded(self._aligner.aligned(scene), "none"), (), camera, pose)
+        drawables = self.gpu_scene.prepare(visible)
+        return self._accumulator.read_light(self._fit_target(camera), visible, drawables, samples)[..., :3]
+
+    def read_data(
+        self, scene: Scene, camera: Camera, pose: Matrix, radius: float
+    ) -> tuple[Layer, Layer, NDArray[np.int64]]:
+        """Return what `surface_layers` takes of a view: surfaces, the open share, numbers of instances from 1.
+
+        radius  how far things may be that hide light from all around, world units
+        """
+        visible = compose(self._aligner.aligned(scene), (), camera, pose)
+        around = EnvironmentLight(radius)
+        visible = visible._replace(environment_light=around, scale=CERTAINTY, apart=True)
+        drawables = self.gpu_scene.prepare(visible)
+        target, self._has_surfaces = self._fit_target(camera), False
+        surfaces = target.surfaces
+        self._frame_pass.draw_surfaces(target, visible, drawables, self._light_setup.prepare(visible, drawables))
+        open_share = read_texture(self._context, self._frame_pass.find_visibility(surfaces, visible))[..., 3]
+        rows = np.rint(np.abs(read_texture(self._context, surfaces.albedo)[..., 3])).astype(np.int64)
+        places = {id(p): 1 + k for k, p in enumerate(visible.scene.instances)}
+        shown = self._frame_pass.in_order(visible, drawables)
+        numbers = np.array([0, *(places[id(p)] for p in shown), 0])
+        return surfaces.read(), open_share, numbers[np.minimum(rows, len(shown))]
 
     def read_part(self, camera: Camera, pose: Matrix, box: Box) -> NDArray[np.float32]:
         """Return (h, w, 4), a part of a view of the last scene that was drawn: as `read_surfaces`."""

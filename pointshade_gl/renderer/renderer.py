@@ -35,6 +35,8 @@ from ..scene.node import Placed
 from ..scene.noise import Choice, Method
 from ..scene.objects import check_frames
 from ..scene.option_fields import takes
+from ..scene.passes import OF_LIGHT, OF_SURFACES, PASSES, Passes, check_passes, kind_of, surface_layers
+from ..scene.settings import OutputSettings
 from ..scene.values import ColorScale
 from ..scene.visible import MERGE, check_merge
 from .estimates import Estimates
@@ -42,6 +44,7 @@ from .requests import (
     GROUPS,
     DepthOptions,
     FilePath,
+    PassOptions,
     Picture,
     PointsOptions,
     RenderOptions,
@@ -269,8 +272,76 @@ class Renderer(Estimates):
                 textures.program = None  # a caller may bind it, and draw on it
                 return texture
 
+    @takes(PassOptions, *GROUPS, like=render)
+    def render_passes(
+        self, frame: Source, light: Light | Sequence[Light] | None = None, material: Material | None = None,
+        camera: Camera | None = None, pose: Numbers | None = None, normals: Method | Numbers = "auto",
+        shading: Shading = "phong", point_size: float | Numbers | str | None = None, *,
+        passes: str | Sequence[str] = "all", notes: Note | None = None, progress: Progress | None = None,
+        **options: Unpack[PassOptions]
+    ) -> Passes:  # fmt: skip
+        """Draw a picture in layers: what each light adds to it, and what is seen where. `save_passes` writes them.
+
+        Light is linear, not cut off at 1, multiplied by alpha, and as strong as the lights are: passes have no
+        exposure, fill, tone or background. All lights, ambient, environment and unlit add up to the beauty. It raises
+        as `render`.
+
+        Parameters
+        ----------
+        passes : str or sequence of str
+            "all", or some of these names, in a sequence or with commas between them.
+
+            | "beauty": the picture, red, green, blue and alpha; alpha has the shadows on a ground, too.
+            | "light": light_1, light_2 ... what each light adds, in their order; "unshadowed": without its shadows;
+              "shadow": the share of it that shadows take, 0 to 1.
+            | "ambient", "environment": the light from all around. One of them is 0.
+            | "unlit": objects that are shown in their own colours.
+            | "ground": alpha of the shadows on the ground.
+            | "albedo": the objects' own colours, linear.
+            | "normal", "normal_world": unit, the camera's or the world's axes; NaN where there is none.
+            | "depth": metres along the camera's axis; 0 where nothing is seen. "position": world; NaN there.
+            | "certainty": of the normals, c from 0 to 1: they are off by about sqrt(1 / c - 1) / 2 radians.
+            | "ao": the share of the light from all around that near things leave.
+            | "object_id": which object of the scene is seen, from 1; 0 is none.
+
+        Returns
+        -------
+        Passes
+            A dict of float32 arrays: (h, w, 4) beauty; (h, w, 3) light, albedo, normals and positions; (h, w) all
+            others. Light and albedo are the mean of all samples, the others are seen from the middle of each pixel. It
+            also has the `camera` and the `pose` of the picture, and `objects`, the names of those that are counted.
+        """
+        names = check_passes(passes)
+        with taken_by(notes):
+            request = RenderRequest.of(
+                frame, light=light, material=material, camera=camera, pose=pose, normals=normals, shading=shading,
+                point_size=point_size, **options,
+            )  # fmt: skip
+            request = replace(request, finish=request.finish.of_passes)
+            surfaces = replace(request, finish=replace(request.finish, show="normals")).as_shown
+            layers: dict[str, NDArray[np.float32]] = {}
+            with self._guard:
+                scene = self._scenes.of(request)
+                seen = request.seen_by(scene)
+                if any(name in names for name in OF_SURFACES):
+                    read = self._pipeline.read_data(self._scenes.of(surfaces), *seen, request.finish.near)
+                    layers |= surface_layers(names, *read, *seen)
+                if "albedo" in names:
+                    layers["albedo"] = self._pipeline.read_colors(scene, *seen, request.finish.samples)
+                if any(name in names for name in OF_LIGHT):
+                    lit = self._settled(request, scene)
+                    layers |= self._pipeline.read_layers(scene, lit[0], *seen, *lit[1:], names, progress)
+            objects = (p.node.name for p in scene.instances)
+        found = sorted(layers, key=lambda name: (PASSES.index(kind_of(name)), len(name), name))
+        return Passes({name: layers[name] for name in found}, *seen, objects)
+
     def _draw(self, request: RenderRequest, scene: Scene, progress: Progress | None) -> moderngl.Texture:
         """Draw the scene that was made of a request's source."""
+        lights, finish, source = self._settled(request, scene)
+        return self._pipeline.draw(scene, lights, *request.seen_by(scene), finish, source, progress).color
+
+    def _settled(self, request: RenderRequest, scene: Scene) -> tuple[tuple[Light, ...], OutputSettings, Frame | Scene]:
+        """Return the lights of the scene that was made of a request's source, how it is finished, and what it shows."""
         finish, lights = request.finish, request.lights_of(scene)
         if finish.exposure == "sensor" and not request.frames:  # a scene's lights were made for it
             finish = replace(finish, exposure=0.0)
@@ -279,8 +350,7 @@ class Renderer(Estimates):
             from ..estimation.ground import up_and_floor  # only here
 
             finish = replace(finish, ground=tuple(self.steps.run("up", up_and_floor, source)[0].tolist()))
-        seen = request.seen_by(scene)
-        return self._pipeline.draw(scene, lights, *seen, finish, source, progress).color
+        return lights, finish, source
 
     @takes(DepthOptions, *GROUPS, like=render)
     def render_depth(

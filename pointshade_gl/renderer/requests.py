@@ -41,7 +41,7 @@ from ..scene.light import Light, check_lights
 from ..scene.node import Node
 from ..scene.objects import PointObject, check_frames
 from ..scene.option_fields import takes
-from ..scene.settings import SIMPLE, OutputOptions, OutputSettings
+from ..scene.settings import SIMPLE, LinearOptions, OutputOptions, OutputSettings
 from ..scene.viewpoint import MoveOptions, View, viewing_pose
 
 if TYPE_CHECKING:
@@ -54,6 +54,10 @@ STRAIGHT: Turns = 0.0, 0.0, 0.0
 
 class RenderOptions(NamedOptions, MoveOptions, OutputOptions, total=False):
     """The options of `render` that are passed by name only."""
+
+
+class PassOptions(NamedOptions, MoveOptions, LinearOptions, total=False):
+    """Those of `render_passes`."""
 
 
 class DepthOptions(MoveOptions, FormOptions, SurfaceOptions, total=False):

@@ -24,7 +24,7 @@ from ..checks.arguments import (
 from ..checks.foreign_arrays import Numbers
 from ..notes.words import option, shown
 from .appearance import is_single
-from .environment import NAMES, Environment, check_environment
+from .environment import FAR_AS_SEEN, NAMES, Environment, check_environment
 from .option_fields import LIGHT, PICTURE, Cli, number_or_text, opt, option_class
 from .sample_pattern import check_samples
 from .values import SHOWS, Show, linear_color
@@ -40,20 +40,25 @@ TONES: tuple[Tone, ...] = get_args(Tone)
 OCCLUSION: dict[str, bool | None] = {"auto": None, "yes": True, "no": False}  # what words of the command line stand for
 
 
-class OutputOptions(TypedDict, total=False):
-    """The options of OutputSettings."""
+class LinearOptions(TypedDict, total=False):
+    """The options of OutputSettings that passes have, too."""
 
     samples: int
-    background: str | Numbers | None
     ground: bool | Numbers
     ground_height: float | None
-    exposure: float | Metering
-    fill: float | None
-    tone: Tone
     environment: Environment | Numbers | str | PathLike[str] | None
     environment_intensity: float
     environment_rotation: float | Numbers
     ambient_occlusion: bool | float | None
+
+
+class OutputOptions(LinearOptions, total=False):
+    """The options of OutputSettings."""
+
+    background: str | Numbers | None
+    exposure: float | Metering
+    fill: float | None
+    tone: Tone
     show: Show
 
 
@@ -222,6 +227,17 @@ class OutputSettings:
         """Return the finish of a picture whose colours stand for numbers; no light changes it."""
         dark = {"environment": None, "ambient_occlusion": False}
         return replace(self, ground=False, ground_height=None, exposure=0.0, fill=0.0, tone="none", **dark)
+
+    @property
+    def near(self) -> float:
+        """Return how far things may be that hide light from all around, world units, where that is asked for."""
+        wanted = self.ambient_occlusion
+        return FAR_AS_SEEN if wanted is None or isinstance(wanted, bool) else wanted
+
+    @property
+    def of_passes(self) -> OutputSettings:
+        """Return the finish of passes: linear light, as strong as the lights are, over nothing."""
+        return replace(self, background=None, exposure=0.0, fill=0.0, tone="none", show="light")
 
     @property
     def up(self) -> Vector | None:

@@ -193,6 +193,31 @@ class TestFiles:
                 ps.render_depth(ps.load_scene("demo"), ps.load_scene("demo").framed().camera.fitted(64, 48)),
             )
 
+    def test_all_passes_in_one_file(self, folder, tmp_path):
+        lamps = "--light", "0.2,-0.2,0 shadow", "--light", "direction=1,1,1"
+        done = run("render", folder, "-o", tmp_path / "p.exr", "--passes", "all", "--samples", "2", *lamps)
+        assert done.returncode == 0, done.stderr
+        assert re.match(r".+p\.exr: 8x6 pixels, beauty, ambient, .* light_1, light_2, .* object_id, ", done.stdout)
+        with OpenEXR.File(str(tmp_path / "p.exr"), separate_channels=True) as file:
+            layers = {name: np.array(one.pixels) for name, one in file.channels().items()}
+        assert {"R", "A", "Z", "light_1.R", "light_2.B", "shadow_1.X", "normal.Z", "ao.X"} <= set(layers)
+        np.testing.assert_allclose(layers["Z"], 1.5, rtol=1e-5)
+        added = sum(layers[f"{name}.G"].astype(float) for name in ("light_1", "light_2", "ambient"))
+        np.testing.assert_allclose(added, layers["G"], atol=1e-3)
+
+    def test_an_exr_alone_is_the_picture_in_linear_light(self, folder, tmp_path):
+        assert run("render", folder, "-o", tmp_path / "p.exr").returncode == 0
+        with OpenEXR.File(str(tmp_path / "p.exr"), separate_channels=True) as file:
+            assert sorted(file.channels()) == ["A", "B", "G", "R"]
+
+    def test_passes_of_a_sequence(self, sequence, tmp_path):
+        done = run("render", sequence, "-o", tmp_path / "%04d.exr", "--passes", "depth,albedo", "--frames", "2")
+        assert done.returncode == 0, done.stderr
+        assert written(tmp_path) == ["0000.exr", "0001.exr"]
+        with OpenEXR.File(str(tmp_path / "0001.exr"), separate_channels=True) as file:
+            assert sorted(file.channels()) == ["Z", "albedo.B", "albedo.G", "albedo.R"]
+            np.testing.assert_allclose(file.channels()["Z"].pixels, 1.501, rtol=1e-5)
+
     def test_depth_of_nothing_in_view_is_said(self, folder, tmp_path):
         np.savetxt(tmp_path / "away.txt", np.diag([1, -1, -1, 1]))
         done = run("depth", folder, "-o", tmp_path / "d.exr", "--pose", tmp_path / "away.txt")
@@ -215,6 +240,14 @@ class TestFiles:
         (["depth", "-o", "out####.png"], "is a name for many files, but INPUT is a single frame"),
         (["depth", "-o", "out.png", "--yaw", "nan"], "--yaw and --pitch must be finite"),
         (["render", "-o", "no/out.ply"], "create it first"),
+        (["render", "-o", "no/out.exr"], "create it first"),
+        (["render", "-o", "out.exr", "--passes", "nonsense"], "unknown --passes 'nonsense': known are all, beauty,"),
+        (["render", "-o", "out.exr", "--passes", "normals"], "'normals' (did you mean normal?): known are all"),
+        (["render", "-o", "out.png", "--passes", "all"], "--passes are layers of an .exr, and out.png has none"),
+        (["render", "-o", "out.exr", "--tone", "neutral"], "out.exr holds linear light, as strong as the lights are: "),
+        (["render", "-o", "out.exr", "--exposure", "1", "--passes", "all"], "leave out --exposure"),
+        (["render", "-o", "out.exr", "--frames", "2"], "--frames is for many pictures and out.exr is one: write %04d"),
+        (["render", "-o", "out%d.exr"], "is a name for many files, but INPUT is a single frame"),
         (["render", "-o", "out.png", "--zoom", "0"], "--zoom must be above 0, such as 2 for twice as large, got 0"),
         (["render", "-o", "out.png", "--zoom", "2", "--dolly", "0.1"], "pass --zoom or --dolly, not both"),
         (["render", "-o", "out{:04d}.ply"], "is a name for many files, but INPUT is a single frame"),

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.scene.passes import Passes
 
 pytestmark = pytest.mark.clients
 RNG = np.random.default_rng(5)
@@ -18,6 +19,13 @@ DEPTH[3:6, 4:9] = 0  # missing
 NORMALS = RNG.normal(size=(24, 32, 3)).astype(np.float32)
 NORMALS /= np.linalg.norm(NORMALS, axis=-1, keepdims=True)
 NORMALS[3:6, 4:9] = np.nan
+LAYERS = {  # of passes: who they are in Blender's compositor
+    "beauty": "Combined RGBA",
+    "light_1": "light_1 RGBA",
+    "depth": "Depth VALUE",
+    "ao": "ao VALUE",
+    "position": "position VECTOR",
+}
 IS_KNOWN = np.isfinite(NORMALS).all(-1)
 RGBA = np.concatenate([np.where(IS_KNOWN[..., None], NORMALS * (1, -1, -1), 0), IS_KNOWN[..., None]], -1)  # "opengl"
 
@@ -45,6 +53,39 @@ def test_blender_sees_normals(blender, normals):
     np.testing.assert_allclose(found["own"], RGBA, atol=1e-7)
     np.testing.assert_allclose(found["composited"][..., :3], RGBA[..., :3], atol=1e-7)
     np.testing.assert_allclose(found["texture"][..., :3], np.where(IS_KNOWN[..., None], RGBA[..., :3], 0), atol=1e-6)
+
+
+@pytest.fixture
+def passes(tmp_path):
+    """Layers of random numbers that half floats hold, and their file."""
+    shapes = {"beauty": 4, "light_1": 3, "depth": 0, "ao": 0, "position": 3}
+    layers = {name: RNG.random((24, 32, *[count] * bool(count))).astype(np.float16).astype(np.float32)
+              for name, count in shapes.items()}  # fmt: skip
+    made = Passes(layers, ps.Camera(30, 30, 15.5, 11.5, 32, 24), np.eye(4), ["one"])
+    ps.save_passes(tmp_path / "passes.exr", made)
+    return tmp_path / "passes.exr", layers
+
+
+def test_blenders_compositor_sees_each_pass(blender, passes):
+    path, layers = passes
+    found = blender("read_layers.py", path, 32, 24)
+    assert set(found) == {*LAYERS.values(), "Alpha VALUE"}
+    np.testing.assert_array_equal(found["Alpha VALUE"][..., 0], layers["beauty"][..., 3])
+    for name, layer in layers.items():
+        expected = layer[..., :3] if layer.ndim == 3 else np.repeat(layer[..., None], 3, -1)
+        np.testing.assert_array_equal(found[LAYERS[name]][..., :3], expected, name)
+
+
+def test_openimageio_reads_all_passes(client, passes):
+    path, layers = passes
+    image = client("OpenImageIO").ImageBuf(str(path))
+    names, pixels = list(image.spec().channelnames), image.get_pixels()
+    assert names[:4] == ["R", "G", "B", "A"] and names[image.spec().z_channel] == "Z"
+    for k, channel in enumerate("RGB"):
+        np.testing.assert_array_equal(pixels[..., names.index(f"light_1.{channel}")], layers["light_1"][..., k])
+    np.testing.assert_array_equal(pixels[..., names.index("ao.X")], layers["ao"])
+    np.testing.assert_array_equal(pixels[..., names.index("position.Z")], layers["position"][..., 2])
+    np.testing.assert_allclose(image.spec().getattribute("worldToCamera"), np.diag([1, -1, 1, 1]).ravel(), atol=1e-7)
 
 
 @pytest.mark.parametrize("flag", ["IMREAD_UNCHANGED", "IMREAD_ANYDEPTH"])

@@ -162,6 +162,7 @@ HOOKED = {  # calls that print a note unless they get `notes`: a renderer, unpos
     "draw": lambda renderer, frames, _, **more: renderer.draw(frames, **more),
     "render_depth": lambda renderer, frames, _, **more: renderer.render_depth(frames, **more),
     "render_normals": lambda renderer, frames, _, **more: renderer.render_normals(frames, **more),
+    "render_passes": lambda renderer, frames, _, **more: renderer.render_passes(frames, **more),
     "render_points": lambda renderer, _, path, **more: renderer.render_points(path, **more),
     "estimate_normals": lambda renderer, _, path, **more: renderer.estimate_normals(path, **more),
     "render a path": lambda renderer, _, path, **more: renderer.render(path, **more),

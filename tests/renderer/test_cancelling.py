@@ -41,6 +41,7 @@ def page(renderer, given, folder, progress, **options):
 
 WORKS = {  # each: what it calls, and whether files that are whole stay when it is ended
     "picture": (lambda renderer, _, __, progress: renderer.render(FRAME, samples=4, progress=progress), False),
+    "passes": (lambda renderer, _, __, progress: renderer.render_passes(FRAME, samples=2, progress=progress), False),
     "merge": (lambda renderer, given, _, progress: renderer.render(given, progress=progress), False),
     "merge and align": (
         lambda renderer, given, _, progress: renderer.render(given[:2], align=True, progress=progress),

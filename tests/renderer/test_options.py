@@ -13,7 +13,7 @@ from pointshade_gl.cli.option_groups import AppearanceGroup as TypedLook
 from pointshade_gl.cli.options import PictureOptions, ViewOptions
 from pointshade_gl.files.frames.frame_parts import LoadOptions
 from pointshade_gl.notes import notes
-from pointshade_gl.renderer.requests import DepthOptions, PointsOptions, RenderOptions, RenderRequest
+from pointshade_gl.renderer.requests import DepthOptions, PassOptions, PointsOptions, RenderOptions, RenderRequest
 from pointshade_gl.scene.appearance import AppearanceOptions
 from pointshade_gl.scene.option_fields import option_of
 from pointshade_gl.scene.settings import OutputOptions
@@ -90,8 +90,8 @@ def test_the_types_of_what_is_read_are_those_of_load_frame():
     ("function", "options"),
     [
         (ps.render, RenderOptions), (ps.Renderer.draw, RenderOptions), (ps.render_depth, DepthOptions),
-        (ps.render_normals, DepthOptions), (ps.render_points, PointsOptions), (ps.save_page, RenderOptions),
-        (ps.show, RenderOptions),
+        (ps.render_normals, DepthOptions), (ps.render_passes, PassOptions), (ps.render_points, PointsOptions),
+        (ps.save_page, RenderOptions), (ps.show, RenderOptions),
     ],
 )  # fmt: skip
 def test_help_lists_every_option_with_its_default_and_its_documentation(function, options):

@@ -119,9 +119,11 @@ mixed = (
     ps.OutputSettings(background=(0, 0, 1), ground=[0, 1, 0]),
     ps.OutputSettings(background=np.ones(3), ground=np.ones(3)),
 )
-shown_as, no_light, is_light = (
+shown_as, no_light, of_passes, near, is_light = (
     ps.OutputSettings(show="depth"),
     output_settings.of_numbers,
+    output_settings.of_passes,
+    output_settings.near,
     (output_settings.is_light, output_settings.show),
 )
 of_finish = (
@@ -201,6 +203,9 @@ picture = ps.render(frame, temporal=True, unlight=True, remove_highlights=True, 
 picture = ps.render(frame, out=np.zeros((480, 640, 4), np.uint8), normals=tensor, pose=capsule)
 picture = ps.render(frame, out=tensor, environment=tensor)
 shapes = ps.render(frame, out=capsule).shape, ps.render(frame, out=memory).shape
+layers = ps.render_passes(scene, [light, sun], passes=["beauty", "light"], samples=2, environment="sky", notes=print)
+ps.save_passes(folder / "passes.exr", layers)
+of_layers = layers["light_1"].max(), layers.camera.width, layers.pose.shape, layers.objects[0]
 picture_depth = ps.render_depth(frame, camera, np.eye(4), "star", upsample="vote")
 picture_normals = ps.render_normals([frame, plain], yaw=20, noise="2mm"), ps.render_normals(scene)
 normals = ps.estimate_normals(frame, "plane-fit-5", noise=0.01, max_depth_step="3%", flying="snap")
@@ -238,6 +243,7 @@ anything = ps.sources.load_any(folder / "scan.pcd", up="-y", most=None)
 with ps.Renderer(device=0, rasterizer="points", merge=0) as renderer:
     drawn = renderer.render(scene, [light], samples=2)
     texture = renderer.draw(frame, light, shading="gouraud")
+    every_layer = renderer.render_passes(folder, passes="all", yaw=10, progress=lambda done, every: None)
     maps = renderer.render_depth(frame), renderer.render_normals(scene), renderer.estimate_normals(frame)
     lit = renderer.render_points([frame, plain], progress=lambda done, every: None)
     oriented = renderer.with_normals(point_cloud, noise=0.01, notes=print)
@@ -362,6 +368,7 @@ ps.render(frame, light="sun")  # wrong
 ps.render(3)  # wrong
 ps.render_depth(frame, samples=2)  # wrong
 ps.render_normals(frame, samples=2)  # wrong
+ps.render_passes(frame, tone="neutral")  # wrong
 ps.render_depth(frame, normals="best")  # wrong
 ps.render_points(frame, shading="fong")  # wrong
 ps.estimate_normals(frame, "magic")  # wrong

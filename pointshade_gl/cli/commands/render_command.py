@@ -18,14 +18,23 @@ from ...files.access.known_names import check_suffix, is_numbered
 from ...files.input_kinds import Kind
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing.film import check_series, is_series
-from ...files.writing.maps_and_points import check_points_path, check_poses_path, save_numbered_poses, save_points
+from ...files.writing.maps_and_points import (
+    check_passes_path,
+    check_points_path,
+    check_poses_path,
+    save_numbered_poses,
+    save_passes,
+    save_points,
+)
 from ...notes.notes import print_note
 from ...notes.words import counted, option
 from ...renderer.renderer import Renderer
 from ...renderer.requests import RenderRequest
 from ...renderer.series import Job, jobs_of, write_series
 from ...scene.appearance import LIT_EARLY
-from ...scene.option_fields import LIGHT, PAGE, PICTURE, SETS, Cli
+from ...scene.option_fields import LIGHT, PAGE, PICTURE, SETS, Cli, keys_of
+from ...scene.passes import ALL, PASSES, Passes, check_passes
+from ...scene.settings import LinearOptions
 from ...scene.viewpoint import View, check_turntable, moves_camera
 from .. import options
 from ..command_lines import page_line
@@ -74,6 +83,10 @@ class RenderCommand:
         "cloud its own.",
         Cli(PAGE, "opencv|opengl|blender"),
     )
+    passes: str | None = cli_option(
+        f"Layers of an .exr, for compositors: all, or some of {', '.join(PASSES)}. Default: beauty.",
+        Cli(PICTURE, "all|NAME,NAME...", (ALL, *PASSES)),
+    )
     small: bool = cli_option("Take longer to write a smaller PNG.", Cli(PICTURE), default=False)
     run: options.RunOptions
 
@@ -82,7 +95,8 @@ class RenderCommand:
         """Where to write: unless that was typed, to a new file in the working directory, called like INPUT."""
         if self.written is not None:
             return self.written
-        return new_beside(self.frame.title, ".png" if self.film.turntable is None else names.FILMS[0])
+        suffix = names.LAYERED[0] if self.passes else ".png" if self.film.turntable is None else names.FILMS[0]
+        return new_beside(self.frame.title, suffix)
 
     @property
     def suffix(self) -> str:
@@ -113,6 +127,13 @@ class RenderCommand:
             raise ValueError(f"{option('unlight_all', True)} makes one frame of a folder: write one picture of it")
         if self.inputs.kind is Kind.FRAMES:
             check_align(self.look.align, others.is_set or is_sequence or self.suffix in names.PAGES)
+        if self.suffix in names.LAYERED:
+            check_passes(self.passes or ALL)
+            if given := [name for name in self.picture.changed if name not in keys_of(LinearOptions)]:
+                fact = f"{self.output} holds linear light, as strong as the lights are"
+                raise ValueError(f"{fact}: leave out {', '.join(map(option, given))}")
+        elif self.passes is not None:
+            raise ValueError(f"{option('passes')} are layers of an .exr, and {self.output} has none: write an .exr")
         if self.save_poses is not None:
             if not self.look.align:
                 raise ValueError(f"{option('save_poses')} writes the poses that {option('align', True)} finds: add it")
@@ -173,6 +194,8 @@ def render(asked: RenderCommand) -> None:
 
     Write all frames of a sequence, or a turntable, to an .mp4, a .gif or numbered files such as %04d.png.
 
+    Write an .exr for compositors, with --passes in layers: each light, normals, depth and more.
+
     Write an .html to look at in a browser: there the light and the object can be moved, and a sequence plays.
 
     Write points to a .ply or .glb, in world coordinates: those of a frame, or of --views each place once, lit (or not:
@@ -188,6 +211,10 @@ def render(asked: RenderCommand) -> None:
         raise ValueError(f"{option('axes')} turns the points of a .ply, {asked.output} holds none: leave it out")
     if asked.suffix in names.PAGES:
         _write_page(asked, view)
+        return
+    if asked.suffix in names.LAYERED:
+        asked.page.check_none(asked.output)
+        _write_passes(asked, view)
         return
     asked.page.check_none(asked.output)
     if asked.film.turntable is not None or is_series(asked.output):
@@ -219,6 +246,29 @@ def _write_picture(asked: RenderCommand, view: View) -> None:
             print_note("nothing is in view, the picture is empty")
         what = f"{image.shape[1]}x{image.shape[0]} pixels from {loaded.source.points_known} points"
         report(asked.output, what, renderer, spent)
+
+
+def _write_passes(asked: RenderCommand, view: View) -> None:
+    """The layers of a picture in one file; of a sequence or a turntable in numbered files."""
+    output, is_many = asked.output, is_numbered(asked.output)
+    check_passes_path(names.first_of(output))
+    asked.note_alike()
+    if asked.film.frames is not None and not is_many:
+        raise ValueError(f"{option('frames')} is for many pictures and {output} is one: write %04d{asked.suffix}")
+    if asked.save_poses is not None and is_many:
+        raise ValueError(f"{option('save_poses')} is for pictures, films and one {asked.suffix}: leave it out")
+    loaded, after_each = asked.load(view, sequence=is_many)
+
+    def draw(renderer: Renderer, request: RenderRequest) -> Passes:
+        made = renderer.render_passes(request, passes=asked.passes or "beauty")
+        after_each(renderer)
+        return made
+
+    def what(made: Passes) -> str:
+        return f"{made.camera.width}x{made.camera.height} pixels, {', '.join(made)}"
+
+    loaded = loaded._replace(frames=())  # whose scene turns round its middle
+    write_files(loaded, view, output, asked.run.device, draw, save_passes, what, asked.film)
 
 
 def _write_series(asked: RenderCommand, view: View) -> None:

@@ -236,8 +236,9 @@ POSE_LISTS = (".txt",)
 CLOUD_NORMALS = (*POINTS, ".npy")
 FOUND_POSES = (".json", *POSE_LISTS)
 SCENE_SUFFIXES = (".gltf", ".glb")
-RENDERED = (*IMAGES, *FILMS, *PAGES, *POINTS)  # by `pointshade render`
-NUMBERED = (*IMAGES, *POINTS)  # by it, to many files
+LAYERED = (".exr",)  # passes
+RENDERED = (*IMAGES, *LAYERED, *FILMS, *PAGES, *POINTS)  # by `pointshade render`
+NUMBERED = (*IMAGES, *LAYERED, *POINTS)  # by it, to many files
 
 # of a batch, each behind a dot; names distinguish its normals from its pictures
 BATCH_PICTURES = ("png", "jpg", "webp", "tif")

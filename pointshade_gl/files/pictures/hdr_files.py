@@ -6,7 +6,7 @@ import math
 import re
 import struct
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from importlib.util import find_spec
 from io import BufferedReader
@@ -217,12 +217,20 @@ def check_exr(path: FilePath) -> None:
         raise ValueError(f"cannot write {path}: pip install '.[exr]' in the clone for .exr; .npy works without")
 
 
-def write_exr(path: FilePath, channels: dict[str, NDArray[Any]]) -> None:
-    """Writes arrays by the names of their channels: (h, w), or (h, w, 4) for RGBA. Raises OSError if it cannot."""
+def write_exr(
+    path: FilePath, channels: Mapping[str, NDArray[Any]], attributes: Mapping[str, Any] | None = None
+) -> None:
+    """Writes arrays by the names of their channels: (h, w), or (h, w, 4) for RGBA. Raises OSError if it cannot.
+
+    float16 stays so, all else becomes float32. attributes: further ones of the header
+    """
     import OpenEXR  # only here: an optional extra
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    arrays = {name: np.ascontiguousarray(values, np.float32) for name, values in channels.items()}
+    for name, value in (attributes or {}).items():  # it takes memory as it lies
+        header[name] = np.ascontiguousarray(value) if isinstance(value, np.ndarray) else value
+    kinds = {name: np.float16 if values.dtype == np.float16 else np.float32 for name, values in channels.items()}
+    arrays = {name: np.ascontiguousarray(values, kinds[name]) for name, values in channels.items()}
     try:
         with OpenEXR.File(header, arrays) as file:
             file.write(str(path))

@@ -20,9 +20,10 @@ from ...scene.cloud import CLOUD_AXES, CloudAxes, PointCloud, turned
 from ...scene.frame import Frame
 from ...scene.graph import Scene, scene_of
 from ...scene.node import Node
+from ...scene.passes import Passes
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import IN_JSON, FilePath
-from ..access.known_names import DEPTH_MAPS, FOUND_POSES, NORMALS, POINTS, POSE_LISTS, check_suffix
+from ..access.known_names import DEPTH_MAPS, FOUND_POSES, LAYERED, NORMALS, POINTS, POSE_LISTS, check_suffix
 from ..arrays.ply_and_pcd import write_ply
 from ..cameras.pose_files import WRITTEN
 from ..clouds.cloud_arrays import VERTEX, comments_of, vertices_of
@@ -155,6 +156,74 @@ def _check_map(path: Path) -> Path:
     if path.suffix.lower() == ".exr":
         check_exr(path)
     return check_place(path)
+
+
+ROOT = {"beauty": "RGBA", "depth": "Z"}  # what lies at the root of a file
+LETTERS = {**ROOT, **dict.fromkeys(("normal", "normal_world", "position"), "XYZ")}  # others: RGB, single numbers X
+EXACT = "depth", "position", "object_id"  # 32 bits; the others have 16
+MOST_HALF = 65504.0
+
+
+def check_passes_path(path: FilePath) -> Path:
+    """The path, for a check before long work. Raises ValueError or OSError if `save_passes` cannot write there."""
+    return _check_map(check_suffix(path, LAYERED, "the suffix of passes"))
+
+
+def save_passes(path: FilePath, passes: Passes) -> None:
+    """Write the layers of a picture to one multilayer OpenEXR file, completely or not at all.
+
+    The beauty has the channels R, G, B and A, depth the channel Z; all others are named LAYER.CHANNEL, as in Nuke:
+    light_1.R, normal.X, and for single numbers ao.X. Depth, positions and object_id are 32-bit floats, all others half
+    floats. Missing values are 0. As in `save_normals`, `normal` is x right, y up, z towards the viewer; `normal_world`
+    and `position` keep the world's axes.
+
+    The header has `worldToCamera` as OpenEXR defines it (row vectors; x right, y up, z forward), `screenWindowWidth`
+    and `screenWindowCenter`, `cameraIntrinsics`, a matrix of 3x3 as in OpenCV, and `objects`, the names that object_id
+    counts, as JSON.
+
+    Parameters
+    ----------
+    path : path
+        The file, .exr.
+    passes : Passes
+        What `render_passes` returns.
+
+    Raises
+    ------
+    ValueError
+        For another suffix, and without the extra `exr`.
+    TypeError
+        For anything but Passes.
+    OSError
+        If the folder does not exist.
+    """
+    path, channels = check_passes_path(path), dict[str, NDArray[np.floating]]()
+    camera = check_type(passes, Passes, "passes").camera
+    up = -float(np.sign(camera.fy))  # which way y points in the picture
+    for layer, values in passes.items():
+        known = np.nan_to_num(values)
+        if layer == "normal":
+            known = known * np.array([1, up, -1], np.float32)
+        if layer not in EXACT:
+            known = known.clip(-MOST_HALF, MOST_HALF).astype(np.float16)
+        planes = known[..., None] if known.ndim == 2 else known
+        letters = LETTERS.get(layer, "X" if known.ndim == 2 else "RGBA")
+        before = "" if layer in ROOT else f"{layer}."
+        channels |= {
+            f"{before}{letter}": planes[..., k] for k, letter in zip(range(planes.shape[-1]), letters, strict=False)
+        }
+    to_camera = np.linalg.inv(passes.pose @ np.diag([1, up, 1, 1]))
+    corner = camera.ray_at(-0.5, -0.5), camera.ray_at(camera.width - 0.5, camera.height - 0.5)
+    (left, top), (right, bottom) = corner
+    header = {
+        "worldToCamera": to_camera.T.astype(np.float32),
+        "screenWindowWidth": float(right - left),
+        "screenWindowCenter": np.array([left + right, up * (top + bottom)], np.float32) / 2,
+        "cameraIntrinsics": np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]], np.float32),
+        "objects": json.dumps(passes.objects),
+    }
+    with written_whole(path) as temporary:
+        write_exr(temporary, channels, header)
 
 
 def check_points_path(path: FilePath, axes: str | None = None) -> Path:

@@ -42,6 +42,7 @@ class ResolveSamplesPass(FullscreenPasses):
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         self._adding = AdditiveBlend(context)
+        self._alpha = self._keep(Fitted(context, Image))
 
     def canvas(self, sums: Image) -> Canvas:
         """What samples are drawn on, to be added up: the surfaces, or the ground, of SampleSums."""
@@ -49,14 +50,23 @@ class ResolveSamplesPass(FullscreenPasses):
 
     def resolve(self, target: Target, finish: OutputSettings, is_occluded: bool) -> None:
         """Average the samples into the picture. is_occluded: whether what is near hides light from all around."""
+        self._draw(target, target.picture, finish, is_occluded)
+
+    def read_alpha(self, target: Target, is_occluded: bool) -> NDArray[np.float32]:
+        """Return (h, w) the share of each pixel that surfaces, and shadows on the ground, cover."""
+        image = self._alpha.fit(target.size)
+        self._draw(target, image.target, OutputSettings(target.samples.count), is_occluded)
+        return image.read()[..., 3]
+
+    def _draw(self, target: Target, image: moderngl.Framebuffer, finish: OutputSettings, is_occluded: bool) -> None:
         behind = (0.0,) * 4 if finish.behind is None else (*finish.behind, 1.0)
         sums = {"sums": target.samples.surfaces.texture}
         if target.samples.has_ground:
             sums["grounds"] = target.samples.ground.texture
-        empty(target.picture)
+        empty(image)
         ground, rolls_off = int(target.samples.has_ground) * (1 + is_occluded), int(finish.tone == "neutral")
         program = self.fullscreen("output/resolve_samples.frag", GROUND=ground, TONE=rolls_off)
-        program.draw(target.picture, sums, count=float(finish.samples), background=behind)
+        program.draw(image, sums, count=float(finish.samples), background=behind)
 
 
 LONGEST = 96  # pixels of the longer side of the copy that is read

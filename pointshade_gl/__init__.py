@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         release,
         render,
         render_depth,
+        render_mesh,
         render_points,
         use_device,
     )
@@ -86,6 +87,7 @@ __all__ = [
     "release",
     "render",
     "render_depth",
+    "render_mesh",
     "render_points",
     "save_depth",
     "save_image",
@@ -136,6 +138,7 @@ _LATER = {
     "release": ".renderer.functions",
     "render": ".renderer.functions",
     "render_depth": ".renderer.functions",
+    "render_mesh": ".renderer.functions",
     "render_points": ".renderer.functions",
     "save_depth": ".files.writing.maps_and_points",
     "save_image": ".files.pictures.picture_files",

@@ -97,6 +97,7 @@ align_frames = by_shared_renderer(Renderer.align_frames)
 render = by_shared_renderer(Renderer.render)
 render_depth = by_shared_renderer(Renderer.render_depth)
 render_points = by_shared_renderer(Renderer.render_points)
+render_mesh = by_shared_renderer(Renderer.render_mesh)
 estimate_albedo = by_shared_renderer(Renderer.estimate_albedo)
 estimate_normals = by_shared_renderer(Renderer.estimate_normals)
 

@@ -90,7 +90,8 @@ def test_the_types_of_what_is_read_are_those_of_load_frame():
     ("function", "options"),
     [
         (ps.render, RenderOptions), (ps.Renderer.draw, RenderOptions), (ps.render_depth, DepthOptions),
-        (ps.render_points, PointsOptions), (ps.save_page, RenderOptions), (ps.show, RenderOptions),
+        (ps.render_points, PointsOptions), (ps.render_mesh, PointsOptions),
+        (ps.save_page, RenderOptions), (ps.show, RenderOptions),
     ],
 )  # fmt: skip
 def test_help_lists_every_option_with_its_default_and_its_documentation(function, options):

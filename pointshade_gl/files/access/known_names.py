@@ -231,11 +231,11 @@ NORMALS = (*IMAGES, ".exr")
 DEPTH_MAPS = (".png", ".exr", ".tif", ".tiff", ".npy")
 FILMS = (".mp4", ".gif")
 PAGES = (".html", ".htm")
-POINTS = (".ply", ".glb")
+SCENE_SUFFIXES = (".gltf", ".glb")
+POINTS = (".ply", ".glb", ".gltf")
 POSE_LISTS = (".txt",)
 CLOUD_NORMALS = (*POINTS, ".npy")
 FOUND_POSES = (".json", *POSE_LISTS)
-SCENE_SUFFIXES = (".gltf", ".glb")
 RENDERED = (*IMAGES, *FILMS, *PAGES, *POINTS)  # by `pointshade render`
 NUMBERED = (*IMAGES, *POINTS)  # by it, to many files
 

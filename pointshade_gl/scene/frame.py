@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks.arguments import LARGEST, as_given, check_type, depth_as_given
+from ..checks.arguments import LARGEST, as_given, check_direction, check_type, depth_as_given
 from ..checks.foreign_arrays import AnyArray, way_to
 from ..notes.errors import ContextError
 from ..notes.notes import print_note
@@ -248,6 +248,7 @@ class Frame(Value, Preview):
     camera: Camera
     pose: NDArray[np.float64] = field(default_factory=lambda: check_pose(None))
     source: Hashable = None
+    up: tuple[float, float, float] | None = None  # camera axes
 
     def __init__(
         self, color: AnyArray | None, depth: AnyArray, camera: Camera, pose: AnyArray | None = None, *,
@@ -290,6 +291,24 @@ class Frame(Value, Preview):
         object.__setattr__(moved, "pose", check_pose(pose))
         return moved
 
+    def with_up(self, up: AnyArray | None) -> Frame:
+        """Return the frame that knows which way is up, so that yaw turns about it; both share their arrays.
+
+        Parameters
+        ----------
+        up : (3,) float or None
+            World axes, of any length. None: nothing says so, and yaw turns about the picture's vertical.
+
+        Raises
+        ------
+        TypeError, ValueError
+            For anything but three finite numbers that are not all 0.
+        """
+        known = None if up is None else np.array(check_direction(up, "frame up")) @ self.pose[:3, :3]
+        standing = self.at(self.pose)
+        object.__setattr__(standing, "up", None if known is None else tuple(known / np.linalg.norm(known)))
+        return standing
+
     @property
     def frames(self) -> tuple[Frame, ...]:
         """Return the frame itself, alone; a scene is not drawn as frames."""
@@ -300,9 +319,9 @@ class Frame(Value, Preview):
         return self
 
     @property
-    def upright(self) -> None:
-        """Return the axis that yaw turns about, as of a scene; None: a frame does not know where up is."""
-        return None
+    def upright(self) -> NDArray[np.float64] | None:
+        """Return the axis that yaw turns about, (3,) unit, world, as of a scene; None: nothing says where up is."""
+        return None if self.up is None else self.pose[:3, :3] @ self.up
 
     @cached_property
     def picture_camera(self) -> Camera:

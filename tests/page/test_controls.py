@@ -101,7 +101,7 @@ class TestMouse:
         shown.page.mouse.move(200, 200)
         before, camera = as_state(shown.state), camera_of(shown)
         drag(shown.page, (200, 200), (330, 150))
-        assert_same(shown.state, before.orbited(130, -50, min(camera.width, camera.height)))
+        assert_same(shown.state, before.orbited(130, -50, min(camera.width, camera.height), STAGE))
 
     @pytest.mark.parametrize("how", ["Control", "middle"])
     def test_ctrl_or_the_middle_button_drags_the_object_along(self, shown, how):
@@ -155,7 +155,7 @@ class TestMouse:
         shown.page.mouse.click(250, 150)
         kept, camera = as_state(shown.state), camera_of(shown)
         drag(shown.page, (250, 150), (330, 130))
-        turned = kept.orbited(80, -20, min(camera.width, camera.height))
+        turned = kept.orbited(80, -20, min(camera.width, camera.height), STAGE)
         assert turned.light_at != kept.light_at
         assert_same(shown.state, turned)
         for key in ("Control", "Shift"):
@@ -269,7 +269,7 @@ class TestFingers:
     def test_two_turn_the_object(self, shown):
         before, camera = as_state(shown.state), camera_of(shown)
         shown.fingers(((200, 200), (260, 230)), ((300, 200), (360, 230)))
-        assert_same(shown.state, before.orbited(60, 30, min(camera.width, camera.height)))
+        assert_same(shown.state, before.orbited(60, 30, min(camera.width, camera.height), STAGE))
 
     def test_two_that_part_zoom(self, shown):
         before = as_state(shown.state)
@@ -287,7 +287,7 @@ class TestFingers:
         shown.page.locator("#follow").tap()
         before, camera = as_state(shown.state), camera_of(shown)
         shown.fingers(((200, 200), (260, 230)))
-        turned = before.orbited(60, 30, min(camera.width, camera.height))
+        turned = before.orbited(60, 30, min(camera.width, camera.height), STAGE)
         assert_same(shown.state, turned)
         shown.fingers(((200, 200), (260, 230)), ((300, 200), (360, 230)))
         kept = turned.panned(60, 30, camera.fx)

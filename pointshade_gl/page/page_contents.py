@@ -106,10 +106,11 @@ def _selected(cloud: PointCloud, some: NDArray[np.integer]) -> PointCloud:
 
 
 def _reduced_frame(frame: Frame, largest: int) -> Frame:
-    color, up = frame.color, frame.upright
+    color = frame.color
     if color is not None and max(color.shape[:2]) > largest:
-        frame = Frame(_averaged(color, largest), frame.depth, frame.camera, frame.pose, source=frame.source)
-        frame = frame.with_up(up)
+        frame = Frame(
+            _averaged(color, largest), frame.depth, frame.camera, frame.pose, source=frame.source, up=frame.up
+        )
     step = -(-max(frame.depth.shape) // largest)
     return frame if step == 1 else coarser(frame, step)
 

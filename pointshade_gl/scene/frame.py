@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -200,6 +201,12 @@ def draw_previews_by(draw: Callable[[Any], bytes]) -> None:
     _draw = draw
 
 
+def _unit(up: AnyArray) -> tuple[float, float, float]:
+    x, y, z = check_direction(up, "frame up")
+    length = math.hypot(x, y, z)
+    return x / length, y / length, z / length
+
+
 _OF_POSE = "pose", "pivot"  # what a frame keeps that depends on its pose
 STRAY = 1.0  # see Frame.main_corners
 BEHIND = 10  # times: one value there is drawn, but it is not what is looked at
@@ -229,6 +236,8 @@ class Frame(Value, Preview):
     source : hashable, optional
         Identifies the stream that the frame comes from. Frames of one stream share one decision about their noise.
         None: the frame is judged alone.
+    up : (3,) float, optional
+        Which way is up, camera axes; kept with length 1. None: nothing says so. `with_up` takes world axes.
 
     Raises
     ------
@@ -248,12 +257,13 @@ class Frame(Value, Preview):
     camera: Camera
     pose: NDArray[np.float64] = field(default_factory=lambda: check_pose(None))
     source: Hashable = None
-    up: tuple[float, float, float] | None = None  # camera axes
+    up: tuple[float, float, float] | None = None
 
     def __init__(
         self, color: AnyArray | None, depth: AnyArray, camera: Camera, pose: AnyArray | None = None, *,
-        source: Hashable = None,
+        source: Hashable = None, up: AnyArray | None = None,
     ):  # fmt: skip
+        object.__setattr__(self, "up", None if up is None else _unit(up))
         object.__setattr__(self, "source", source)
         object.__setattr__(self, "camera", check_type(camera, Camera, "camera"))
         object.__setattr__(self, "pose", check_pose(pose))
@@ -304,9 +314,8 @@ class Frame(Value, Preview):
         TypeError, ValueError
             For anything but three finite numbers that are not all 0.
         """
-        known = None if up is None else np.array(check_direction(up, "frame up")) @ self.pose[:3, :3]
         standing = self.at(self.pose)
-        object.__setattr__(standing, "up", None if known is None else tuple(known / np.linalg.norm(known)))
+        object.__setattr__(standing, "up", None if up is None else _unit(_unit(up) @ self.pose[:3, :3]))
         return standing
 
     @property

@@ -322,14 +322,15 @@ class TestButtons:
         assert_same(shown.state, start)
 
 
-def test_ten_drags_around_a_cloud_end_where_they_do_in_the_window(browser, renderer):
-    """Across, down, over the pole, back: a cloud turns about its own up, in the picture as it began."""
+@pytest.mark.parametrize("kind", ["cloud", "frame that looks down"])
+def test_ten_drags_end_where_they_do_in_the_window(browser, renderer, kind):
+    """Across, down, over the pole, back: about its own up, in the picture as it began; about a frame not so far."""
     positions = np.random.default_rng(0).normal(0, (0.5, 0.2, 0.9), (2000, 3))
-    cloud = ps.PointCloud(positions.astype(np.float32), up="z")
-    scene, view = scene_of(cloud), ps.View(pitch=35)
+    source = ps.PointCloud(positions.astype(np.float32), up="z") if kind == "cloud" else FRAME.with_up((0, -1, -0.3))
+    scene, view = scene_of(source) if kind == "cloud" else source, ps.View(pitch=35)
     hand, state, stage = Hand(), State(), OrbitStage.of(scene)
     state = state.seen_from(np.linalg.inv(scene.pose) @ view.seen(scene)[1], stage)
-    with browser.opened(draw_page(renderer, cloud, pitch=35)) as page:
+    with browser.opened(draw_page(renderer, source, pitch=35)) as page:
         page.wait_until_drawn()
         camera = scene.picture_camera.fitted(*page.page.evaluate("[picture.width, picture.height]"))
         ways = np.random.default_rng(1).uniform(-150, 150, (10, 2))
@@ -338,8 +339,8 @@ def test_ten_drags_around_a_cloud_end_where_they_do_in_the_window(browser, rende
             start, end = (300, 220), (300 + across, 220 + down)
             page.page.mouse.move(*start)
             drag(page.page, start, end)
-            for kind, place in (("press", start), *(("move", at) for at in places(start, end)), ("release", end)):
-                state = hand.handle(Event(kind, "left", **pixel(*place)), state, stage, camera)
+            for what, place in (("press", start), *(("move", at) for at in places(start, end)), ("release", end)):
+                state = hand.handle(Event(what, "left", **pixel(*place)), state, stage, camera)
             found = np.array(page.page.evaluate("pose(pointshade.state, pointshade.data.stage)"))
             expected = state.pose(stage)
             turned = found[:3, :3].T @ expected[:3, :3]

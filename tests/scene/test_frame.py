@@ -1,5 +1,7 @@
 """Frames: what counts as missing, what is refused and by which message."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -230,6 +232,7 @@ class TestUp:
         moved = standing.at(ps.orbit_pose(None, (0, 0, 2), 70, 10))
         np.testing.assert_allclose(moved.pose[:3, :3].T @ moved.upright, frame.pose[:3, :3].T @ (0, -1, 0), atol=1e-12)
         assert standing.with_up(None).up is None
+        assert replace(frame, up=(0, -2, 0)).up == (0, -1, 0)
 
     @pytest.mark.parametrize("up", [(0, 0, 0), (0, 1), (0, np.nan, 1), "up"])
     def test_what_is_no_direction_is_refused(self, up):

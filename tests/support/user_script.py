@@ -204,7 +204,7 @@ picture_depth = ps.render_depth(frame, camera, np.eye(4), "star", upsample="vote
 normals = ps.estimate_normals(frame, "plane-fit-5", noise=0.01, max_depth_step="3%", flying="snap")
 albedo = ps.estimate_albedo([frame, plain])
 elsewhere = frame.at(rows)
-standing = frame.with_up((0, 0, 1)).up, frame.with_up(None).upright
+standing = frame.with_up((0, 0, 1)).upright, frame.up, ps.Frame(None, plain.depth, camera, up=(0, -1, 0))
 corrected = ps.align_frames([frame, plain], noise="kinect", progress=lambda done, every: done < every)
 ps.save_poses(folder / "poses.txt", corrected, numbers=[0, 7])
 point_cloud = ps.render_points(folder, light, shading="none", pose=rows)

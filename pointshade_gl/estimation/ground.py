@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import singledispatch
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -210,15 +210,16 @@ LIGHT = Light(shadow=True, angle=12)  # from the viewer's upper left, unless oth
 def up_and_floor(source: Frame | Scene) -> tuple[NDArray[np.float64], bool]:
     """Return the direction that is up, (3,) unit, world, and whether it is that of a floor which a frame shows.
 
-    Of a scene it is `Scene.upright`; of a frame, which has no known up direction, the normal of the floor that it
-    shows, or up in its picture.
+    Of a scene it is `Scene.upright`; of a frame the normal of the floor that it shows, or what is known to be up, or up
+    in its picture.
     """
     camera, pose = source.camera, np.asarray(source.pose)
     assert camera is not None, "only scenes without a frame have none"
     up = np.array([0, -np.sign(camera.fy), 0])
+    if isinstance(source, Frame) and (floor := shown_floor(source, up, GUESSED)) is not None:
+        return unit(pose[:3, :3] @ floor[:3]), True
     if source.upright is None:
-        floor = shown_floor(cast("Frame", source), up, GUESSED)
-        return unit(pose[:3, :3] @ (up if floor is None else floor[:3])), floor is not None
+        return unit(pose[:3, :3] @ up), False
     return unit(source.upright if source.upright @ (pose[:3, :3] @ up) > 0 else -source.upright), False
 
 

@@ -188,11 +188,13 @@ class FramePoints(NamedTuple):
     is_trusted: Mask  # (h, w) whether other frames do not contradict a point
 
 
-def kept_once(every: Sequence[FramePoints], band: float) -> list[Mask]:
+def kept_once(every: Sequence[FramePoints], band: float, overlap: int = 0) -> list[Mask]:
     """Return which points of each frame are kept, (h, w): trusted ones, and of those that lie on one place one.
 
     A place that several frames see, within `band` of 1/z, keeps the points of the frame that has them most densely
     there. What that leaves open at borders is closed with the points of others.
+
+    overlap  trusted points so many pixels beside them are kept, too, so that no seam of surfaces gapes
     """
     known = [(one.surface[..., 3] > 0) & one.is_trusted for one in every]
     ranks = [_rank(one, k, len(every)) for k, one in enumerate(every)]
@@ -210,6 +212,8 @@ def kept_once(every: Sequence[FramePoints], band: float) -> list[Mask]:
         for j, seen, pixels in _seen_by(one, at, every, others[k], band):
             stands[seen] |= _widened(kept[j]).ravel()[pixels]
         kept[k].ravel()[at[~stands]] = True
+    for _ in range(overlap):
+        kept = [_widened(one) & there for one, there in zip(kept, known, strict=True)]
     return kept
 
 

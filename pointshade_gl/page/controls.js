@@ -1,6 +1,6 @@
 // What keys and buttons do, and when the picture is drawn: after something has changed, and finer when all rests.
 //
-// data      what page_file.py puts into the page: camera {fx, fy, cx, cy, width, height}; stage {pivot, radius, upright, axis};
+// data      what page_file.py puts into the page: camera {fx, fy, cx, cy, width, height}; stage {pivot, radius, upright, axis, oneSided};
 //           start, what differs from START; held, the light that the mouse holds; lights, the others; background, CSS
 // drawing   what createDrawing(canvas, data) gives, a promise or not: draw(view, lights, options), with
 //           view {camera, pose}, camera in pixels of the canvas, pose camera-to-home, lights in home axes; options
@@ -210,7 +210,7 @@ function makeRefining(current) {
 }
 
 // The actions of keys and buttons, by name.
-function makeActions(current, change, start, { camera, stage: { axis } }) {
+function makeActions(current, change, start, { camera, stage }) {
   const set = (changes, text) => change({ ...current(), ...changes }, text);
   return {
     follow() {
@@ -229,7 +229,10 @@ function makeActions(current, change, start, { camera, stage: { axis } }) {
       set({ shading, lit: true }, `shading: ${shading}`);
     },
     reset: () => change(resetView(current(), start), "view and light are reset"),
-    turn: (x, y) => change(orbited(current(), x * KEY_TURN, y * KEY_TURN, DEGREES, axis)),
+    turn(x, y) {
+      const next = orbited(current(), x * KEY_TURN, y * KEY_TURN, DEGREES, stage);
+      change(next, isNearEnd(next, stage) ? END_TEXT : "");
+    },
     shift: (x, y) => change(panned(current(), x * KEY_SHIFT, y * KEY_SHIFT, camera.fx / Math.min(camera.width, camera.height))),
     zoom: (steps) => change(zoomed(current(), steps)),
     reach: (steps) => change(lightReached(current(), steps)),

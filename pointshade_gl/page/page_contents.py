@@ -108,7 +108,9 @@ def _selected(cloud: PointCloud, some: NDArray[np.integer]) -> PointCloud:
 def _reduced_frame(frame: Frame, largest: int) -> Frame:
     color = frame.color
     if color is not None and max(color.shape[:2]) > largest:
-        frame = Frame(_averaged(color, largest), frame.depth, frame.camera, frame.pose, source=frame.source)
+        frame = Frame(
+            _averaged(color, largest), frame.depth, frame.camera, frame.pose, source=frame.source, up=frame.up
+        )
     step = -(-max(frame.depth.shape) // largest)
     return frame if step == 1 else coarser(frame, step)
 
@@ -175,8 +177,13 @@ class Showing:
     def stage(self) -> OrbitStage:
         if self.frame is None:
             return OrbitStage.of(replace(self.scene, pose=self.home))
-        stage = OrbitStage.of(self.frame)
-        return replace(stage, pivot=stage.upright @ self._at_home(self.frame.pivot))
+        stage, is_home = OrbitStage.of(self.frame), np.array_equal(self.home, self.frame.pose)
+        is_single = all(placed.content.is_single for placed in self.scene.instances)
+        pivot = stage.upright @ self._at_home(self.frame.pivot)
+        if self.frame.upright is not None:
+            x, y, z = stage.upright @ self.home[:3, :3].T @ self.frame.upright
+            stage = replace(stage, axis=(float(x), float(y), float(z)))
+        return replace(stage, pivot=pivot, one_sided=is_single and is_home)
 
     def values(self, points: int = 0, splats: int = 0) -> dict[str, Any]:
         """For the JSON: all but the things. points, splats: of all clouds, before some were left out."""
@@ -192,7 +199,7 @@ class Showing:
             "camera": vars(self.camera),
             "stage": {
                 "pivot": stage.pivot.tolist(), "radius": stage.radius, "upright": stage.upright.tolist(),
-                "axis": down_axis(np.eye(4), np.array(stage.axis)).tolist(),
+                "axis": down_axis(np.eye(4), np.array(stage.axis)).tolist(), "oneSided": stage.one_sided,
             },
             "start": {
                 "yaw": start.yaw, "pitch": start.pitch, "distance": start.distance,

@@ -19,6 +19,13 @@ function makePointers(stage, current, change) {
 
   const inPixels = ([x, y], ratio) => [x * ratio - 0.5, y * ratio - 0.5];
 
+  // Of what has turned; it is told where drags end.
+  function turnTo(next) {
+    const { state } = current();
+    const ends = isNearEnd(next, stage) && (next.yaw !== state.yaw || next.pitch !== state.pitch);
+    change(next, ends ? END_TEXT : "");
+  }
+
   function rims(place) {
     const { state, camera, ratio } = current();
     return rimsFrom(middle(state, stage, camera), ...inPixels(place, ratio), camera);
@@ -27,7 +34,7 @@ function makePointers(stage, current, change) {
   function moved(action, before, after) {
     const { state, camera, ratio } = current();
     const [dx, dy] = [(after[0] - before[0]) * ratio, (after[1] - before[1]) * ratio];
-    if (action === "orbit") return orbited(state, dx, dy, Math.min(camera.width, camera.height), stage.axis);
+    if (action === "orbit") return orbited(state, dx, dy, Math.min(camera.width, camera.height), stage);
     return action === "pan" ? panned(state, dx, dy, camera.fx) : state;
   }
 
@@ -65,7 +72,7 @@ function makePointers(stage, current, change) {
     last = place;
     if (drag === "light" || (!drag && current().state.lightMode)) {
       if (distance(before, place)) change(followed(before, place));
-    } else change(moved(drag, before, place));
+    } else turnTo(moved(drag, before, place));
   }
 
   function release(place) {
@@ -119,7 +126,7 @@ function makePointers(stage, current, change) {
     if (fingers.size < most) return; // the others have left: this one does nothing new
     const after = spread([...fingers.values()]);
     const action = BY_FINGERS[Math.min(current().state.lightMode ? most : most + 1, 3)];
-    change(action === "light" ? placed(place) : moved(action, before.middle, after.middle));
+    turnTo(action === "light" ? placed(place) : moved(action, before.middle, after.middle));
     if (before.size && after.size) change(zoomed(current().state, Math.log(after.size / before.size) / Math.log(WHEEL)));
   }
 

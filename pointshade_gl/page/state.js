@@ -4,6 +4,8 @@
 const RIM = 0.5; // share of the picture's smaller side between the object's middle and its rim
 const FARTHEST = (175 / 180) * Math.PI; // radians from the viewer's direction
 const DEGREES = 120; // around the object, for a drag across the picture's smaller side
+const SLOWS = 25, NEAR_END = 40, ENDS = 50; // degrees from where a single frame was taken: drags turn it less, and end
+const END_TEXT = "drags end here: the other sides were not measured";
 const WHEEL = 1.1; // factor on distances per step of the wheel
 const LEAST = 1e-6; // of a distance: it must not be 0
 const VERTICAL = [0, 1, 0]; // of the picture: what yaw turns about, unless the stage has another axis
@@ -26,10 +28,11 @@ const rotation = (pose) => pose.slice(0, 3).map((row) => row.slice(0, 3));
 const translation = (pose) => pose.slice(0, 3).map((row) => row[3]);
 
 // After a drag by (dx, dy) pixels: the near side of the object follows. In light mode the light stays with the viewer.
-function orbited(state, dx, dy, smallerSide, axis = VERTICAL) {
-  const degrees = state.yaw - (dx / smallerSide) * DEGREES + 180;
+function orbited(state, dx, dy, smallerSide, { axis = VERTICAL, oneSided = false } = {}) {
+  const right = (-dx / smallerSide) * DEGREES, up = (dy / smallerSide) * DEGREES;
+  const degrees = (oneSided ? softlyTurned(state.yaw, right) : state.yaw + right) + 180;
   const yaw = degrees - 360 * Math.floor(degrees / 360) - 180;
-  const pitch = limited(state.pitch + (dy / smallerSide) * DEGREES, -89, 89);
+  const pitch = oneSided ? softlyTurned(state.pitch, up) : limited(state.pitch + up, -89, 89);
   const turned = { ...state, yaw, pitch };
   if (state.lightMode) return turned;
   return withLightDirection(turned, applied(transposed(turn(turned, axis)), applied(turn(state, axis), towards(state))));
@@ -76,6 +79,10 @@ function towards(state) {
   const around = Math.atan2(state.lightAt[1], state.lightAt[0]);
   const side = Math.sin(angle);
   return [side * Math.cos(around), side * Math.sin(around), -Math.cos(angle)];
+}
+
+function isNearEnd(state, stage) {
+  return Boolean(stage.oneSided) && Math.max(Math.abs(state.yaw), Math.abs(state.pitch)) > NEAR_END;
 }
 
 function isLit(state) {
@@ -136,6 +143,13 @@ function resetView(state, start) {
 }
 
 // The place of the light, in rims, that a pixel of the picture stands for.
+// An angle after a drag by so many degrees, one long or many short ones: away from 0 it ends softly.
+function softlyTurned(angle, by) {
+  const side = by > 0 ? 1 : -1, free = Math.min(side * by, Math.max(SLOWS - side * angle, 0));
+  const turned = side * angle + free;
+  return side * (turned < ENDS ? ENDS - (ENDS - turned) * Math.exp(-(side * by - free) / (ENDS - SLOWS)) : turned);
+}
+
 function rimsFrom(middle, x, y, camera) {
   const rim = RIM * Math.min(camera.width, camera.height);
   return [(x - middle[0]) / rim, (y - middle[1]) / rim];

@@ -402,13 +402,14 @@ class Pipeline(Owner):
         return target
 
     def read_points(
-        self, scene: Scene, lights: Sequence[Light], pose: Matrix, progress: Progress | None = None
+        self, scene: Scene, lights: Sequence[Light], pose: Matrix, progress: Progress | None = None, overlap: int = 0
     ) -> list[LitPoints]:
         """Light the points of one object whose shading is flat, as somebody at a pose (4, 4) sees them.
 
         Of several frames a point that several of them see is there once, and none that others contradict.
 
         progress  told of each frame of several that is prepared and compared, and of the points at the end
+        overlap   pixels by which what is there once reaches over what other frames show
         """
         content = scene.instances[0].content
         count = self._count(progress, scene, content.frame.camera, pose)
@@ -425,7 +426,7 @@ class Pipeline(Owner):
             read = (lambda part: part.textures.surface.read()), (lambda part: part.textures.lit.read())
             return [LitPoints(content.frame, thing.gather(read[0]), thing.gather(read[1]))]
         if isinstance(thing, ShownSet):
-            return _points_of_set(thing)
+            return _points_of_set(thing, overlap)
         assert isinstance(thing, ShownPoints) and thing.light is not None
         return [LitPoints(content.frame, thing.points.surface.read(), thing.light.read())]
 
@@ -454,7 +455,7 @@ class Pipeline(Owner):
         super().release()
 
 
-def _points_of_set(thing: ShownSet) -> list[LitPoints]:
+def _points_of_set(thing: ShownSet, overlap: int) -> list[LitPoints]:
     """Return the points of several frames of one object, each place once, in one exposure."""
     from ..estimation.multi_view import FramePoints, kept_once  # only here
 
@@ -464,7 +465,8 @@ def _points_of_set(thing: ShownSet) -> list[LitPoints]:
         for view, trust in zip(views, trusts, strict=True)
     ]
     found = []
-    for view, one, kept, gain in zip(views, every, kept_once(every, consensus.band), consensus.gains, strict=True):
+    once = kept_once(every, consensus.band, overlap)
+    for view, one, kept, gain in zip(views, every, once, consensus.gains, strict=True):
         assert view.light is not None
         light = view.light.read() * np.array([*gain, 1], np.float32)
         found.append(LitPoints(one.frame, np.where(kept[..., None], one.surface, np.float32(0)), light))

@@ -99,6 +99,7 @@ render_depth = by_shared_renderer(Renderer.render_depth)
 render_normals = by_shared_renderer(Renderer.render_normals)
 render_passes = by_shared_renderer(Renderer.render_passes)
 render_points = by_shared_renderer(Renderer.render_points)
+render_mesh = by_shared_renderer(Renderer.render_mesh)
 estimate_albedo = by_shared_renderer(Renderer.estimate_albedo)
 estimate_normals = by_shared_renderer(Renderer.estimate_normals)
 

@@ -23,25 +23,27 @@ from ..gpu.core.view_images import Drawable
 from ..notes.errors import Cancelled, ContextError, is_expected
 from ..notes.notes import Note, taken_by
 from ..notes.words import shown
-from ..pipeline.pipeline import Pipeline
-from ..scene.appearance import Material, Shading
+from ..pipeline.pipeline import LitPoints, Pipeline
+from ..scene.appearance import NOT_LIT, Material, Shading
 from ..scene.camera import Camera, check_pose
 from ..scene.cloud import PointCloud, cloud_of
 from ..scene.environment import EnvironmentLight
 from ..scene.frame import Frame
 from ..scene.graph import Scene
-from ..scene.light import Light, check_lights
+from ..scene.light import Light, at_upper_left, check_lights
 from ..scene.node import Placed
 from ..scene.noise import Choice, Method
 from ..scene.objects import check_frames
 from ..scene.option_fields import takes
 from ..scene.passes import OF_LIGHT, OF_SURFACES, PASSES, Passes, check_passes, kind_of, surface_layers
-from ..scene.settings import OutputSettings
-from ..scene.values import ColorScale
+from ..scene.settings import SIMPLE, OutputSettings
+from ..scene.triangles import meshes_of
+from ..scene.values import ColorScale, linear_to_bytes
 from ..scene.visible import MERGE, check_merge
 from .estimates import Estimates
 from .requests import (
     GROUPS,
+    STRAIGHT,
     DepthOptions,
     FilePath,
     PassOptions,
@@ -61,6 +63,7 @@ if TYPE_CHECKING:
 
 Rasterizer = Literal["auto", "points", "compute"]
 RASTERIZERS: tuple[Rasterizer, ...] = get_args(Rasterizer)
+OVERLAP = 2  # pixels by which meshes of several frames reach over one another
 
 
 class Renderer(Estimates):
@@ -495,10 +498,65 @@ class Renderer(Estimates):
                 _some(loaded(frame)), light=light, material=material, pose=pose, normals=normals, shading=shading,
                 **options,
             )  # fmt: skip
-            scene = self._scenes.of_frames(check_frames(_some(request.source)), request.look.of_points)
-            _, pose = request.seen_by(scene)
-            with self._in_use():
-                return cloud_of(self._pipeline.read_points(scene, check_lights(request.lights), pose, progress))
+            return cloud_of(self._lit_points(request, progress)[0])
+
+    @takes(PointsOptions, *GROUPS, like=render)
+    def render_mesh(
+        self, frame: Frame | Sequence[Frame] | FilePath | RenderRequest, light: Light | Sequence[Light] | None = None,
+        material: Material | None = None, pose: Numbers | None = None, normals: Method | Numbers = "auto",
+        shading: Shading = "phong", *, notes: Note | None = None, progress: Progress | None = None,
+        **options: Unpack[PointsOptions]
+    ) -> Scene:  # fmt: skip
+        """Return the surface of a frame as a textured mesh in the world, cut where depth jumps, for `save_scene`.
+
+        Its places, normals and light are those of `render_points`: of several frames each has a mesh of what it shows
+        best. The texture is light already, so programs show it unlit. Where the colours are larger than the depth,
+        the texture is as large, and is the lit picture that the frame's own camera sees. It raises as `render`.
+
+        Parameters
+        ----------
+        frame : Frame, sequence of Frame, path or RenderRequest
+            Whose surface.
+        pose : Numbers, optional
+            (4, 4) camera-to-world of who looks: it is the camera of the scene, and as in `render_points`.
+        shading : {"none", "flat", "gouraud", "phong", "edl"}, default "phong"
+            As in `render_points`.
+
+        Returns
+        -------
+        Scene
+            A `Mesh` of each frame that shows something, with the shading "none", and a camera.
+        """
+        with taken_by(notes):
+            request = RenderRequest.of(
+                _some(loaded(frame)), light=light, material=material, pose=pose, normals=normals, shading=shading,
+                **options,
+            )  # fmt: skip
+            found, (camera, pose) = self._lit_points(request, progress, OVERLAP)
+            lights = [at_upper_left(one, pose) for one in check_lights(request.lights)]
+            look = replace(request.look, align=False, shading="none" if request.look.shading in NOT_LIT else "phong")
+            seen = replace(request, lights=lights, turns=STRAIGHT, look=look, finish=SIMPLE)
+            pictures = (self._textured(points, seen) for points in found)
+            return meshes_of(pictures, camera, pose, request.look.depth_step)
+
+    def _lit_points(
+        self, request: RenderRequest, progress: Progress | None, overlap: int = 0
+    ) -> tuple[list[LitPoints], tuple[Camera, NDArray[np.float64]]]:
+        """Return the points of each frame that a request draws, lit, and who looks at them."""
+        scene = self._scenes.of_frames(check_frames(_some(request.source)), request.look.of_points)
+        camera, pose = request.seen_by(scene)
+        with self._in_use():
+            lights = check_lights(request.lights)
+            return self._pipeline.read_points(scene, lights, pose, progress, overlap), (camera, pose)
+
+    def _textured(self, points: LitPoints, seen: RenderRequest) -> tuple[Frame, NDArray[np.float32], NDArray[np.uint8]]:
+        """Return a frame with its surface and its picture."""
+        frame, surface, light = points
+        if frame.picture_camera is not frame.camera:
+            return frame, surface, self.render(replace(seen, source=frame, camera=None, pose=frame.pose))
+        colors = linear_to_bytes(np.clip(light, 0, 1))
+        colors[..., 3] = np.where(surface[..., 3], 255, 0)
+        return frame, surface, colors
 
     @contextmanager
     def prepared(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks.arguments import LARGEST, as_given, check_type, depth_as_given
+from ..checks.arguments import LARGEST, as_given, check_direction, check_type, depth_as_given
 from ..checks.foreign_arrays import AnyArray, way_to
 from ..notes.errors import ContextError
 from ..notes.notes import print_note
@@ -200,6 +201,12 @@ def draw_previews_by(draw: Callable[[Any], bytes]) -> None:
     _draw = draw
 
 
+def _unit(up: AnyArray) -> tuple[float, float, float]:
+    x, y, z = check_direction(up, "frame up")
+    length = math.hypot(x, y, z)
+    return x / length, y / length, z / length
+
+
 _OF_POSE = "pose", "pivot"  # what a frame keeps that depends on its pose
 STRAY = 1.0  # see Frame.main_corners
 BEHIND = 10  # times: one value there is drawn, but it is not what is looked at
@@ -229,6 +236,8 @@ class Frame(Value, Preview):
     source : hashable, optional
         Identifies the stream that the frame comes from. Frames of one stream share one decision about their noise.
         None: the frame is judged alone.
+    up : (3,) float, optional
+        Which way is up, camera axes; kept with length 1. None: nothing says so. `with_up` takes world axes.
 
     Raises
     ------
@@ -248,11 +257,13 @@ class Frame(Value, Preview):
     camera: Camera
     pose: NDArray[np.float64] = field(default_factory=lambda: check_pose(None))
     source: Hashable = None
+    up: tuple[float, float, float] | None = None
 
     def __init__(
         self, color: AnyArray | None, depth: AnyArray, camera: Camera, pose: AnyArray | None = None, *,
-        source: Hashable = None,
+        source: Hashable = None, up: AnyArray | None = None,
     ):  # fmt: skip
+        object.__setattr__(self, "up", None if up is None else _unit(up))
         object.__setattr__(self, "source", source)
         object.__setattr__(self, "camera", check_type(camera, Camera, "camera"))
         object.__setattr__(self, "pose", check_pose(pose))
@@ -290,6 +301,23 @@ class Frame(Value, Preview):
         object.__setattr__(moved, "pose", check_pose(pose))
         return moved
 
+    def with_up(self, up: AnyArray | None) -> Frame:
+        """Return the frame that knows which way is up, so that yaw turns about it; both share their arrays.
+
+        Parameters
+        ----------
+        up : (3,) float or None
+            World axes, of any length. None: nothing says so, and yaw turns about the picture's vertical.
+
+        Raises
+        ------
+        TypeError, ValueError
+            For anything but three finite numbers that are not all 0.
+        """
+        standing = self.at(self.pose)
+        object.__setattr__(standing, "up", None if up is None else _unit(_unit(up) @ self.pose[:3, :3]))
+        return standing
+
     @property
     def frames(self) -> tuple[Frame, ...]:
         """Return the frame itself, alone; a scene is not drawn as frames."""
@@ -300,9 +328,9 @@ class Frame(Value, Preview):
         return self
 
     @property
-    def upright(self) -> None:
-        """Return the axis that yaw turns about, as of a scene; None: a frame does not know where up is."""
-        return None
+    def upright(self) -> NDArray[np.float64] | None:
+        """Return the axis that yaw turns about, (3,) unit, world, as of a scene; None: nothing says where up is."""
+        return None if self.up is None else self.pose[:3, :3] @ self.up
 
     @cached_property
     def picture_camera(self) -> Camera:

@@ -193,6 +193,11 @@ class PointObject(DrawnValue):
         object.__setattr__(self, "look", look.for_frame(frame.depth))
         object.__setattr__(self, "others", tuple(rest))
 
+    @property
+    def up_direction(self) -> NDArray[np.float64] | None:
+        """Return where up is, (3,) unit, axes of the first frame's camera; None where nothing says so."""
+        return None if self.frame.up is None else np.array(self.frame.up)
+
     def __repr__(self) -> str:
         return f"PointObject({self.frame if self.is_single else counted(len(self.frames), 'frame')})"
 

@@ -237,7 +237,7 @@ def _kind_of(what: Any, frame: Frame | Scene) -> tuple[str, float]:
         return kind, degrees
     check_choice(name, what, TURNTABLES)
     if kind == "camera":
-        kind = "swing" if frame.upright is None else "360"
+        kind = "swing" if frame.frames else "360"
     return kind, SWING
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..scene.camera import Camera
 from ..scene.light import Light, Vector
-from ..scene.orbit import DEGREES, OWN_LIGHT, OrbitStage, Pair, State, rims_from
+from ..scene.orbit import DEGREES, END_TEXT, OWN_LIGHT, OrbitStage, Pair, State, rims_from
 from .events import Command, Effect, Event, Open, Remember, Scrub, ShowMessage, TurnAround
 from .keys import STAYS, press_key
 from .state import Shown, Snapshot
@@ -133,7 +133,7 @@ class Mouse:
         last, mouse = self.last or now, replace(self, pressed=None, last=now)
         dx, dy = now[0] - last[0], now[1] - last[1]
         if self.drag == "orbit":
-            return mouse, state.orbited(dx, dy, min(camera.width, camera.height), stage.axis)
+            return mouse, state.orbited(dx, dy, min(camera.width, camera.height), stage)
         if self.drag == "environment":
             return mouse, state.environment_turned(dx / min(camera.width, camera.height) * DEGREES)
         if self.drag == "pan":
@@ -352,7 +352,9 @@ def _point(control: Control, place: ControllerInputs, event: Event) -> Answer:
     if mouse.clicks == 2:
         return _turn_around(control, event)
     if mouse.drag:
-        return control, (Remember(("drag", mouse.drags), pause=math.inf),)
+        turns = (state.yaw, state.pitch) != (now.state.yaw, now.state.pitch)
+        ends = (ShowMessage(END_TEXT),) if turns and state.is_near_end(now.stage) else ()
+        return control, (*ends, Remember(("drag", mouse.drags), pause=math.inf))
     if event.kind == "wheel":
         return control, (Remember(("wheel", event.shift), event.time),)
     return _place_light(control, place.camera, event) if mouse.clicks == 1 else (control, ())

@@ -32,7 +32,18 @@ from .events import Command, Effect, PlayEffect, Remember, RemoveLight, Scrub, S
 from .keys import when_seen
 from .overlay import Messages
 from .playback import Playback, TimelineBar
-from .state import History, Shown, ShownPicture, Snapshot, as_switched, home_of, scene_in, switches_of, views_in
+from .state import (
+    History,
+    Shown,
+    ShownPicture,
+    Snapshot,
+    as_switched,
+    frame_in,
+    home_of,
+    scene_in,
+    switches_of,
+    views_in,
+)
 
 PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
 
@@ -165,8 +176,11 @@ class Session:
     @property
     def moment(self) -> Snapshot:
         """All that is undone, as it is."""
-        lights = self.held, self.lights, self.light_number, self.light_names
-        return Snapshot(self.state, self.stage, *lights, switches_of(self.frame))
+        lights, stage = (self.held, self.lights, self.light_number, self.light_names), self.stage
+        is_one = frame_in(self.frame) is not None and not self.document.playback.whole
+        if stage.one_sided != is_one:
+            stage = replace(stage, one_sided=is_one)
+        return Snapshot(self.state, stage, *lights, switches_of(self.frame))
 
     @moment.setter
     def moment(self, moment: Snapshot) -> None:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from ..scene.appearance import SHADINGS
 from ..scene.environment import NAMES, Environment
 from ..scene.noise import METHODS
-from ..scene.orbit import BESIDE, OWN_LIGHT, State
+from ..scene.orbit import BESIDE, END_TEXT, OWN_LIGHT, State, softly_turned
 from ..scene.settings import OCCLUSION
 from .events import ChangeRate, Command, Effect, PlayCommand, Seek, ShowFrame, ShowMessage, StepFrames, TakeLight
 from .state import Shown, Snapshot, clouds_of, resized, scene_in
@@ -211,6 +211,10 @@ def _look_from(state: State, now: Snapshot, name: str) -> Answer:
 
 def _turn_by(state: State, now: Snapshot, name: str) -> Answer:
     right, up = TURNS[name]
+    if now.stage.one_sided:
+        yaw, pitch = softly_turned(state.yaw, right * TURN), softly_turned(state.pitch, up * TURN)
+        turned = state.turned(yaw, pitch, now.stage.axis)
+        return turned, END_TEXT if turned.is_near_end(now.stage) else ""
     pitch = min(max(state.pitch + up * TURN, -90.0), 90.0)
     return state.turned(state.yaw + right * TURN, pitch, now.stage.axis), ""
 

@@ -77,9 +77,9 @@ class TestViews:
         assert code == 0 and "saved.txt: 2 poses" in out, errors
         assert len(read_poses(tmp_path / "saved.txt").poses) == 2
 
-    @pytest.mark.parametrize("suffix", [".ply", ".glb"])
-    def test_their_points_are_one_cloud_at_the_corrected_poses(self, typed, tmp_path, suffix):
-        code, out, errors = typed(f"render walk --views all --align -o out{suffix} --save-poses saved.txt")
+    @pytest.mark.parametrize("output", ["out.ply", "out.glb --points"])
+    def test_their_points_are_one_cloud_at_the_corrected_poses(self, typed, tmp_path, output):
+        code, out, errors = typed(f"render walk --views all --align -o {output} --save-poses saved.txt")
         assert code == 0 and "saved.txt: 3 poses" in out, errors
         saved = [frame.at(pose) for frame, pose in zip(GIVEN, read_poses(tmp_path / "saved.txt").poses, strict=True)]
         cloud = ps.render_points(saved, missing="complete")
@@ -145,7 +145,7 @@ class TestSeveralInputs:
         ("view demo --align", "the objects of a scene have a look of their own: leave out --align"),
         ("batch walk -o out --align", "each picture is drawn alone: add --to mp4 or --to gif, or leave it out"),
         ("batch walk -o out --poses rig.json", "there is no option --poses"),
-        ("render walk -o %d.ply --align --save-poses out.txt", "holds points: leave it out"),
+        ("render walk -o %d.ply --align --save-poses out.txt", "holds one thing: leave it out"),
         ("batch walk -o out --to mp4 --turntable light --align", "--turntable shows one: leave one out"),
         ("render A B -o out.png --save-poses out.txt", "--save-poses writes the poses that --align finds: add it"),
         ("render A -o out.png --save-poses out.txt", "--save-poses writes the poses that --align finds: add it"),

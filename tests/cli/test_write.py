@@ -65,6 +65,19 @@ class TestFiles:
         np.testing.assert_array_equal(lit.colors[:, :3], expected.colors)
         assert (expected.colors != 120).all()
 
+    def test_a_glb_is_a_textured_surface_and_points_if_asked_for(self, folder, tmp_path):
+        done = run("render", folder, "-o", tmp_path / "a.glb", "--shading", "none")
+        assert done.returncode == 0, done.stderr
+        (mesh,) = trimesh.load_scene(tmp_path / "a.glb").geometry.values()
+        assert re.search(rf": {len(mesh.faces)} triangles", done.stdout) and len(mesh.faces) > 2 * 5 * 7
+        assert np.asarray(mesh.visual.material.baseColorTexture).shape == (6, 8, 3)
+        assert (np.asarray(mesh.visual.material.baseColorTexture) == 120).all()
+        for name in ("b.glb", "b.gltf"):
+            done = run("render", folder, "-o", tmp_path / name, "--points")
+            assert done.returncode == 0 and ": 48 points" in done.stdout, done.stderr
+            (cloud,) = trimesh.load_scene(tmp_path / name).geometry.values()
+            assert len(cloud.vertices) == 48 and not hasattr(cloud, "faces")
+
     @pytest.mark.parametrize(
         ("axes", "first"), [("opencv", (-0.35, -0.25, 1)), ("opengl", (-0.35, 0.25, -1)), ("blender", (-0.35, 1, 0.25))]
     )
@@ -264,6 +277,7 @@ def test_what_cannot_be_is_one_sentence(folder, tmp_path, monkeypatch, arguments
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
+        (["render", "-o", "out.png", "--points"], "--points is about a .glb or .gltf, out.png is none: leave it out"),
         (["render", "demo", "-o", "out.ply"], "holds the points of frames, demo is a scene: write a picture"),
         (["depth", "demo", "-o", "out.exr", "--normals", "star"], "leave out --normals"),
     ],

@@ -241,7 +241,7 @@ class TestPly:
     @pytest.mark.parametrize(
         ("name", "error", "sentence"),
         [
-            ("a.obj", ValueError, r"a\.obj: the suffix of a point cloud must be \.ply"),
+            ("a.obj", ValueError, r"a\.obj: the suffix of a point cloud must be one of \.ply"),
             ("no/a.ply", FileNotFoundError, "create it first"),
             ("folder.ply", IsADirectoryError, "it is a folder"),
         ],

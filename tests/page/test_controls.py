@@ -101,7 +101,7 @@ class TestMouse:
         shown.page.mouse.move(200, 200)
         before, camera = as_state(shown.state), camera_of(shown)
         drag(shown.page, (200, 200), (330, 150))
-        assert_same(shown.state, before.orbited(130, -50, min(camera.width, camera.height)))
+        assert_same(shown.state, before.orbited(130, -50, min(camera.width, camera.height), STAGE))
 
     @pytest.mark.parametrize("how", ["Control", "middle"])
     def test_ctrl_or_the_middle_button_drags_the_object_along(self, shown, how):
@@ -155,7 +155,7 @@ class TestMouse:
         shown.page.mouse.click(250, 150)
         kept, camera = as_state(shown.state), camera_of(shown)
         drag(shown.page, (250, 150), (330, 130))
-        turned = kept.orbited(80, -20, min(camera.width, camera.height))
+        turned = kept.orbited(80, -20, min(camera.width, camera.height), STAGE)
         assert turned.light_at != kept.light_at
         assert_same(shown.state, turned)
         for key in ("Control", "Shift"):
@@ -269,7 +269,7 @@ class TestFingers:
     def test_two_turn_the_object(self, shown):
         before, camera = as_state(shown.state), camera_of(shown)
         shown.fingers(((200, 200), (260, 230)), ((300, 200), (360, 230)))
-        assert_same(shown.state, before.orbited(60, 30, min(camera.width, camera.height)))
+        assert_same(shown.state, before.orbited(60, 30, min(camera.width, camera.height), STAGE))
 
     def test_two_that_part_zoom(self, shown):
         before = as_state(shown.state)
@@ -287,7 +287,7 @@ class TestFingers:
         shown.page.locator("#follow").tap()
         before, camera = as_state(shown.state), camera_of(shown)
         shown.fingers(((200, 200), (260, 230)))
-        turned = before.orbited(60, 30, min(camera.width, camera.height))
+        turned = before.orbited(60, 30, min(camera.width, camera.height), STAGE)
         assert_same(shown.state, turned)
         shown.fingers(((200, 200), (260, 230)), ((300, 200), (360, 230)))
         kept = turned.panned(60, 30, camera.fx)
@@ -322,14 +322,15 @@ class TestButtons:
         assert_same(shown.state, start)
 
 
-def test_ten_drags_around_a_cloud_end_where_they_do_in_the_window(browser, renderer):
-    """Across, down, over the pole, back: a cloud turns about its own up, in the picture as it began."""
+@pytest.mark.parametrize("kind", ["cloud", "frame that looks down"])
+def test_ten_drags_end_where_they_do_in_the_window(browser, renderer, kind):
+    """Across, down, over the pole, back: about its own up, in the picture as it began; about a frame not so far."""
     positions = np.random.default_rng(0).normal(0, (0.5, 0.2, 0.9), (2000, 3))
-    cloud = ps.PointCloud(positions.astype(np.float32), up="z")
-    scene, view = scene_of(cloud), ps.View(pitch=35)
+    source = ps.PointCloud(positions.astype(np.float32), up="z") if kind == "cloud" else FRAME.with_up((0, -1, -0.3))
+    scene, view = scene_of(source) if kind == "cloud" else source, ps.View(pitch=35)
     hand, state, stage = Hand(), State(), OrbitStage.of(scene)
     state = state.seen_from(np.linalg.inv(scene.pose) @ view.seen(scene)[1], stage)
-    with browser.opened(draw_page(renderer, cloud, pitch=35)) as page:
+    with browser.opened(draw_page(renderer, source, pitch=35)) as page:
         page.wait_until_drawn()
         camera = scene.picture_camera.fitted(*page.page.evaluate("[picture.width, picture.height]"))
         ways = np.random.default_rng(1).uniform(-150, 150, (10, 2))
@@ -338,8 +339,8 @@ def test_ten_drags_around_a_cloud_end_where_they_do_in_the_window(browser, rende
             start, end = (300, 220), (300 + across, 220 + down)
             page.page.mouse.move(*start)
             drag(page.page, start, end)
-            for kind, place in (("press", start), *(("move", at) for at in places(start, end)), ("release", end)):
-                state = hand.handle(Event(kind, "left", **pixel(*place)), state, stage, camera)
+            for what, place in (("press", start), *(("move", at) for at in places(start, end)), ("release", end)):
+                state = hand.handle(Event(what, "left", **pixel(*place)), state, stage, camera)
             found = np.array(page.page.evaluate("pose(pointshade.state, pointshade.data.stage)"))
             expected = state.pose(stage)
             turned = found[:3, :3].T @ expected[:3, :3]

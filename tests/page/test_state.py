@@ -35,7 +35,7 @@ ACTIONS = {  # arguments of each, drawn at random
 }
 SCRIPT = """
 const { stage, camera, place, kinds } = value;
-const names = { orbited: (state, ...given) => orbited(state, ...given, stage.axis),
+const names = { orbited: (state, ...given) => orbited(state, ...given, stage),
   panned, zoomed, light_reached: lightReached, with_light_direction: withLightDirection,
   with_pivot: (state, point) => withPivot(state, point, stage),
   reset_view: (state) => resetView(state, START),
@@ -67,7 +67,7 @@ def after(state, name, given, stage):
         return state.with_pivot(*given, stage)
     if name in ("light_mode", "light_at"):
         return replace(state, **{name: given[0] if name == "light_mode" else tuple(given[0])})
-    return getattr(state, name)(*given, *[stage.axis] * (name == "orbited"))
+    return getattr(state, name)(*given, *[stage] * (name == "orbited"))
 
 
 def seen(state, stage):
@@ -90,13 +90,17 @@ def flat(value):
     return [math.nan if value is None else float(value)]
 
 
-@pytest.mark.parametrize(("seed", "axis"), [(0, (0.0, 1.0, 0.0)), (1, UP), (2, UP)])
-def test_the_same_actions_lead_to_the_same_view_and_light(seed, axis):
-    stage_of = replace(STAGE, axis=axis)
+@pytest.mark.parametrize(
+    ("seed", "axis", "one_sided"),
+    [(0, (0.0, 1.0, 0.0), False), (1, UP, False), (2, UP, False), (5, (0.0, 1.0, 0.0), True), (4, UP, True)],
+)
+def test_the_same_actions_lead_to_the_same_view_and_light(seed, axis, one_sided):
+    stage_of = replace(STAGE, axis=axis, one_sided=one_sided)
     draw = np.random.default_rng(seed)
     actions = [(name, plain(ACTIONS[name](draw))) for name in draw.choice(list(ACTIONS), 400).tolist()]
     kinds = [{"position": plain(one.position), "direction": plain(one.direction)} for one in LIGHTS.values()]
     stage = {"pivot": plain(STAGE.pivot), "radius": STAGE.radius, "upright": plain(STAGE.upright), "axis": axis}
+    stage |= {"oneSided": one_sided}
     camera = {field.name: getattr(CAMERA, field.name) for field in fields(CAMERA)}
     given = {"actions": actions, "stage": stage, "camera": camera, "place": plain(PLACE), "kinds": kinds}
     given["others"] = [{"position": plain(one.position), "direction": plain(one.direction)} for one in OTHERS]
@@ -108,13 +112,15 @@ def test_the_same_actions_lead_to_the_same_view_and_light(seed, axis):
 
 
 def test_it_starts_as_the_window_does_and_its_numbers_are_the_window_s():
-    start, *numbers = run_script("return [START, RIM, FARTHEST, DEGREES, WHEEL];", None)
+    script = "return [START, RIM, FARTHEST, DEGREES, WHEEL, SLOWS, NEAR_END, ENDS, END_TEXT];"
+    start, *numbers = run_script(script, None)
     state = State()
     names = {"lightAt": "light_at", "lightReach": "light_reach", "lightMode": "light_mode"}
     names |= {"lightColor": "light_color", "lightIntensity": "light_intensity"}
     assert start.pop("shading") == state.look.shading
     assert start == {name: plain(getattr(state, names.get(name, name))) for name in start}
-    assert numbers == [getattr(viewer_state, name) for name in ("RIM", "FARTHEST", "DEGREES", "WHEEL")]
+    names = "RIM", "FARTHEST", "DEGREES", "WHEEL", "SLOWS", "NEAR_END", "ENDS", "END_TEXT"
+    assert numbers == [getattr(viewer_state, name) for name in names]
 
 
 def test_a_picture_of_another_size_has_the_camera_that_the_window_gives_it():

@@ -91,6 +91,7 @@ def test_the_types_of_what_is_read_are_those_of_load_frame():
     [
         (ps.render, RenderOptions), (ps.Renderer.draw, RenderOptions), (ps.render_depth, DepthOptions),
         (ps.render_normals, DepthOptions), (ps.render_passes, PassOptions), (ps.render_points, PointsOptions),
+        (ps.render_mesh, PointsOptions),
         (ps.save_page, RenderOptions), (ps.show, RenderOptions),
     ],
 )  # fmt: skip

@@ -1,9 +1,12 @@
 """Frames: what counts as missing, what is refused and by which message."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.scene.orbit import OrbitStage, State
 
 CAMERA = ps.Camera(100, 100, 3.5, 2.5, 8, 6)
 DEPTH = np.full((6, 8), 2.0, np.float32)
@@ -216,3 +219,46 @@ def test_missing_depth_of_a_read_only_array_becomes_0_in_a_copy():
     depth.flags.writeable = False
     assert ps.Frame(None, depth, ps.Camera(5, 5, 1, 1, 2, 2)).depth.tolist() == [[1, 0], [0, 0]]
     assert np.isnan(depth[0, 1])
+
+
+class TestUp:
+    """Where up is known, yaw turns about it: a camera that looks down does not lean when it goes round."""
+
+    def test_it_goes_with_the_camera_and_nothing_else_changes(self):
+        frame = ps.Frame(COLOR, DEPTH, CAMERA, ps.orbit_pose(None, (0, 0, 2), 30, 10))
+        standing = frame.with_up((0, -3, 0))
+        assert frame.up is None and frame.upright is None and standing.depth is frame.depth
+        np.testing.assert_allclose(standing.upright, (0, -1, 0), atol=1e-12)
+        moved = standing.at(ps.orbit_pose(None, (0, 0, 2), 70, 10))
+        np.testing.assert_allclose(moved.pose[:3, :3].T @ moved.upright, frame.pose[:3, :3].T @ (0, -1, 0), atol=1e-12)
+        assert standing.with_up(None).up is None
+        assert replace(frame, up=(0, -2, 0)).up == (0, -1, 0)
+
+    @pytest.mark.parametrize("up", [(0, 0, 0), (0, 1), (0, np.nan, 1), "up"])
+    def test_what_is_no_direction_is_refused(self, up):
+        with pytest.raises((ValueError, TypeError), match="frame up must"):
+            ps.Frame(COLOR, DEPTH, CAMERA).with_up(up)
+
+    @pytest.mark.parametrize("pose", [None, ps.orbit_pose(None, (0.2, 0, 1), 50, -15)])
+    @pytest.mark.parametrize("fy", [100, -100])
+    def test_command_and_window_turn_about_it(self, pose, fy):
+        frame = ps.Frame(COLOR, DEPTH, ps.Camera(100, fy, 3.5, 2.5, 8, 6), pose)
+        up = frame.pose[:3, :3] @ (0, -np.sign(fy), -0.3)  # it looks down
+        frame, stage = frame.with_up(up), OrbitStage.of(frame.with_up(up))
+        turned = ps.View(yaw=40).seen(frame)[1]
+        for seen in (turned, frame.pose @ State(yaw=40).pose(stage)):
+            assert seen[:3, 0] @ up == pytest.approx(0, abs=1e-12)  # level
+            np.testing.assert_allclose(seen, turned, atol=1e-9)
+
+    def test_an_object_of_frames_has_that_of_the_first_and_so_has_its_scene(self):
+        turn = ps.orbit_pose(None, (0, 0, 0), yaw=90)
+        frame = ps.Frame(COLOR, DEPTH, CAMERA).with_up((0.6, -0.8, 0))
+        scene = ps.Scene((ps.Node(ps.PointObject([frame, frame.at(turn)]), transform=turn),))
+        np.testing.assert_allclose(scene.upright, turn[:3, :3] @ (0.6, -0.8, 0), atol=1e-12)
+
+    def test_the_built_in_vase_stands_and_is_seen_as_before_from_the_front(self, renderer):
+        frame = ps.load_frame("vase")
+        for one in (frame, *ps.open_source("vase/whole")):
+            np.testing.assert_allclose(one.upright, (0, -0.97437, -0.22495), atol=1e-5)  # it is seen from above
+        np.testing.assert_array_equal(renderer.render(frame), renderer.render(frame.with_up(None)))
+        assert ps.View(yaw=90).seen(frame)[1][:3, 0] @ frame.upright == pytest.approx(0, abs=1e-9)

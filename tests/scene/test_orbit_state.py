@@ -126,6 +126,28 @@ class TestView:
         near = np.linalg.inv(State().orbited(0, 40, 480).pose(STAGE)) @ [0, 0, 1.5, 1]
         assert near[1] > 0.05
 
+    def test_drags_about_a_single_frame_end_softly_however_many_moves_they_are(self):
+        stage = OrbitStage.of(frames.sphere())
+        assert stage.one_sided and not OrbitStage.of(ps.Scene((ps.Node(ps.PointObject(frames.sphere())),))).one_sided
+        near = State().orbited(-80, 40, 480, stage)
+        assert (near.yaw, near.pitch) == pytest.approx((20, 10)) and not near.is_near_end(stage)  # as of others
+        far = State().orbited(-4000, 4000, 480, stage)
+        assert 49 < far.yaw <= 50 and 49 < far.pitch <= 50 and far.is_near_end(stage)
+        once, often = State(yaw=-10).orbited(300, 0, 480, stage), State(yaw=-10)
+        for _ in range(60):
+            often = often.orbited(5, 0, 480, stage)
+        assert once.yaw == pytest.approx(often.yaw) and -50 < once.yaw < -45
+        back = once.orbited(-40, 0, 480, stage)
+        assert back.yaw == pytest.approx(once.yaw + 10)  # the way back is as fast as ever
+
+    def test_a_view_that_was_asked_for_from_farther_round_stays_and_comes_back(self):
+        stage = OrbitStage.of(frames.sphere())
+        typed = State(yaw=120, pitch=-70)
+        outward = typed.orbited(-40, -40, 480, stage)
+        assert (outward.yaw, outward.pitch) == pytest.approx((120, -70))
+        inward = typed.orbited(40, 40, 480, stage)
+        assert (inward.yaw, inward.pitch) == pytest.approx((110, -60))
+
     @pytest.mark.parametrize("zoom", [-5, 0, 7])
     def test_panning_takes_the_object_along_with_the_mouse_at_every_zoom(self, zoom):
         state = State(yaw=20).zoomed(zoom)

@@ -211,9 +211,11 @@ picture_normals = ps.render_normals([frame, plain], yaw=20, noise="2mm"), ps.ren
 normals = ps.estimate_normals(frame, "plane-fit-5", noise=0.01, max_depth_step="3%", flying="snap")
 albedo = ps.estimate_albedo([frame, plain])
 elsewhere = frame.at(rows)
+standing = frame.with_up((0, 0, 1)).upright, frame.up, ps.Frame(None, plain.depth, camera, up=(0, -1, 0))
 corrected = ps.align_frames([frame, plain], noise="kinect", progress=lambda done, every: done < every)
 ps.save_poses(folder / "poses.txt", corrected, numbers=[0, 7])
 point_cloud = ps.render_points(folder, light, shading="none", pose=rows)
+meshes = ps.render_mesh([frame, plain], light, align=True, pose=rows).nodes
 cloud = ps.PointCloud([(0, 0, 0)], np.ones((1, 3)), np.zeros((1, 3), np.uint8))
 of_cloud = point_cloud.positions, point_cloud.normals, point_cloud.colors, len(point_cloud)
 scanned = ps.load_cloud("scan.laz", up="z", most=1_000_000, color_by="class", max_pixels=1e8, notes=print)
@@ -246,6 +248,7 @@ with ps.Renderer(device=0, rasterizer="points", merge=0) as renderer:
     every_layer = renderer.render_passes(folder, passes="all", yaw=10, progress=lambda done, every: None)
     maps = renderer.render_depth(frame), renderer.render_normals(scene), renderer.estimate_normals(frame)
     lit = renderer.render_points([frame, plain], progress=lambda done, every: None)
+    surfaces = renderer.render_mesh(folder, light, shading="none", notes=print)
     oriented = renderer.with_normals(point_cloud, noise=0.01, notes=print)
     hit = renderer.find_surface(320, 240, camera, matrix, reach=2)
     surface, colored = renderer.read_surface(320, 240, camera, matrix), renderer.color_scale

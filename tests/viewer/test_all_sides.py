@@ -38,6 +38,19 @@ def test_a_small_turn_reads_nothing_and_names_the_vase(viewer, capsys, tmp_path,
     assert saved_line(viewer, capsys).startswith("pointshade render vase --")
 
 
+def test_drags_about_the_vase_are_free_and_about_its_front_alone_end_with_a_word(viewer, open_viewer):
+    drag(viewer, (60, 120), (300, 120))
+    assert abs(viewer.state.yaw) > 90 and "drags end here" not in viewer.messages.text
+    alone = open_viewer(ps.load_frame("vase"))
+    drag(alone, (60, 120), (300, 120))
+    assert 45 < abs(alone.state.yaw) < 50 and "drags end here" in alone.messages.text
+    yaw = alone.state.yaw
+    press(alone, "KP4" if yaw < 0 else "KP6")
+    assert abs(yaw) <= abs(alone.state.yaw) < 50
+    press(alone, "KP3")  # views that are asked for by name are free
+    assert alone.state.yaw == 90
+
+
 def test_before_the_sides_are_read_the_line_names_the_front(open_viewer, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     viewer = open_viewer(ps.load_frame("vase"), command_line=partial(render_line, Typed(("vase",))))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ...checks.arguments import Count
 from ...files.access import known_names as names
 from ...files.access.known_names import check_suffix, is_numbered
+from ...files.gltf import save_scene
 from ...files.input_kinds import Kind
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing.film import check_series, is_series
@@ -87,6 +88,7 @@ class RenderCommand:
         f"Layers of an .exr, for compositors: all, or some of {', '.join(PASSES)}. Default: beauty.",
         Cli(PICTURE, "all|NAME,NAME...", (ALL, *PASSES)),
     )
+    points: bool = cli_option("Write points to a .glb or .gltf, not their surface.", Cli(PAGE), default=False)
     small: bool = cli_option("Take longer to write a smaller PNG.", Cli(PICTURE), default=False)
     run: options.RunOptions
 
@@ -198,8 +200,11 @@ def render(asked: RenderCommand) -> None:
 
     Write an .html to look at in a browser: there the light and the object can be moved, and a sequence plays.
 
-    Write points to a .ply or .glb, in world coordinates: those of a frame, or of --views each place once, lit (or not:
-    --shading none); those of a point cloud in their own colours, with normals.
+    Write the surface of a frame to a .glb or .gltf: a mesh, cut where depth jumps, whose texture is the lit picture (or
+    not lit: --shading none).
+
+    Write points to a .ply, or with --points to a .glb or .gltf, in world coordinates: those of a frame, or of --views
+    each place once, lit alike; those of a point cloud in their own colours, with normals.
     """
     asked = asked.completed()
     asked.check_inputs()
@@ -207,6 +212,8 @@ def render(asked: RenderCommand) -> None:
     if asked.suffix in names.POINTS:
         _write_points(asked, view)
         return
+    if asked.points:
+        raise ValueError(f"{option('points', True)} is about a .glb or .gltf, {asked.output} is none: leave it out")
     if asked.axes is not None:
         raise ValueError(f"{option('axes')} turns the points of a .ply, {asked.output} holds none: leave it out")
     if asked.suffix in names.PAGES:
@@ -348,17 +355,17 @@ def _write_page(asked: RenderCommand, view: View) -> None:
 
 
 def _write_points(asked: RenderCommand, view: View) -> None:
-    """The points of a frame, or of each frame of a sequence, in world coordinates; those of a cloud, with normals."""
+    """The points or the surface of a frame, or of each of a sequence, in world coordinates; a cloud's, with normals."""
     output, film, is_set = asked.output, asked.film, asked.others.is_set
     if asked.save_poses is not None and not is_set:
         raise ValueError(
-            f"{option('save_poses')} is for several views, pictures and films; {output} holds points: leave it out"
+            f"{option('save_poses')} is for several views, pictures and films; {output} holds one thing: leave it out"
         )
     asked.picture.check_none(output)
     asked.page.check_none(output)
     check_points_path(names.first_of(output), asked.axes)
     if view.picture_size is not None:
-        raise ValueError(f"{output} holds points, {option('picture_size')} is of a picture: leave it out")
+        raise ValueError(f"{output} holds no picture, {option('picture_size')} is of a picture: leave it out")
     if asked.inputs.kind is Kind.CLOUD:
         _check_cloud(asked)
         look = NormalOptions(noise=asked.look.noise).look()
@@ -369,15 +376,21 @@ def _write_points(asked: RenderCommand, view: View) -> None:
     loaded, after_each = asked.load(view, sequence=is_numbered(output))
     if loaded.frames and (is_numbered(output) or film.turntable is not None):
         raise ValueError(f"the points of several views are one cloud: write one file, such as out{output.suffix}")
+    is_surface = asked.suffix in names.SCENE_SUFFIXES and not asked.points
 
     def draw(renderer: Renderer, request: RenderRequest) -> Any:
-        cloud = renderer.render_points(request)
+        made = renderer.render_mesh(request) if is_surface else renderer.render_points(request)
         after_each(renderer)
-        return cloud
+        return made
+
+    def what(made: Any) -> str:
+        if is_surface:
+            return counted(sum(len(one.content.faces) for one in made.nodes), "triangle")
+        return f"{len(made)} points"
 
     axes: Any = asked.axes
-    save = partial(save_points, axes=axes)
-    write_files(loaded, view, output, asked.run.device, draw, save, lambda cloud: f"{len(cloud)} points", film)
+    save = save_scene if is_surface else partial(save_points, axes=axes)
+    write_files(loaded, view, output, asked.run.device, draw, save, what, film)
 
 
 def _check_cloud(asked: RenderCommand) -> None:

@@ -231,11 +231,11 @@ NORMALS = (*IMAGES, ".exr")
 DEPTH_MAPS = (".png", ".exr", ".tif", ".tiff", ".npy")
 FILMS = (".mp4", ".gif")
 PAGES = (".html", ".htm")
-POINTS = (".ply", ".glb")
+SCENE_SUFFIXES = (".gltf", ".glb")
+POINTS = (".ply", ".glb", ".gltf")
 POSE_LISTS = (".txt",)
 CLOUD_NORMALS = (*POINTS, ".npy")
 FOUND_POSES = (".json", *POSE_LISTS)
-SCENE_SUFFIXES = (".gltf", ".glb")
 LAYERED = (".exr",)  # passes
 RENDERED = (*IMAGES, *LAYERED, *FILMS, *PAGES, *POINTS)  # by `pointshade render`
 NUMBERED = (*IMAGES, *LAYERED, *POINTS)  # by it, to many files
@@ -260,6 +260,7 @@ def check_suffix(path: FilePath, known: tuple[str, ...], subject: str = "its suf
 # By the first name, pictures that turn away from the front take all sides: frames of one object, or the front alone.
 VASE, WHOLE, FRONT = "vase", "vase/whole", "vase/front"
 FRAMES = {VASE: "vase", WHOLE: "vase_whole", FRONT: "vase"}
+BUILT_IN_UP = 0.0, -0.974370064785, -0.224951054344  # in the axes of its front's camera, which looks down by 13 degrees
 SCENES = {"demo": "scene/scene.gltf"}
 
 
@@ -278,6 +279,11 @@ def builtin_folder(source: FilePath) -> Path:
     """The folder of a built-in frame, or several, for its name; anything else is a path already."""
     name = builtin_name(source)
     return asset(FRAMES[name]) if name in FRAMES else check_path(source)
+
+
+def is_built_in(folder: Path) -> bool:
+    """Return whether a folder is that of a built-in frame, or of several."""
+    return folder.name in FRAMES.values() and folder.absolute() == asset(folder.name).absolute()
 
 
 def builtin_scene(source: FilePath) -> Path:

@@ -19,7 +19,7 @@ from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..access.content import FilePath, note_read
 from ..access.folders import LEVELS, Folder, Listing
-from ..access.known_names import COLOR_SUFFIXES, DEPTH_SUFFIXES, VIDEO_SUFFIXES, what_else
+from ..access.known_names import BUILT_IN_UP, COLOR_SUFFIXES, DEPTH_SUFFIXES, VIDEO_SUFFIXES, is_built_in, what_else
 from ..cameras.camera_files import camera_from_exif, read_intrinsics
 from ..cameras.intrinsics import Intrinsics, Size, place_camera
 from ..cameras.lenses import PANORAMA
@@ -60,6 +60,7 @@ class FrameSequence(Sequence[Frame]):
         self.folder, self.note, self.poses_from = place.path, note, poses_from
         self.reading: Reading | None = None  # how poses and cameras are to be understood
         self._place, self._options = replace(place, listing=Listing()), options  # what was listed is not kept
+        self._is_built_in = is_built_in(place.path) and options.pose is None
         self._stream = object() if len(parts) > 1 else None  # what its frames have in common
         self._coding: Coding | None = None  # of the first depth that was read: the others are read like it
         self._hold(parts)
@@ -129,7 +130,8 @@ class FrameSequence(Sequence[Frame]):
         return read._replace(found=found)
 
     def _put_together(self, parts: FrameParts, note: Note, scale_of: Any = None) -> Assembled:
-        return assemble(parts, self._options, note, self.reading, self._coding, self._stream, scale_of)
+        read = assemble(parts, self._options, note, self.reading, self._coding, self._stream, scale_of)
+        return read._replace(frame=read.frame.with_up(BUILT_IN_UP)) if self._is_built_in else read
 
     def _scale_of(self, index: int, decoded: Decoded, colors: Any, camera: Camera) -> ScaledFrame:
         """Return how a frame is laid, after those before it in the film."""

@@ -1,4 +1,4 @@
-"""Writes depth maps, normal maps, point clouds (.ply, .glb), and the poses of frames."""
+"""Writes depth maps, normal maps, point clouds (.ply, .glb, .gltf), and the poses of frames."""
 
 from __future__ import annotations
 
@@ -23,7 +23,16 @@ from ...scene.node import Node
 from ...scene.passes import Passes
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import IN_JSON, FilePath
-from ..access.known_names import DEPTH_MAPS, FOUND_POSES, LAYERED, NORMALS, POINTS, POSE_LISTS, check_suffix
+from ..access.known_names import (
+    DEPTH_MAPS,
+    FOUND_POSES,
+    LAYERED,
+    NORMALS,
+    POINTS,
+    POSE_LISTS,
+    SCENE_SUFFIXES,
+    check_suffix,
+)
 from ..arrays.ply_and_pcd import write_ply
 from ..cameras.pose_files import WRITTEN
 from ..clouds.cloud_arrays import VERTEX, comments_of, vertices_of
@@ -231,18 +240,18 @@ def check_points_path(path: FilePath, axes: str | None = None) -> Path:
     path = check_suffix(path, POINTS, "the suffix of a point cloud")
     if axes is not None:
         check_choice(option("axes"), axes, tuple(CLOUD_AXES))
-        if path.suffix.lower() == ".glb":
+        if path.suffix.lower() in SCENE_SUFFIXES:
             raise ValueError(f"{path} has the axes of glTF, y up: leave out {option('axes')}")
     return check_place(path)
 
 
 def save_points(path: FilePath, cloud: PointCloud, axes: CloudAxes | None = None) -> None:
-    """Write a point cloud as binary little-endian PLY or as GLB, completely or not at all.
+    """Write a point cloud as binary little-endian PLY or as glTF, completely or not at all.
 
     Parameters
     ----------
     path : path
-        The file, .ply or .glb. In a .glb up is y, as glTF has it, and the colours are shown without light.
+        The file, .ply, .glb or .gltf. In glTF up is y, and the colours are shown without light.
     cloud : PointCloud
         In a .ply its points become vertices with x y z (float; double where the world's origin is far away), nx ny nz
         (float) and red green blue (uchar): the names that MeshLab, CloudCompare, Blender and Open3D know; of what it
@@ -255,7 +264,7 @@ def save_points(path: FilePath, cloud: PointCloud, axes: CloudAxes | None = None
     Raises
     ------
     ValueError
-        For another suffix, for unknown axes, and for axes of a .glb.
+        For another suffix, for unknown axes, and for axes of glTF.
     TypeError
         For anything but a PointCloud.
     OSError
@@ -263,7 +272,7 @@ def save_points(path: FilePath, cloud: PointCloud, axes: CloudAxes | None = None
     """
     path = check_points_path(path, axes)
     check_type(cloud, PointCloud, "cloud")
-    if path.suffix.lower() == ".glb":
+    if path.suffix.lower() in SCENE_SUFFIXES:
         from ..gltf import save_scene
 
         save_scene(path, _shown_upright(cloud, path.stem))

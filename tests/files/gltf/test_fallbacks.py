@@ -7,7 +7,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.files.gltf import write_gltf as fallbacks
-from pointshade_gl.files.gltf.write_gltf import frame_surface
+from pointshade_gl.scene.triangles import frame_surface
 from pointshade_gl.scene.values import srgb_to_linear
 
 from ...support.frames import all_missing, sphere, step

@@ -125,7 +125,7 @@ class Viewer(Session):
             undo.callback(lambda: self.document.playback.close())
             size = size or size_for(self.own_camera)
             with taken_by(self._notes):
-                self.window = Window(title, size, self.events.append, is_asked=window_size is not None)
+                self.window = self._open_window(title, size, window_size is not None)
             undo.callback(self.window.release)
             self.document.playback.wake_by(self.window.wake)
             self.screen = Screen(self.window)
@@ -140,10 +140,14 @@ class Viewer(Session):
         self._animates = type(self).on_frame is not Viewer.on_frame
         self._film_camera = self.own_camera.fitted(*size)
         self._began = self._next_frame = time.perf_counter()
-        messages.say(greeting(state.light_mode, self.screen.renderer.context.is_software), GREETING_SECONDS)
-        self._buttons = Buttons(self._began + GREETING_SECONDS)
+        is_software, has_files = self.screen.renderer.context.is_software, self.window.has_files
+        messages.say(greeting(state.light_mode, is_software, opens=has_files), GREETING_SECONDS)
+        self._buttons = Buttons(self._began + GREETING_SECONDS, saves=has_files)
         if panel:
             self.toggle_panel()
+
+    def _open_window(self, title: str, size: tuple[int, int], is_asked: bool) -> Window:
+        return Window(title, size, self.events.append, is_asked)
 
     # For applications to override.
     def on_start(self) -> None:

@@ -16,7 +16,7 @@ from ..renderer.renderer import Renderer
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene
-from .events import Command, Effect, Event, EventKind
+from .events import Event, EventKind
 from .viewer import Viewer
 from .window import Window
 
@@ -28,10 +28,6 @@ BUTTONS = {1: "left", 2: "right", 3: "middle"}
 KEYS = {" ": "SPACE", "\r": "ENTER"}
 NOTCH = 100.0  # of the wheel
 FASTEST = 60  # pictures a second
-HOST = (
-    Command.SAVE_PICTURE, Command.OPEN_FILES, Command.OPEN_FOLDER, Command.TOGGLE_FULL_SCREEN, Command.LEAVE,
-    Command.CLOSE,
-)  # fmt: skip
 
 
 def event_of(told: Mapping[str, Any], ratio: float) -> Event | None:
@@ -110,35 +106,15 @@ class CanvasWindow(Window):
 
 
 class CanvasViewer(Viewer):
-    """Something on a canvas of rendercanvas, under the mouse as in the window of `pointshade view`.
+    """What `canvas` returns: a Viewer that draws when its canvas asks.
 
-    It draws when the canvas asks, and what takes long, such as merging views, keeps the application waiting. Saving,
-    opening and closing are up to the application: their keys do nothing. After another `state`, `frame` or `lights`,
-    `canvas.request_draw()` shows them.
-
-    Parameters
-    ----------
-    source : Frame, Scene, PointCloud or iterable of Frame
-        As `Viewer` takes it.
-    backend : str or canvas
-        "qt", "wx", "anywidget" (notebooks), "http", "glfw", "offscreen"; "auto": what fits where the program runs; or
-        a canvas of the application's own, such as `rendercanvas.qt.QRenderWidget()`.
-    **options
-        `window_size`, `state`, `lights`, `views` and others of `Viewer`.
-
-    Raises
-    ------
-    ValueError
-        Without the extra `canvas`, or for a backend that is not installed.
-    ContextError
-        Without OpenGL 3.3.
+    What takes long, such as merging views, keeps the application waiting. Saving, opening and closing are up to the
+    application: their keys do nothing. After another `state`, `frame` or `lights`, `canvas.request_draw()` shows them.
     """
 
     window: CanvasWindow
 
-    def __init__(
-        self, source: Frame | Scene | PointCloud | Iterable[Frame], backend: str | Any = "auto", **options: Any
-    ):
+    def __init__(self, source: Any, backend: Any, **options: Any):
         self._backend, self._loop, self._is_first = backend, None, True
         super().__init__(source, **options)
         self.background.grace = None  # there is one context
@@ -167,7 +143,13 @@ class CanvasViewer(Viewer):
         return self.window.canvas
 
     def send(self, told: Mapping[str, Any]) -> None:
-        """Take an event as rendercanvas describes it. Only off screen must one ask for that."""
+        """Take an event. Canvases do that by themselves, except those off screen.
+
+        Parameters
+        ----------
+        told : mapping
+            As rendercanvas describes it: `{"event_type": "pointer_move", "x": 10, "y": 20}`, in logical pixels.
+        """
         if told["event_type"] == "close":
             self.release()
         elif event := event_of(told, self.canvas.get_pixel_ratio()):
@@ -187,12 +169,6 @@ class CanvasViewer(Viewer):
             self.canvas.request_draw()
         self.canvas.set_update_mode("ondemand", min_fps=1 / (now + seconds - began) if seconds else 0.0)
 
-    def perform(self, effect: Effect) -> None:
-        if effect in HOST:
-            self.say("not here: saving, opening and closing are up to the application")
-        else:
-            super().perform(effect)
-
     def run(self) -> None:
         """Run the backend's loop until its canvases are closed. In a notebook, or where a loop runs, do nothing."""
         if self._loop is not None:
@@ -202,4 +178,31 @@ class CanvasViewer(Viewer):
         return self.canvas._repr_mimebundle_(**how)
 
 
-canvas = CanvasViewer
+def canvas(
+    source: Frame | Scene | PointCloud | Iterable[Frame], backend: str | Any = "auto", **options: Any
+) -> CanvasViewer:
+    """Show something on a canvas of rendercanvas, under the mouse as in the window. Needs the extra `canvas`.
+
+    Parameters
+    ----------
+    source : Frame, Scene, PointCloud or iterable of Frame
+        As `Viewer` takes it.
+    backend : str or canvas
+        "qt", "wx", "anywidget" (notebooks), "http", "glfw", "offscreen"; "auto": what fits where the program runs; or
+        a canvas of the application's own, such as `rendercanvas.qt.QRenderWidget()`.
+    **options
+        `window_size`, `state`, `lights`, `views` and others of `Viewer`.
+
+    Returns
+    -------
+    CanvasViewer
+        Its `canvas` is the widget; `run()` runs the loop of a backend that was chosen by its name.
+
+    Raises
+    ------
+    ValueError
+        Without the extra, or for a backend that is not installed.
+    ContextError
+        Without OpenGL 3.3.
+    """
+    return CanvasViewer(source, backend, **options)

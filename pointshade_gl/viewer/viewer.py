@@ -40,6 +40,10 @@ from .window import Window, size_for
 
 SAVING = "saving a picture"
 SAMPLES = 64  # of a picture in which nothing moves
+OF_FILES_AND_WINDOW = (
+    Command.SAVE_PICTURE, Command.OPEN_FILES, Command.OPEN_FOLDER, Command.TOGGLE_FULL_SCREEN, Command.LEAVE,
+    Command.CLOSE,
+)  # fmt: skip
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
 
 
@@ -244,6 +248,8 @@ class Viewer(Session):
     def perform(self, effect: Effect) -> None:
         """Do what a key, the mouse or the panel asks for, such as `Seek(0)` (see events.py)."""
         match effect:
+            case Command() if effect in OF_FILES_AND_WINDOW and not self.window.has_files:
+                self.say("not here: saving, opening and closing are up to the application")
             case TurnAround() | Command.SAVE_PICTURE | Open() if self.background.work:
                 self.say(f"not yet: {self.background.title}")
             case TurnAround(x, y):

@@ -75,7 +75,7 @@ class Window(GLContext):
     on_event   called with each Event while `wait` runs
     title, size  size in screen coordinates, reduced to fit the monitor; a note says so if it is_asked for
 
-    has_files    files are opened and saved at the user's word
+    has_files  the user may open and save files, and close the window
 
     Raises ContextError without a display, or without OpenGL 3.3.
     """

@@ -9,7 +9,6 @@ from rendercanvas.offscreen import RenderCanvas
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import State
-from pointshade_gl.viewer import Viewer
 from pointshade_gl.viewer.canvas import event_of
 
 from ..support import frames
@@ -247,4 +246,3 @@ class TestErrors:
             ps.canvas(3, "offscreen")
         with pytest.raises(TypeError, match="unexpected keyword"):
             ps.canvas(BALL, "offscreen", wrong=1)
-        assert issubclass(ps.canvas, Viewer)

@@ -14,7 +14,6 @@ see the same, `ps.canvas(frame, "http").run()` does without this file.
 import asyncio
 import sys
 import time
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
@@ -52,7 +51,11 @@ async def visit(socket: WebSocket) -> None:
     listening = asyncio.create_task(listen(socket, told))
     try:
         with ThreadPoolExecutor(1) as thread:  # a Renderer belongs to the thread that made it
-            await answer(socket, told, partial(asyncio.get_running_loop().run_in_executor, thread))
+            made = thread.submit(ps.canvas, app.state.frame, "offscreen")
+            try:
+                await answer(socket, told, thread, await asyncio.wrap_future(made))
+            finally:
+                thread.submit(lambda: made.result().canvas.close())
     except (WebSocketDisconnect, RuntimeError):  # the visitor has left while a picture was on its way
         pass
     finally:
@@ -60,28 +63,25 @@ async def visit(socket: WebSocket) -> None:
         app.state.visitors -= 1
 
 
-async def answer(socket: WebSocket, told: asyncio.Queue, in_thread: Callable[..., Any]) -> None:
+async def answer(socket: WebSocket, told: asyncio.Queue, thread: ThreadPoolExecutor, view: Any) -> None:
     """Send pictures, as many as the browser shows, until it is told that the visitor has left."""
-    view = await in_thread(ps.canvas, app.state.frame, "offscreen")
-    try:
-        sent = shown = 0
-        seconds: float | None = 0.0
-        while True:
-            events = await some(told, seconds if sent - shown < ON_THEIR_WAY else None)
-            if any(event["type"] == "close" for event in events):
-                return
-            shown = max([shown, *(event["index"] for event in events if event["type"] == "_framefeedback")])
-            await in_thread(take, view, events)
-            if sent - shown >= ON_THEIR_WAY:
-                continue
-            picture, seconds = await in_thread(draw, view)
-            if picture is not None:
-                sent += 1
-                about = {"mimetype": picture[0], "index": sent, "timestamp": time.time(), "nbuffers": 1}
-                await socket.send_json({"type": "framebufferdata", **about})
-                await socket.send_bytes(picture[1])
-    finally:
-        await in_thread(view.canvas.close)
+    in_thread = partial(asyncio.get_running_loop().run_in_executor, thread)
+    sent = shown = 0
+    seconds: float | None = 0.0
+    while True:
+        events = await some(told, seconds if sent - shown < ON_THEIR_WAY else None)
+        if any(event["type"] == "close" for event in events):
+            return
+        shown = max([shown, *(event["index"] for event in events if event["type"] == "_framefeedback")])
+        await in_thread(take, view, events)
+        if sent - shown >= ON_THEIR_WAY:
+            continue
+        picture, seconds = await in_thread(draw, view)
+        if picture is not None:
+            sent += 1
+            about = {"mimetype": picture[0], "index": sent, "timestamp": time.time(), "nbuffers": 1}
+            await socket.send_json({"type": "framebufferdata", **about})
+            await socket.send_bytes(picture[1])
 
 
 async def listen(socket: WebSocket, told: asyncio.Queue) -> None:

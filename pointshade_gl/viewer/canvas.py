@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Generator, Iterable, Mapping
+from contextlib import contextmanager
 from importlib import import_module
+from threading import RLock
 from typing import Any
 
 import moderngl
@@ -116,6 +118,7 @@ class CanvasViewer(Viewer):
 
     def __init__(self, source: Any, backend: Any, **options: Any):
         self._backend, self._loop, self._is_first = backend, None, True
+        self._lock = RLock()
         super().__init__(source, **options)
         self.background.grace = None  # there is one context
         self.canvas.add_event_handler(self.send, *KINDS, "close")
@@ -150,24 +153,33 @@ class CanvasViewer(Viewer):
         told : mapping
             As rendercanvas describes it: `{"event_type": "pointer_move", "x": 10, "y": 20}`, in logical pixels.
         """
-        if told["event_type"] == "close":
-            self.release()
-        elif event := event_of(told, self.canvas.get_pixel_ratio()):
-            self.events.append(event)
-            self.canvas.request_draw()
+        with self._here():
+            if told["event_type"] == "close":
+                self.release()
+            elif event := event_of(told, self.canvas.get_pixel_ratio()):
+                self.events.append(event)
+                self.canvas.request_draw()
 
     def _turn_of_canvas(self) -> None:
         """Draw, and let the canvas come back when there is something to do."""
-        if self._is_first:
-            self._is_first = False
-            self.on_start()
-            self.document.start_at(self.moment, self.frame)
-        began = time.perf_counter()
-        self.step(wait=False)
-        now = time.perf_counter()
-        if (seconds := self.patience(now)) == 0:
-            self.canvas.request_draw()
-        self.canvas.set_update_mode("ondemand", min_fps=1 / (now + seconds - began) if seconds else 0.0)
+        with self._here():
+            if self._is_first:
+                self._is_first = False
+                self.on_start()
+                self.document.start_at(self.moment, self.frame)
+            began = time.perf_counter()
+            self.step(wait=False)
+            now = time.perf_counter()
+            if (seconds := self.patience(now)) == 0:
+                self.canvas.request_draw()
+            self.canvas.set_update_mode("ondemand", min_fps=1 / (now + seconds - began) if seconds else 0.0)
+
+    @contextmanager
+    def _here(self) -> Generator[None, None, None]:
+        """Be of this thread: notebooks tell events, and ask for pictures, in several."""
+        with self._lock:
+            self.window.renderer.context.move_here()
+            yield
 
     def run(self) -> None:
         """Run the backend's loop until its canvases are closed. In a notebook, or where a loop runs, do nothing."""

@@ -1,7 +1,8 @@
-"""The viewer on rendercanvas' canvases: off screen always, in Qt where PySide6 is installed."""
+"""The viewer on rendercanvas' canvases, off screen. In Qt, notebooks and browsers: tests/clients/test_canvases.py."""
 
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -180,6 +181,19 @@ class TestOffscreen:
         assert not one.state.lit and other.state.lit
         one.canvas.close()
         assert other.canvas.draw().any()
+
+    def test_events_and_pictures_may_come_from_other_threads(self, open_canvas):
+        """JupyterLab's messages reach Python in a thread of their own."""
+        view = open_canvas()
+        view.canvas.draw()
+        with ThreadPoolExecutor(1) as thread:
+            thread.submit(point, view, MIDDLE, (0.35 * SIZE[0], MIDDLE[1])).result()
+            picture = thread.submit(view.canvas.draw).result()
+        assert (view.drawn, view.control.mouse.last) == (2, (0.35 * SIZE[0], MIDDLE[1]))
+        assert np.array_equal(view.canvas.draw(), picture)
+        with ThreadPoolExecutor(1) as thread:
+            thread.submit(view.canvas.close).result()
+        assert view.window.renderer.context.is_released
 
     def test_closing_frees_everything(self, open_canvas):
         view = open_canvas()

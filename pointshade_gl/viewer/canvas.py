@@ -30,6 +30,7 @@ BUTTONS = {1: "left", 2: "right", 3: "middle"}
 KEYS = {" ": "SPACE", "\r": "ENTER"}
 NOTCH = 100.0  # of the wheel
 FASTEST = 60  # pictures a second
+OTHERS = 'name another, such as "qt", "http" or "offscreen", or open the window of `pointshade_gl.viewer.Viewer`'
 
 
 def event_of(told: Mapping[str, Any], ratio: float) -> Event | None:
@@ -135,10 +136,12 @@ class CanvasViewer(Viewer):
             raise ValueError("a canvas needs rendercanvas: pip install '.[canvas]' in the clone") from None
         try:
             module = import_module(f"rendercanvas.{self._backend}")
+            made = module.RenderCanvas(size=size, title=title, max_fps=FASTEST)
+            made.get_bitmap_context()  # that of glfw needs wgpu
         except (ImportError, RuntimeError) as error:
-            raise ValueError(f"backend {shown(self._backend)} cannot be used: {error}") from error
+            raise ValueError(f"backend {shown(self._backend)} cannot be used ({error}): {OTHERS}") from error
         self._loop = module.loop
-        return CanvasWindow(module.RenderCanvas(size=size, title=title, max_fps=FASTEST))
+        return CanvasWindow(made)
 
     @property
     def canvas(self) -> Any:
@@ -200,8 +203,9 @@ def canvas(
     source : Frame, Scene, PointCloud or iterable of Frame
         As `Viewer` takes it.
     backend : str or canvas
-        "qt", "wx", "anywidget" (notebooks), "http", "glfw", "offscreen"; "auto": what fits where the program runs; or
-        a canvas of the application's own, such as `rendercanvas.qt.QRenderWidget()`.
+        "qt", "wx", "anywidget" (notebooks), "http", "offscreen" and others. "auto" is what rendercanvas finds: that of
+        a notebook, of a running Qt application, else perhaps glfw, which needs wgpu. Or a canvas of the application's
+        own, such as `rendercanvas.qt.QRenderWidget()`.
     **options
         `window_size`, `state`, `lights`, `views` and others of `Viewer`.
 

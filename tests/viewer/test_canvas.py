@@ -250,6 +250,17 @@ class TestErrors:
         with pytest.raises(ValueError, match=f"backend '{backend}' cannot be used"):
             ps.canvas(BALL, backend)
 
+    def test_a_backend_without_what_it_needs_is_told(self, monkeypatch):
+        class Needs:
+            def __init__(self, **_):
+                raise ModuleNotFoundError("No module named 'wgpu'")
+
+        monkeypatch.setattr("rendercanvas.offscreen.RenderCanvas", Needs)
+        with pytest.raises(
+            ValueError, match=r"'offscreen' cannot be used \(No module named 'wgpu'\): name another, such"
+        ):
+            ps.canvas(BALL, "offscreen")
+
     def test_what_is_no_canvas_is_told(self):
         with pytest.raises(TypeError, match="backend must be the name of one, or a canvas of rendercanvas"):
             ps.canvas(BALL, 3)

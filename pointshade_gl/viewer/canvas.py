@@ -158,7 +158,8 @@ class CanvasViewer(Viewer):
         """
         with self._here():
             if told["event_type"] == "close":
-                self.release()
+                if not self.window.renderer.context.is_released:  # nobody holds it any more: the renderer went first
+                    self.release()
             elif event := event_of(told, self.canvas.get_pixel_ratio()):
                 self.events.append(event)
                 self.canvas.request_draw()

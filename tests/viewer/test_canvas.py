@@ -202,6 +202,12 @@ class TestOffscreen:
         assert view.window.renderer.context.is_released
         view.release()  # once more is nothing
 
+    def test_dropped_it_is_closed_after_its_renderer_without_an_error(self, open_canvas):
+        view = open_canvas()
+        view.canvas.draw()
+        view.window.renderer.release()
+        view.send({"event_type": "close"})
+
     @pytest.mark.parametrize("size", [(320, 240), (640, 480)])
     def test_help_and_panel_open(self, open_canvas, size):
         view = open_canvas(window_size=size)

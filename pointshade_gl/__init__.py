@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from .scene.objects import Mesh, PointObject
     from .scene.settings import OutputSettings
     from .scene.viewpoint import View
+    from .viewer.canvas import canvas
 
     live = _live
     sources = _sources
@@ -76,6 +77,7 @@ __all__ = [
     "ShaderError",
     "View",
     "align_frames",
+    "canvas",
     "estimate_albedo",
     "estimate_normals",
     "live_set",
@@ -130,6 +132,7 @@ _LATER = {
     "ShaderError": ".notes.errors",
     "View": ".scene.viewpoint",
     "align_frames": ".renderer.functions",
+    "canvas": ".viewer.canvas",
     "estimate_albedo": ".renderer.functions",
     "estimate_normals": ".renderer.functions",
     "live_set": ".files.live",

@@ -48,11 +48,12 @@ class Background:
 
     wake       called from the thread when the work has gone on, or has ended
     take_back  called when a work has ended that had the renderer
-    grace      seconds that `start` waits for the end
+    grace      seconds that `start` waits for the end; None: as long as it takes
     """
 
     def __init__(self, wake: Callable[[], None], take_back: Callable[[], None] = lambda: None, grace: float = GRACE):
-        self._wake, self._take_back, self.grace = wake, take_back, grace
+        self._wake, self._take_back = wake, take_back
+        self.grace: float | None = grace
         self.work: Work | None = None
         self._steps = 0, 0  # done, and all
         self._is_ended = threading.Event()

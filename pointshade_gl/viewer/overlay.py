@@ -139,45 +139,53 @@ LINGERS, FADES = 1.5, 0.6  # seconds that the bar stays after the mouse has left
 SOFTWARE = "\nA software renderer draws: pictures are right, but slow"
 
 
-def greeting(light_mode: bool, is_software: bool) -> str:
-    """Return what the window shows first."""
+def greeting(light_mode: bool, is_software: bool, opens: bool) -> str:
+    """Return what the window shows first. opens: files that are dropped onto it."""
     first = "Move the mouse: the light follows" if light_mode else "The light stays where it was put: L lets it follow"
-    return f"{first}.   Drag to turn.   Drop files to open them.   H for help" + SOFTWARE * is_software
+    drop = "   Drop files to open them." if opens else ""
+    return f"{first}.   Drag to turn.{drop}   H for help" + SOFTWARE * is_software
+
+
+SeenButtons = tuple[float, tuple[tuple[str, str, bool], ...], str]  # how opaque, word, key, is on; the mouse is over
 
 
 class Buttons:
-    """A bar at the upper edge, for those who know no keys yet. It is there at first, and while the mouse is near."""
+    """A bar at the upper edge, for those who know no keys yet. It is there at first, and while the mouse is near.
 
-    def __init__(self, until: float):
+    saves  whether pictures can be saved
+    """
+
+    def __init__(self, until: float, saves: bool):
         self._until, self.over = until, ""
+        self._words = tuple(pair for pair in BUTTONS if saves or pair[1] != "P")
         self._scale, self._fits = 1.0, False
 
     def handle(self, event: Event) -> str | None:
         """Return the key of the button that was pressed, "" for what else is the bar's, None for what is not."""
         if not self._fits or event.kind not in ("move", "press", "release", "leave"):
             return None
-        boxes, high = button_boxes(self._scale), 2 * POINTS * self._scale
+        boxes, high = button_boxes(self._scale, self._words), 2 * POINTS * self._scale
         left, right = boxes[0][0], boxes[-1][1]
         is_near = event.kind != "leave" and event.x < right + high and event.y < 3 * high
         if is_near and event.kind == "move":
             self._until = max(self._until, time.perf_counter() + LINGERS)
-        over = [key for (start, end), (_, key) in zip(boxes, BUTTONS, strict=True) if start <= event.x < end]
+        over = [key for (start, end), (_, key) in zip(boxes, self._words, strict=True) if start <= event.x < end]
         is_on = bool(over) and left <= event.y < left + high and event.kind != "leave"
         before, self.over = self.over, over[0] if is_on else ""
         if event.kind == "press" and event.key == "left" and is_on:
             return self.over
         return "" if event.kind == "release" and before and event.key == "left" and is_on else None
 
-    def seen(self, state: State, width: int, scale: float) -> tuple[float, tuple[bool, ...], str] | None:
-        """Return how opaque the bar is, which buttons are on, and which the mouse is over; None: it is not there, also
-        where the picture is not as wide."""
-        boxes = button_boxes(scale)
+    def seen(self, state: State, width: int, scale: float) -> SeenButtons | None:
+        """Return what `draw_buttons` draws; None: the bar is not there, also where the picture is not as wide."""
+        boxes = button_boxes(scale, self._words)
         self._scale, self._fits = scale, boxes[-1][1] + boxes[0][0] <= width
         left = self._until - time.perf_counter()
         if left <= 0 or not self._fits:
             return None
-        is_on = state.light_mode, state.shadows, not state.finish.is_light, False, state.help
-        return 1.0 if left > FADES else 0.25 + 0.25 * int(3 * left / FADES), is_on, self.over
+        is_on = {"L": state.light_mode, "S": state.shadows, "V": not state.finish.is_light, "P": False, "H": state.help}
+        opaque = 1.0 if left > FADES else 0.25 + 0.25 * int(3 * left / FADES)
+        return opaque, tuple((*pair, is_on[pair[1]]) for pair in self._words), self.over
 
     def patience(self, now: float) -> float | None:
         """Return the seconds until it looks otherwise by itself; None: not."""
@@ -186,22 +194,23 @@ class Buttons:
 
 
 @cache
-def button_boxes(scale: float) -> list[tuple[float, float]]:
+def button_boxes(scale: float, words: tuple[tuple[str, str], ...] = BUTTONS) -> list[tuple[float, float]]:
     """Return where each button begins and ends, pixels from the left."""
     font, at, boxes = ImageFont.load_default(POINTS * scale), 10 * scale, []
-    for word, key in BUTTONS:
+    for word, key in words:
         boxes.append((at, at + font.getlength(f"{word} {key}") + 20 * scale))
         at = boxes[-1][1] + 4 * scale
     return boxes
 
 
-def draw_buttons(opaque: float, is_on: tuple[bool, ...], over: str, scale: float) -> NDArray[np.uint8]:
+def draw_buttons(opaque: float, seen: tuple[tuple[str, str, bool], ...], over: str, scale: float) -> NDArray[np.uint8]:
     """Draw the bar: (h, w, 4) uint8."""
-    boxes, high, font = button_boxes(scale), 2 * POINTS * scale, ImageFont.load_default(POINTS * scale)
+    boxes = button_boxes(scale, tuple((word, key) for word, key, _ in seen))
+    high, font = 2 * POINTS * scale, ImageFont.load_default(POINTS * scale)
     left = boxes[0][0]
     image = Image.new("RGBA", (round(boxes[-1][1] - left), round(high)), (0, 0, 0, 0))
     draw = ImageDraw.Draw(image)
-    for (start, end), (word, key), is_lit in zip(boxes, BUTTONS, is_on, strict=True):
+    for (start, end), (word, key, is_lit) in zip(boxes, seen, strict=True):
         fill = (84, 88, 98, 235) if key == over else (58, 62, 72, 225) if is_lit else BACKDROP
         draw.rounded_rectangle((start - left, 0, end - left - 1, high - 1), 5 * scale, fill)
         draw.text((start - left + 10 * scale, high / 2), f"{word} ", BRIGHT, font, anchor="lm")

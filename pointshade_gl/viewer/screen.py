@@ -26,6 +26,7 @@ from .events import Effect, Event
 from .keys import KEYS
 from .overlay import (
     POINTS,
+    SeenButtons,
     draw_buttons,
     draw_marker,
     draw_message,
@@ -67,7 +68,7 @@ class Overlay(NamedTuple):
     covered: int
     scale: float
     pointer: tuple[int, int] | None = None
-    buttons: tuple[float, tuple[bool, ...], str] | None = None
+    buttons: SeenButtons | None = None
 
 
 class Screen:
@@ -78,12 +79,9 @@ class Screen:
     """
 
     def __init__(self, window: Window):
-        self.window, beside = window, window.beside()
-        with beside:
-            self._beside = moderngl.create_context(require=330, context=beside)  # type: ignore[reportArgumentType]
-            self.renderer = Renderer(self._beside)
+        self.window = window
+        self.gl, self.renderer = window.make_contexts()
         with window:
-            self.gl = moderngl.create_context(require=330, context=window)  # type: ignore[reportArgumentType]
             self._present = PresentPass(self.gl)
             self._steps = Steps(self.gl, self.renderer.context.is_software)
         self._drawings: dict[str, tuple[Any, moderngl.Texture]] = {}
@@ -123,12 +121,14 @@ class Screen:
             self._steps.always("present", self._show, self._kept or self._drawn, picture, over)
             chosen = picture.now, []
             if over.panel:
-                self.gl.screen.viewport = (0, 0, picture.camera.width, picture.camera.height)
+                self.window.framebuffer.viewport = (0, 0, picture.camera.width, picture.camera.height)
                 chosen = self.panel.draw(picture, facts._replace(laps=self.renderer.steps.laps | self._steps.laps))
             if over.help:  # beside the panel, and over what is left of it while it is collapsed
                 wide, high = max(picture.camera.width - over.covered, 1), picture.camera.height
                 table = self._drawing("help", draw_table, HELP, over.scale, wide, high)
-                self._present.lay_over(self.gl.screen, table, (wide - table.width) // 2, (high - table.height) // 2)
+                self._present.lay_over(
+                    self.window.framebuffer, table, (wide - table.width) // 2, (high - table.height) // 2
+                )
             self.window.swap()
         return chosen
 
@@ -169,15 +169,13 @@ class Screen:
         return (u - camera.cx) / camera.fx * z, (v - camera.cy) / abs(camera.fy) * z, z
 
     def release(self) -> None:
-        self.renderer.release()
-        self._beside.release()
         with self.window:
             if self._panel is not None:
                 self._panel.release()
             for _, texture in self._drawings.values():
                 texture.release()
             self._present.release()
-        self.gl.release()  # closes the window, too
+        self.window.release_contexts()
 
     def _mark(self, picture: ShownPicture) -> None:
         """A marker for each light, small ones for those that the mouse does not hold."""
@@ -194,12 +192,12 @@ class Screen:
             x, y = min(max(x, radius), camera.width - radius), min(max(y, radius), camera.height - radius)
             half = drawing.width / 2
             self._present.lay_over(
-                self.gl.screen, drawing, round(x + 0.5 - half), round(camera.height - y - 0.5 - half)
+                self.window.framebuffer, drawing, round(x + 0.5 - half), round(camera.height - y - 0.5 - half)
             )
 
     def _show(self, drawn: Any, picture: ShownPicture, over: Overlay) -> None:
         """Markers and text over what was drawn."""
-        self._present.draw(self.gl.screen, drawn, (picture.camera.width, picture.camera.height))
+        self._present.draw(self.window.framebuffer, drawn, (picture.camera.width, picture.camera.height))
         if over.is_marked:
             self._mark(picture)
         scale, wide = over.scale, max(picture.camera.width - over.covered, 1)
@@ -213,9 +211,9 @@ class Screen:
             drawings.append((margin, line))
         if over.buttons:
             bar, gap = self._drawing("buttons", draw_buttons, *over.buttons, scale), round(10 * scale)
-            self._present.lay_over(self.gl.screen, bar, gap, picture.camera.height - gap - bar.height)
+            self._present.lay_over(self.window.framebuffer, bar, gap, picture.camera.height - gap - bar.height)
         for aside, drawing in drawings:  # from the lower edge up
-            self._present.lay_over(self.gl.screen, drawing, aside, aside + above)
+            self._present.lay_over(self.window.framebuffer, drawing, aside, aside + above)
             above += drawing.height
 
     def _drawing(self, name: str, draw: Callable[..., NDArray[np.uint8]], *arguments: Any) -> moderngl.Texture:

@@ -40,6 +40,10 @@ from .window import Window, size_for
 
 SAVING = "saving a picture"
 SAMPLES = 64  # of a picture in which nothing moves
+OF_FILES_AND_WINDOW = (
+    Command.SAVE_PICTURE, Command.OPEN_FILES, Command.OPEN_FOLDER, Command.TOGGLE_FULL_SCREEN, Command.LEAVE,
+    Command.CLOSE,
+)  # fmt: skip
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
 
 
@@ -125,7 +129,7 @@ class Viewer(Session):
             undo.callback(lambda: self.document.playback.close())
             size = size or size_for(self.own_camera)
             with taken_by(self._notes):
-                self.window = Window(title, size, self.events.append, is_asked=window_size is not None)
+                self.window = self._open_window(title, size, window_size is not None)
             undo.callback(self.window.release)
             self.document.playback.wake_by(self.window.wake)
             self.screen = Screen(self.window)
@@ -140,10 +144,14 @@ class Viewer(Session):
         self._animates = type(self).on_frame is not Viewer.on_frame
         self._film_camera = self.own_camera.fitted(*size)
         self._began = self._next_frame = time.perf_counter()
-        messages.say(greeting(state.light_mode, self.screen.renderer.context.is_software), GREETING_SECONDS)
-        self._buttons = Buttons(self._began + GREETING_SECONDS)
+        is_software, has_files = self.screen.renderer.context.is_software, self.window.has_files
+        messages.say(greeting(state.light_mode, is_software, opens=has_files), GREETING_SECONDS)
+        self._buttons = Buttons(self._began + GREETING_SECONDS, saves=has_files)
         if panel:
             self.toggle_panel()
+
+    def _open_window(self, title: str, size: tuple[int, int], is_asked: bool) -> Window:
+        return Window(title, size, self.events.append, is_asked)
 
     # For applications to override.
     def on_start(self) -> None:
@@ -240,6 +248,8 @@ class Viewer(Session):
     def perform(self, effect: Effect) -> None:
         """Do what a key, the mouse or the panel asks for, such as `Seek(0)` (see events.py)."""
         match effect:
+            case Command() if effect in OF_FILES_AND_WINDOW and not self.window.has_files:
+                self.say("not here: saving, opening and closing are up to the application")
             case TurnAround() | Command.SAVE_PICTURE | Open() if self.background.work:
                 self.say(f"not yet: {self.background.title}")
             case TurnAround(x, y):

@@ -12,10 +12,13 @@ from functools import lru_cache
 from itertools import product
 from typing import Any
 
+import moderngl
+
 from ..gpu.context.context import VERSIONS, kept
 from ..notes.errors import ContextError
 from ..notes.notes import print_note
 from ..notes.words import option
+from ..renderer.renderer import Renderer
 from ..scene.camera import Camera
 from .events import Event, EventKind
 
@@ -72,8 +75,12 @@ class Window(GLContext):
     on_event   called with each Event while `wait` runs
     title, size  size in screen coordinates, reduced to fit the monitor; a note says so if it is_asked for
 
+    has_files  the user may open and save files, and close the window
+
     Raises ContextError without a display, or without OpenGL 3.3.
     """
+
+    has_files = True
 
     def __init__(self, title: str, size: tuple[int, int], on_event: Callable[[Event], None], is_asked: bool = False):
         super().__init__(glfw := import_glfw(), None)
@@ -136,6 +143,30 @@ class Window(GLContext):
         if not handle:
             raise ContextError(f"no second OpenGL context ({_complaint(glfw)}): update the graphics driver")
         return GLContext(glfw, handle)
+
+    def make_contexts(self) -> tuple[moderngl.Context, Renderer]:
+        """Return the window's own context, and a renderer in one beside it, so that a thread can have it for a while.
+
+        Raises as `beside` does.
+        """
+        beside = self.beside()
+        with beside:
+            self._beside = moderngl.create_context(require=330, context=beside)  # type: ignore[reportArgumentType]
+            self._renderer = Renderer(self._beside)
+        with self:
+            self._gl = moderngl.create_context(require=330, context=self)  # type: ignore[reportArgumentType]
+        return self._gl, self._renderer
+
+    def release_contexts(self) -> None:
+        """Free what `make_contexts` made, and close the window."""
+        self._renderer.release()
+        self._beside.release()
+        self._gl.release()
+
+    @property
+    def framebuffer(self) -> moderngl.Framebuffer:
+        """What `swap` shows."""
+        return self._gl.screen
 
     def _fit_monitor(self, size: tuple[int, int]) -> tuple[int, int]:
         monitor = self.glfw.get_primary_monitor()

@@ -419,6 +419,18 @@ def follows_the_mouse(page, cell) -> None:
     assert marker.bounding_box()["x"] > before["x"] + 0.1 * box["width"]
 
 
+def is_live(page, image) -> None:
+    """Whether the picture of a canvas in a notebook's cell is another where the mouse is elsewhere."""
+    image.scroll_into_view_if_needed()
+    box, pictures = image.bounding_box(), []
+    for across in (0.4, 0.6):
+        page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 0.3 * box["height"])
+        page.mouse.move(box["x"] + across * box["width"], box["y"] + 0.3 * box["height"], steps=6)
+        page.wait_for_timeout(14_000)  # the light is there, the picture is refined, the greeting is gone
+        pictures.append(opened(io.BytesIO(image.screenshot())).astype(int))
+    assert np.abs(pictures[1] - pictures[0]).mean() > 2
+
+
 def shown_picture(image) -> np.ndarray:
     """The pixels of an <img>, whatever it comes from."""
     script = """async (image) => {
@@ -553,9 +565,10 @@ class TestJupyter:
 
     @pytest.mark.system
     @pytest.mark.browser
-    def test_in_jupyterlab_the_light_follows_the_mouse(self, renderer, page, tmp_path, request):
-        need("jupyterlab")
-        (tmp_path / "jupyter.ipynb").write_text((EXAMPLES / "jupyter.ipynb").read_text())
+    @pytest.mark.parametrize("name", ["jupyter", "canvas_notebook"])
+    def test_in_jupyterlab_the_light_follows_the_mouse(self, renderer, page, tmp_path, request, name):
+        need("jupyterlab", *(["anywidget", "rendercanvas"] if name == "canvas_notebook" else []))
+        (tmp_path / f"{name}.ipynb").write_text((EXAMPLES / f"{name}.ipynb").read_text())
         labs = tmp_path / ".jupyter"  # no advice to build others' extensions, no question about news
         settings = "lab/user-settings/@jupyterlab/apputils-extension/notification.jupyterlab-settings"
         for name, text in (("labconfig/page_config.json", {"buildCheck": False}), (settings, {"fetchNews": "false"})):
@@ -563,12 +576,12 @@ class TestJupyter:
             (labs / name).write_text(json.dumps(text))
         options = ["--no-browser", "--allow-root", "--ip=127.0.0.1", "--port=0", "--IdentityProvider.token="]
         with served(tmp_path, *started("jupyterlab"), *options, f"--ServerApp.root_dir={tmp_path}") as address:
-            opened_page = page(f"{address.split('/lab')[0]}/lab/tree/jupyter.ipynb", 1100, 1000)
+            opened_page = page(f"{address.split('/lab')[0]}/lab/tree/{name}.ipynb", 1100, 1000)
             opened_page.locator(".jp-Notebook-cell").first.wait_for(timeout=60_000)
             opened_page.get_by_text(re.compile(r"\| Idle")).first.wait_for(timeout=60_000)  # the kernel
             opened_page.locator(".lm-MenuBar-item", has_text="Run").click()
             opened_page.locator(".lm-Menu-item", has_text="Run All Cells").first.click()
-            cell = opened_page.locator(".jp-OutputArea iframe")
+            cell = opened_page.locator(".jp-OutputArea iframe" if name == "jupyter" else ".jp-OutputArea img").first
             cell.wait_for(timeout=60_000)
-            follows_the_mouse(opened_page, cell)
-            screenshot(opened_page, request, "jupyter")
+            (follows_the_mouse if name == "jupyter" else is_live)(opened_page, cell)
+            screenshot(opened_page, request, name)

@@ -26,8 +26,8 @@ SECTIONS = {
         "three_cameras", "align_views", "temporal_film", "batch_folders", "render_pool", "own_context",
     ],
     "In other programs": [
-        "jupyter", "marimo_notebook", "gradio_light", "comfyui_node", "fastapi_upload", "rerun_log", "blender_cycles",
-        "open3d_roundtrip", "trimesh_roundtrip",
+        "jupyter", "canvas_notebook", "marimo_notebook", "qt_views", "canvas_server", "gradio_light", "comfyui_node",
+        "fastapi_upload", "rerun_log", "blender_cycles", "open3d_roundtrip", "trimesh_roundtrip",
     ],
 }  # fmt: skip
 ELSEWHERE = {"page", *SECTIONS["In other programs"]}  # what other programs show: the stored picture is theirs

@@ -338,6 +338,10 @@ if __name__ == "__main__":
 event = Event("key", "N")
 viewer = Viewer(source, title="a", window_size=(640, 480), lights=[light], others=[frames], fps=[30, None], views="all")
 viewer.run()
+with_mouse = ps.canvas(frame, "offscreen", window_size=(320, 240), place=ps.View(yaw=20))
+with_mouse.send({"event_type": "pointer_move", "x": 10.0, "y": 20})
+with_mouse.state = with_mouse.state.with_light_direction((1, 0, 0.5))
+with_mouse.run()
 
 ps.rendr(frame)  # wrong
 ps.render(frame, out="out.png")  # wrong
@@ -415,5 +419,6 @@ ps.batch.map([3])  # wrong
 ps.live_set(frame)  # wrong
 Viewer(frame, views="some")  # wrong
 Viewer(frame, size=(640, 480))  # wrong
+ps.canvas(3)  # wrong
 Event("click")  # wrong
 print(picture.shpe)  # wrong

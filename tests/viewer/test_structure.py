@@ -22,8 +22,9 @@ def named(path):
 WINDOW = {name: {target for target in GRAPH[name] if target in FILES} for name in FILES}
 
 
-def test_only_the_application_s_file_names_it():
-    assert {name for name, path in FILES.items() if "Viewer" in named(path)} == {f"{VIEWER}.viewer"}
+def test_only_the_applications_files_name_it():
+    users = {name for name, path in FILES.items() if "Viewer" in named(path)}
+    assert users == {f"{VIEWER}.viewer", f"{VIEWER}.canvas"}
 
 
 @pytest.mark.parametrize("name", ["controller", "keys", "state", "events", "document"])

@@ -68,7 +68,6 @@ def things(tmp_path):
         ("render vas -o out.png", "there is no folder vas (did you mean vase?)"),
         ("view dmo", "there is no folder dmo (did you mean demo?)"),
         ("render rom.glb -o out.png", "rom.glb does not exist (did you mean room.glb?)"),
-        ("normals demo -o out.png", "demo is a scene, expected a frame: pass it to `pointshade render` or `view`"),
         ("render vase --shading phng -o out.png", "unknown --shading 'phng' (did you mean phong?): known are none"),
         ("render --splat rund -o out.png", "unknown --splat 'rund' (did you mean round?): known are"),
         ("normals --normals strr -o out.png", "unknown --normals method 'strr' (did you mean star?): known are auto"),

@@ -1,6 +1,7 @@
 """Measures how soon a window shows something and how fast it moves; whether it answers while it works.
 
-Run by hand: python tests/benchmarks/window_answers.py SOURCE [--size WxH] [--moves]. It needs a display. First come
+Run by hand: python tests/benchmarks/window_answers.py SOURCE [--size WxH] [--moves] [--page]. It needs a display,
+and a clone that is installed with its extra `test`; --page measures its page in Chromium instead. First come
 seconds until the first picture, and how many pictures a second come while the light moves and while the object turns,
 without and with shadows; a number of points in place of SOURCE is a bumpy torus of so many. --moves ends there. For
 each key it then prints how long all took, the longest turn of the window's thread without drawing and sleeping, the
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -20,6 +22,9 @@ import numpy as np
 import pointshade_gl as ps
 from pointshade_gl.viewer import Viewer
 from pointshade_gl.viewer.events import Event
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from tests.support.browser import Browser
 
 KEYS = "M", "U", "X", "P"
 LONGEST = 120.0  # seconds for one key
@@ -104,6 +109,48 @@ class Session:
         print(f"{key}: Escape after {after} s took {1e3 * (time.perf_counter() - began):4.0f} ms")
 
 
+# Counts the turns of a page in which something was drawn.
+COUNTER = """
+let isDrawn = false;
+window.drawn = 0;
+const kind = WebGL2RenderingContext.prototype;
+for (const name of ["drawArrays", "drawArraysInstanced", "drawElements"]) {
+  const draw = kind[name];
+  kind[name] = function (...all) { isDrawn = true; return draw.apply(this, all); };
+}
+const count = () => { if (isDrawn) ++window.drawn; isDrawn = false; requestAnimationFrame(count); };
+requestAnimationFrame(count);
+"""
+
+
+def measure_page(source, size):
+    """Print how soon a page shows something, and its pictures a second while light and view move."""
+    with tempfile.TemporaryDirectory() as folder, Browser.launched(Path(folder)) as browser:
+        file = Path(folder) / "page.html"
+        ps.save_page(file, source)
+        began = time.perf_counter()
+        with browser.opened(file, COUNTER, viewport=dict(zip(("width", "height"), size, strict=True))) as opened:
+            opened.page.wait_for_function("window.drawn > 0")
+            print(f"first picture after {time.perf_counter() - began:.2f} s, {file.stat().st_size / 1e6:.2f} MB")
+            mouse, middle = opened.page.mouse, np.array(size) / 2
+
+            def move(seconds):
+                end, steps = time.perf_counter() + seconds, 0
+                first, began = opened.page.evaluate("window.drawn"), time.perf_counter()
+                while time.perf_counter() < end:
+                    steps += 1
+                    mouse.move(*(middle + 60 * np.array((np.cos(0.2 * steps), np.sin(0.3 * steps)))))
+                return (opened.page.evaluate("window.drawn") - first) / (time.perf_counter() - began)
+
+            for shadows in ("without", "with"):
+                rates = [move(1), move(4)]
+                mouse.down()
+                rates += [move(1), move(4)]
+                mouse.up()
+                print(f"pictures a second {shadows} shadows: light {rates[1]:.1f}, view {rates[3]:.1f}")
+                opened.page.keyboard.press("s")
+
+
 def torus(count):
     """A cloud with colours and without normals."""
     rng = np.random.default_rng(0)
@@ -118,10 +165,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("source")
     parser.add_argument("--moves", action="store_true")
+    parser.add_argument("--page", action="store_true")
     parser.add_argument("--size", default="640x480")
     asked = parser.parse_args()
     size = tuple(map(int, asked.size.split("x")))
-    source = torus(int(asked.source)) if asked.source.isdigit() else ps.open_source(Path(asked.source).absolute())
+    source = torus(int(asked.source)) if asked.source.isdigit() else ps.open_source(asked.source)
+    if asked.page:
+        measure_page(source, size)
+        return
     os.chdir(tempfile.mkdtemp())
     began = time.perf_counter()
     session = Session(viewer := Viewer(source, window_size=size))

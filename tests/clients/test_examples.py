@@ -89,6 +89,14 @@ class TestOpen3D:
         assert np.median(np.abs(theirs[..., :3].astype(int) - ours[..., :3])[inside]) < 10
         assert (theirs[~inside & (ours[..., 3] == 0)] == 255).mean() > 0.95
 
+    @pytest.mark.system
+    def test_its_mesh_of_nine_views_is_lit_as_the_views_are(self, renderer, tmp_path, stored):
+        need("open3d")
+        printed = run_example(tmp_path, "open3d_mesh")
+        triangles, apart = re.search(r"(\d+) triangles.* are (\d+) of 255", printed).groups()
+        assert int(triangles) > 100_000 and int(apart) <= 8
+        stored("open3d_mesh", opened(tmp_path / "open3d_mesh.png"))
+
 
 def logged(path) -> dict[str, list]:
     """What an .rrd holds: by entity and component, the rows in their order."""

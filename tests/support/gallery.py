@@ -27,7 +27,7 @@ SECTIONS = {
     ],
     "In other programs": [
         "jupyter", "marimo_notebook", "gradio_light", "comfyui", "fastapi_upload", "rerun_log", "blender_cycles",
-        "open3d_roundtrip", "trimesh_roundtrip",
+        "open3d_roundtrip", "open3d_mesh", "trimesh_roundtrip",
     ],
 }  # fmt: skip
 ELSEWHERE = {"page", *SECTIONS["In other programs"]}  # what other programs show: the stored picture is theirs

@@ -27,6 +27,7 @@ CONFIGURATION = {
     "examples_dirs": "../examples",
     "gallery_dirs": FOLDER,
     "example_extensions": {".py", ".sh"},
+    "nested_sections": False,  # a folder with a README is one example
     "plot_gallery": False,  # it would run Python only, and in its own process
     "copyfile_regex": r".*\.ipynb",
     "notebook_extensions": set(),
@@ -48,41 +49,42 @@ def draw(app: Sphinx) -> None:
         list(threads.map(lambda one: _draw(one, images), examples()))
     for one in examples():
         if one.path.suffix == ".ipynb":
-            _notebook(one, images.parent)
+            _, *cells = json.loads(one.path.read_text(encoding="utf-8"))["cells"]
+            _by_hand(one, images.parent, [(cell["cell_type"] == "code", "".join(cell["source"])) for cell in cells])
+        elif one.path.name == "__init__.py":
+            code = one.path.read_text(encoding="utf-8").split('"""', 2)[2].strip()
+            _by_hand(one, images.parent, [(True, code)])
 
 
 def _draw(one: Example, images: Path) -> None:
-    picture = images / f"sphx_glr_{one.path.stem}_001.png"
+    picture = images / f"sphx_glr_{one.name}_001.png"
     if not runs_alone(one):
-        Image.fromarray(stored_picture(one.path.stem)).save(picture)
+        Image.fromarray(stored_picture(one.name)).save(picture)
         return
     printed = picture.with_suffix(".txt")
     if not picture.exists() or picture.stat().st_mtime < one.path.stat().st_mtime:
         with tempfile.TemporaryDirectory() as folder:
             try:
-                text = run_example(Path(folder), one.path.stem)
+                text = run_example(Path(folder), one.name)
             except AssertionError as error:
                 raise ExtensionError(f"{one.path.name} failed:\n{error}") from error
             printed.write_text(text, encoding="utf-8")
-            shutil.copyfile(Path(folder) / f"{one.path.stem}.png", picture)
-    _printed[one.path.stem] = printed.read_text(encoding="utf-8")
+            shutil.copyfile(Path(folder) / f"{one.name}.png", picture)
+    _printed[one.name] = printed.read_text(encoding="utf-8")
 
 
-def _notebook(one: Example, folder: Path) -> None:
-    """Write the page of a notebook: its title and its cells. sphinx-gallery reads scripts only."""
-    _, *cells = json.loads(one.path.read_text(encoding="utf-8"))["cells"]
+def _by_hand(one: Example, folder: Path, cells: list[tuple[bool, str]]) -> None:
+    """Write the page of a notebook or a folder: its title, and code and text. sphinx-gallery reads scripts only."""
     parts = [f".. _sphx_glr_{FOLDER}_{one.path.name}:\n\n{one.title}.\n\n"]
-    for cell in cells:
-        text = "".join(cell["source"])
-        if cell["cell_type"] == "code":
-            text = ".. code-block:: python\n\n" + textwrap.indent(text, "    ")
-        parts.append(f"{text}\n\n")
+    for is_code, text in cells:
+        shown = ".. code-block:: python\n\n" + textwrap.indent(text, "    ") if is_code else text
+        parts.append(f"{shown}\n\n")
     shutil.copyfile(one.path, folder / one.path.name)
-    parts.append(f".. _sphx_glr_download_{one.path.stem}:\n")  # where the cells end, as in pages of scripts
-    (folder / f"{one.path.stem}.rst").write_text("".join(parts), encoding="utf-8")
-    thumbnail = folder / "images" / "thumb" / f"sphx_glr_{one.path.stem}_thumb.png"
+    parts.append(f".. _sphx_glr_download_{one.name}:\n")  # where the cells end, as in pages of scripts
+    (folder / f"{one.name}.rst").write_text("".join(parts), encoding="utf-8")
+    thumbnail = folder / "images" / "thumb" / f"sphx_glr_{one.name}_thumb.png"
     thumbnail.parent.mkdir(exist_ok=True)
-    Image.fromarray(stored_picture(one.path.stem)).save(thumbnail)
+    Image.fromarray(stored_picture(one.name)).save(thumbnail)
 
 
 def dress(app: Sphinx, document: str, source: list[str]) -> None:
@@ -90,7 +92,7 @@ def dress(app: Sphinx, document: str, source: list[str]) -> None:
     folder, _, name = document.rpartition("/")
     if document == f"{FOLDER}/index":
         source[0] = _index()
-    elif folder == FOLDER and name in {one.path.stem for one in examples()}:
+    elif folder == FOLDER and name in {one.name for one in examples()}:
         source[0] = _page(example(name), source[0])
 
 
@@ -99,10 +101,8 @@ def _page(one: Example, text: str) -> str:
     code = re.search(r"^\.\. (_sphx_glr_download|GENERATED FROM|code-block)", text[start.end() :], re.MULTILINE)
     end = start.end() + code.start()
     words = re.sub(r"(?<!`)`([^`]+)`(?!`)", r"``\1``", one.text)
-    picture = (
-        f".. image:: images/sphx_glr_{one.path.stem}_001.png\n   :alt: {one.title}\n   :class: sphx-glr-single-img"
-    )
-    output = _printed.get(one.path.stem, "").strip() if one.path.suffix == ".py" else ""
+    picture = f".. image:: images/sphx_glr_{one.name}_001.png\n   :alt: {one.title}\n   :class: sphx-glr-single-img"
+    output = _printed.get(one.name, "").strip() if one.path.suffix == ".py" else ""
     shown = f"It prints:\n\n.. code-block:: text\n\n{textwrap.indent(output, '    ')}" if output else ""
     body = text[end : text.find(".. _sphx_glr_download")]
     label = f".. _sphx_glr_{FOLDER}_{one.path.name}:"
@@ -117,12 +117,12 @@ def _index() -> str:
         parts += [f"{section}\n{'-' * len(section)}\n", ".. raw:: html\n\n    <div class='sphx-glr-thumbnails'>\n"]
         parts += [_thumbnail(example(name)) for name in names]
         parts.append(".. raw:: html\n\n    </div>\n")
-    pages = "\n".join(f"   {one.path.stem}" for one in examples())
+    pages = "\n".join(f"   {one.name}" for one in examples())
     return "\n".join([*parts, f".. toctree::\n   :hidden:\n\n{pages}\n"])
 
 
 def _thumbnail(one: Example) -> str:
-    name = one.path.stem
+    name = one.name
     tip = summary(one).replace("`", "").replace("'", "&#39;")
     return (
         f".. raw:: html\n\n    <div class='sphx-glr-thumbcontainer' tooltip='{tip}'>\n\n"

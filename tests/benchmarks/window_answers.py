@@ -169,7 +169,9 @@ def main():
     parser.add_argument("--size", default="640x480")
     asked = parser.parse_args()
     size = tuple(map(int, asked.size.split("x")))
-    source = torus(int(asked.source)) if asked.source.isdigit() else ps.open_source(asked.source)
+    path = Path(asked.source).absolute()  # the folder will be another
+    named = path if path.exists() else asked.source
+    source = torus(int(asked.source)) if asked.source.isdigit() else ps.open_source(named)
     if asked.page:
         measure_page(source, size)
         return

@@ -3,10 +3,12 @@
 Those that need nothing else, and the gallery's page: test_gallery.py.
 """
 
+import asyncio
 import importlib.util
 import io
 import json
 import re
+import shutil
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
@@ -21,6 +23,7 @@ import pointshade_gl as ps
 from ..support.compare import compare_images
 from ..support.example_scripts import EXAMPLES, free_port, run_example, served
 from ..support.gallery import save_stored
+from . import comfy_stub
 from .conftest import missing
 
 PLACE = np.array([-0.5, -0.7, -0.8])  # where most examples put their light, from the middle, in units of the distance
@@ -85,6 +88,14 @@ class TestOpen3D:
         inside = ours[..., 3] == 255
         assert np.median(np.abs(theirs[..., :3].astype(int) - ours[..., :3])[inside]) < 10
         assert (theirs[~inside & (ours[..., 3] == 0)] == 255).mean() > 0.95
+
+    @pytest.mark.system
+    def test_its_mesh_of_nine_views_is_lit_as_the_views_are(self, renderer, tmp_path, stored):
+        need("open3d")
+        printed = run_example(tmp_path, "open3d_mesh")
+        triangles, apart = re.search(r"(\d+) triangles.* are (\d+) of 255", printed).groups()
+        assert int(triangles) > 100_000 and int(apart) <= 8
+        stored("open3d_mesh", opened(tmp_path / "open3d_mesh.png"))
 
 
 def logged(path) -> dict[str, list]:
@@ -163,17 +174,22 @@ def loaded_as_comfyui_does(path: Path):
     return module
 
 
-@pytest.fixture(scope="module", params=["file", "folder"])
-def node(request, renderer, tmp_path_factory):
-    """The class out of the table of a folder custom_nodes."""
+@pytest.fixture(scope="module")
+def comfyui(renderer, tmp_path_factory):
+    """The pack as ComfyUI loads it out of custom_nodes; beside it a folder temp."""
     need("torch")
-    nodes = tmp_path_factory.mktemp("custom_nodes")
-    path = nodes / ("pointshade.py" if request.param == "file" else "pointshade/__init__.py")
-    path.parent.mkdir(exist_ok=True)
-    path.write_text((EXAMPLES / "comfyui_node.py").read_text())
-    module = loaded_as_comfyui_does(nodes / path.relative_to(nodes).parts[0])
-    assert set(module.NODE_CLASS_MAPPINGS) == set(module.NODE_DISPLAY_NAME_MAPPINGS)
-    return module.NODE_CLASS_MAPPINGS["PointshadeRelight"]
+    folder = tmp_path_factory.mktemp("ComfyUI")
+    shutil.copytree(EXAMPLES / "comfyui", folder / "custom_nodes/pointshade")
+    with pytest.MonkeyPatch.context() as patch:
+        for name, module in comfy_stub.modules(folder / "temp").items():
+            patch.setitem(sys.modules, name, module)
+        yield loaded_as_comfyui_does(folder / "custom_nodes/pointshade"), folder
+
+
+@pytest.fixture(scope="module")
+def node(comfyui):
+    (node,) = asyncio.run(asyncio.run(comfyui[0].comfy_entrypoint()).get_node_list())
+    return node
 
 
 @pytest.mark.clients
@@ -188,48 +204,117 @@ class TestComfyUI:
         inverse = np.where(vase.depth > 0, (1 / np.maximum(vase.depth, near) - 1 / far) / (1 / near - 1 / far), 0)
         return color, torch.from_numpy(inverse[None, ..., None].repeat(3, axis=-1).astype(np.float32))
 
-    @staticmethod
-    def call(node, image, depth, **changed):
-        """As ComfyUI calls it: by name, with what the widgets show at first, in a thread that is not the main one."""
-        inputs = node.INPUT_TYPES()["required"]
-        widgets = {name: kind[1]["default"] for name, kind in inputs.items() if kind[0] != "IMAGE"}
-        assert set(changed) <= set(widgets)
-        arguments = {"image": image, "depth": depth} | widgets | changed
-        with ThreadPoolExecutor(1) as thread:
-            return thread.submit(getattr(node(), node.FUNCTION), **arguments).result()
+    @pytest.fixture
+    def moge(self, vase):
+        """What ComfyUI's MoGe says of the vase: the matrix counts in sides of the picture, unknown depth is inf."""
+        import torch
 
-    def test_the_class_table_is_what_comfyui_reads(self, node):
-        assert len(node.RETURN_TYPES) == len(node.RETURN_NAMES) == 3 and node.RETURN_TYPES == ("IMAGE", "IMAGE", "MASK")
-        assert isinstance(node.CATEGORY, str) and callable(getattr(node, node.FUNCTION))
-        for name, kind in node.INPUT_TYPES()["required"].items():
-            if isinstance(kind[0], list):
-                assert kind[1]["default"] in kind[0], name
-            elif kind[0] == "FLOAT":
-                assert kind[1]["min"] <= kind[1]["default"] <= kind[1]["max"], name
-            else:
-                assert kind[0] in ("IMAGE", "BOOLEAN"), name
+        c, (height, width) = vase.camera, vase.depth.shape
+        matrix = torch.tensor([[c.fx / width, 0, 0.5], [0, c.fy / height, 0.5], [0, 0, 1]])
+        depth = torch.tensor(np.where(vase.depth > 0, vase.depth, np.inf))[None].float()
+        return {"depth": depth, "intrinsics": matrix[None].float(), "mask": torch.isfinite(depth)}
+
+    @staticmethod
+    def call(node, image, depth=None, *, page=False, **changed):
+        """As ComfyUI calls it: by name, with what the widgets show at first, in a thread that is not the main one."""
+        given = {one.id: one.default for one in node.define_schema().inputs if hasattr(one, "default")}
+        given |= {"image": image, "page": page, **changed} | ({} if depth is None else {"depth": depth})
+        assert set(given) <= {one.id for one in node.define_schema().inputs}
+        with ThreadPoolExecutor(1) as thread:
+            return thread.submit(node.execute, **given).result()
+
+    def lit(self, node, *inputs, **changed):
+        return self.call(node, *inputs, **changed).args
+
+    def test_saved_workflows_find_the_node_its_widgets_and_its_outputs(self, node):
+        schema = node.define_schema()
+        assert schema.node_id == "PointshadeRelight"
+        assert [one.io_type for one in schema.outputs] == ["IMAGE", "IMAGE", "MASK", "MASK"]
+        assert [one.display_name for one in schema.outputs] == ["lit", "normals", "surface", "shadow"]
+        inputs = {one.id: one for one in schema.inputs}
+        assert inputs["geometry"].io_type == "MOGE_GEOMETRY,DA3_GEOMETRY"
+        assert [name for name, one in inputs.items() if one.optional] == ["depth", "geometry"]
+        names = "depth_kind far fov light right up towards_viewer red green blue intensity ambient diffuse specular"
+        kept = [
+            *names.split(),
+            "shininess",
+            "shadow",
+            "unlight",
+        ]  # their values are saved by order: new ones go to the end
+        assert [name for name, one in inputs.items() if hasattr(one, "default")][: len(kept)] == kept
+        for name, one in inputs.items():
+            if one.io_type == "FLOAT":
+                assert one.min <= one.default <= one.max, name
+
+    def test_the_pack_has_what_the_registry_and_the_manager_read(self):
+        folder = EXAMPLES / "comfyui"
+        about = (folder / "pyproject.toml").read_text()
+        (needs,) = (folder / "requirements.txt").read_text().split()
+        assert f'dependencies = ["{needs}"]' in about
+        assert (
+            re.search(r'^version = "\d+\.\d+\.\d+"$', about, re.MULTILINE) and "[tool.comfy]\nPublisherId = " in about
+        )
 
     def test_depth_of_a_network_is_lit_as_render_lights_its_metres(self, node, tensors, vase):
         image, depth = tensors
-        lit, normals, mask = self.call(node, image, depth, far=3.0, fov=50.0)
-        assert lit.shape == normals.shape == (1, 480, 640, 3) and mask.shape == (1, 480, 640)
-        assert lit.dtype == normals.dtype == mask.dtype == image.dtype and lit.min() >= 0 and lit.max() <= 1
+        lit, normals, surface, shadow = self.lit(node, image, depth, far=3.0, fov=50.0)
+        assert lit.shape == normals.shape == (1, 480, 640, 3) and surface.shape == shadow.shape == (1, 480, 640)
+        assert lit.dtype == normals.dtype == surface.dtype == shadow.dtype == image.dtype
+        assert lit.min() >= 0 and lit.max() <= 1
         metres = 1 / (1 / 3 + depth[0, ..., 0].numpy() * (1 - 1 / 3))
         frame = ps.Frame(vase.color[..., :3], metres, ps.Camera.from_fov(50, 640, 480))
         light = ps.Light(position=frame.pivot + frame.pivot[2] * np.array([-0.6, -0.7, -0.8]))
         assert not compare_images((lit[0].numpy() * 255).round().astype(int), ps.render(frame, light)[..., :3])
-        assert mask.min() == 1  # a network has depth everywhere
+        assert surface.min() == 1  # a network has depth everywhere
 
     def test_metres_leave_what_has_no_depth_out_of_the_mask(self, node, tensors, vase):
         import torch
 
         metres = torch.tensor(vase.depth[None, ..., None])
-        _, normals, mask = self.call(node, tensors[0], metres, depth_kind="metres")
+        _, normals, surface, shadow = self.lit(node, tensors[0], metres, depth_kind="metres")
         known = vase.depth > 0
-        assert (mask[0].numpy()[known] == 1).mean() > 0.99 and (mask[0].numpy()[~known] == 0).mean() > 0.99
+        assert (surface[0].numpy()[known] == 1).mean() > 0.99 and (surface[0].numpy()[~known] == 0).mean() > 0.99
+        assert (shadow <= surface).all()
         vectors = normals[0].numpy()[known] * 2 - 1
         np.testing.assert_allclose(np.linalg.norm(vectors, axis=1).mean(), 1, atol=0.02)
         assert vectors[:, 2].mean() > 0.5  # blue is towards the viewer
+
+    def expected(self, vase, camera):
+        frame = ps.Frame(vase.color[..., :3], vase.depth, camera)
+        return ps.render(frame, ps.Light(position=frame.pivot + frame.pivot[2] * np.array([-0.6, -0.7, -0.8])))[..., :3]
+
+    @pytest.mark.parametrize("network", ["moge", "depth anything 3"])
+    def test_geometry_brings_its_own_camera_and_depth(self, node, tensors, vase, moge, network):
+        """Depth Anything 3 counts in pixels of what its network saw, here 504 x 378."""
+        import torch
+
+        if network != "moge":
+            sides = torch.diag(torch.tensor([504.0, 378.0, 1.0]))
+            depth = moge["depth"].nan_to_num(posinf=5.0)
+            moge = {"depth": depth, "sky": (depth == 5.0).float(), "mode": "multiview"} | {
+                "intrinsics": (sides @ moge["intrinsics"])[None]
+            }
+        lit = self.lit(node, tensors[0], tensors[1], geometry=moge, fov=120.0, far=50.0)[0]
+        c = vase.camera
+        middle = ps.Camera(c.fx, c.fy, 319.5, 239.5, 640, 480)
+        assert not compare_images((lit[0].numpy() * 255).round().astype(int), self.expected(vase, middle))
+
+    def test_geometry_without_a_camera_takes_the_widget_and_its_depth_as_it_is(self, node, tensors, vase, moge):
+        import torch
+
+        depth = moge["depth"].nan_to_num(posinf=0.0)
+        bare = {"depth": depth, "mode": "mono"}
+        unknown = bare | {"mode": "multiview", "intrinsics": torch.eye(3)[None, None]}
+        for geometry in (bare, unknown):
+            lit = self.lit(node, tensors[0], geometry=geometry, fov=40.0, far=50.0)[0]
+            seen = self.expected(vase, ps.Camera.from_fov(40, 640, 480))
+            assert not compare_images((lit[0].numpy() * 255).round().astype(int), seen)
+
+    def test_what_gives_no_depth_is_said(self, node, tensors, moge):
+        with pytest.raises(ValueError, match="connect depth, or geometry"):
+            self.call(node, tensors[0])
+        with pytest.raises(ValueError, match="a panorama has none"):
+            self.call(node, tensors[0], geometry={"depth": moge["depth"], "mask": moge["mask"]})
 
     @pytest.mark.parametrize(("side", "brighter"), [(-3.0, np.s_[:, :320]), (3.0, np.s_[:, 320:])])
     @pytest.mark.parametrize("light", ["lamp", "sun"])
@@ -239,33 +324,90 @@ class TestComfyUI:
         v, u = np.mgrid[-1:1:240j, -1:1:320j]
         ball = torch.from_numpy(np.sqrt(np.maximum(1 - u * u - v * v, 0)).astype(np.float32))[None, ..., None]
         grey = torch.full((1, 480, 640, 3), 0.5)
-        lit, _, _ = self.call(node, grey, ball, light=light, right=side, up=0.0, towards_viewer=0.5, far=1.5)
+        lit, _, _, shadow = self.lit(node, grey, ball, light=light, right=side, up=0.0, towards_viewer=0.5, far=1.5)
         other = np.s_[:, 320:] if brighter == np.s_[:, :320] else np.s_[:, :320]
         assert lit.shape == (1, 480, 640, 3)  # the larger of the two sizes
         assert lit[0].numpy()[brighter].mean() > 1.5 * lit[0].numpy()[other].mean()
+        assert shadow[0].numpy()[other].mean() > shadow[0].numpy()[brighter].mean() + 0.1
+
+    def test_the_shadow_is_where_something_is_before_the_light(self, node):
+        """A plate before a wall, under a sun from the left: its shadow is to its right."""
+        import torch
+
+        metres = torch.full((1, 120, 160, 1), 2.0)
+        metres[:, 40:80, 60:80] = 1.8
+        sun = {"depth_kind": "metres", "light": "sun", "right": -1.0, "up": 0.0, "towards_viewer": 1.0}
+        shadow = self.lit(node, torch.ones(1, 120, 160, 3), metres, **sun)[3][0].numpy()
+        assert shadow[50:70, 82:88].min() > 0.9
+        assert shadow[50:70, 20:55].max() < 0.1 and shadow[50:70, 62:78].max() < 0.1 and shadow[:30].max() < 0.1
 
     def test_batches_are_lit_one_by_one_and_one_depth_serves_all(self, node, tensors):
         import torch
 
-        image, depth = tensors
+        image, depth = (one[:, ::4, ::4] for one in tensors)
         images, depths = torch.cat([image, image.flip(2)]), torch.cat([depth, depth.flip(2)])
-        lit, normals, mask = self.call(node, images, depths)
+        both = self.lit(node, images, depths)
         for k in range(2):
-            alone = self.call(node, images[k : k + 1], depths[k : k + 1])
-            for both, one in zip((lit, normals, mask), alone, strict=True):
-                assert torch.equal(both[k], one[0])
-        shared = self.call(node, images, depth)
-        assert torch.equal(shared[0][0], lit[0]) and not torch.equal(shared[0][1], lit[1])
+            alone = self.lit(node, images[k : k + 1], depths[k : k + 1])
+            for of_both, of_one in zip(both, alone, strict=True):
+                assert torch.equal(of_both[k], of_one[0])
+        shared = self.lit(node, images, depth)
+        assert torch.equal(shared[0][0], both[0][0]) and not torch.equal(shared[0][1], both[0][1])
 
     def test_as_many_depths_as_images_or_one(self, node, tensors):
         image, depth = tensors
         with pytest.raises(ValueError, match="3 images need 3 depths or 1, got 2"):
             self.call(node, image.expand(3, -1, -1, -1), depth.expand(2, -1, -1, -1))
 
-    def test_without_comfyui_it_lights_the_vase(self, renderer, tmp_path, stored):
-        need("torch")
-        run_example(tmp_path, "comfyui_node")
-        stored("comfyui_node", opened(tmp_path / "comfyui_node.png"))
+    @pytest.mark.system
+    @pytest.mark.browser
+    def test_below_the_node_the_light_follows_the_mouse(self, comfyui, node, page, tensors, moge):
+        """ComfyUI's window is a page here that gives its script what ComfyUI gives it, and serves what it serves."""
+        shown = self.call(node, tensors[0], geometry=moge, page=True).ui
+        assert [one["type"] for one in shown["images"]] == ["temp"]
+        module, folder = comfyui
+        script = folder / "custom_nodes/pointshade" / module.WEB_DIRECTORY / "page.js"
+        files = {
+            "/": ("text/html", "<body><script type=module src=/extensions/pointshade/page.js></script>"),
+            "/extensions/pointshade/page.js": ("text/javascript", script.read_text()),
+            "/scripts/api.js": ("text/javascript", "export const api = { fetchApi: (path) => fetch(path) };"),
+            "/scripts/app.js": ("text/javascript", COMFYUI_WINDOW % json.dumps(shown)),
+            "/view": (
+                "application/octet-stream",
+                (folder / "temp" / shown["pointshade_page"][0]["filename"]).read_text(),
+            ),
+        }
+
+        def answer(route):
+            kind, text = files[route.request.url.removeprefix("http://localhost").partition("?")[0]]
+            route.fulfill(content_type=kind, body=text)
+
+        opened_page = page("about:blank", 700, 700)
+        opened_page.route("http://localhost/**", answer)
+        opened_page.goto("http://localhost/")
+        follows_the_mouse(opened_page, opened_page.locator("iframe"))
+
+    def test_it_lights_the_vase(self, node, tensors, moge, stored):
+        import torch
+
+        lit, normals, surface, shadow = self.lit(node, tensors[0], geometry=moge, shadow=True)
+        masks = [mask[..., None].expand(-1, -1, -1, 3) for mask in (surface, shadow)]
+        wide = torch.cat([one[:, :, 112:528] for one in (tensors[0], lit, normals, *masks)], dim=2)
+        half = torch.nn.functional.avg_pool2d(wide.permute(0, 3, 1, 2), 2)[0].permute(1, 2, 0)
+        stored("comfyui", (half.numpy() * 255 + 0.5).astype(np.uint8))
+
+
+COMFYUI_WINDOW = """
+const node = { comfyClass: "PointshadeRelight", addDOMWidget(name, type, element) {
+  element.style.height = "400px";
+  document.body.append(element);
+  return {};
+} };
+export const app = { registerExtension(extension) {
+  extension.nodeCreated(node);
+  node.onExecuted(%s);
+} };
+"""
 
 
 def png(picture: np.ndarray) -> bytes:

@@ -17,7 +17,7 @@ SHORT = {  # about a second each, of every section
     "own_context",
 }  # fmt: skip
 README = EXAMPLES / "README.md"
-named = {"argvalues": examples(), "ids": [one.path.stem for one in examples()]}
+named = {"argvalues": examples(), "ids": [one.name for one in examples()]}
 
 
 @pytest.mark.parametrize("one", **named)
@@ -30,7 +30,7 @@ class TestEach:
 
     def test_other_programs_are_installed_by_one_line(self, one):
         lines = re.findall(r"pip install [^\n\"\\]+", one.path.read_text(encoding="utf-8"))
-        assert len(lines) == (one.path.stem in ELSEWHERE - {"page"})
+        assert len(lines) == (one.name in ELSEWHERE - {"page"})
 
     def test_it_uses_nothing_but_public_names(self, one):
         if one.path.suffix == ".py":
@@ -46,8 +46,9 @@ def test_the_page_is_that_of_today(request):
 
 
 def test_nothing_lies_there_that_the_page_does_not_show():
-    shown = {one.path.name for one in examples()} | {README.name}
-    assert {path.name for path in EXAMPLES.iterdir() if path.is_file()} == shown
+    shown = {one.path for one in examples()} | {README, PICTURES}
+    shown = {EXAMPLES / path.relative_to(EXAMPLES).parts[0] for path in shown}
+    assert {path for path in EXAMPLES.iterdir() if path.name != "__pycache__"} == shown
     assert {path.name for path in PICTURES.iterdir()} == {one.picture.name for one in examples()}
     assert sum(path.stat().st_size for path in PICTURES.iterdir()) < 3_000_000
 
@@ -56,7 +57,7 @@ def test_nothing_lies_there_that_the_page_does_not_show():
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(one.path.stem, marks=() if one.path.stem in SHORT else pytest.mark.system)
+        pytest.param(one.name, marks=() if one.name in SHORT else pytest.mark.system)
         for one in examples()
         if runs_alone(one)
     ],

@@ -26,8 +26,8 @@ SECTIONS = {
         "three_cameras", "align_views", "temporal_film", "batch_folders", "render_pool", "own_context",
     ],
     "In other programs": [
-        "jupyter", "canvas_notebook", "marimo_notebook", "qt_views", "canvas_server", "gradio_light", "comfyui_node",
-        "fastapi_upload", "rerun_log", "blender_cycles", "open3d_roundtrip", "trimesh_roundtrip",
+        "jupyter", "canvas_notebook", "marimo_notebook", "qt_views", "canvas_server", "gradio_light", "comfyui",
+        "fastapi_upload", "rerun_log", "blender_cycles", "open3d_roundtrip", "open3d_mesh", "trimesh_roundtrip",
     ],
 }  # fmt: skip
 ELSEWHERE = {"page", *SECTIONS["In other programs"]}  # what other programs show: the stored picture is theirs
@@ -41,21 +41,32 @@ what to install.
 
 
 class Example(NamedTuple):
-    """An example: its file, its title, and what it says below the title."""
+    """An example: its file (__init__.py of a folder), its title, and what it says below the title."""
 
     path: Path
     title: str
     text: str
 
     @property
+    def name(self) -> str:
+        """Its name: of its file without a suffix, or of its folder."""
+        return self.path.parent.name if self.path.name == "__init__.py" else self.path.stem
+
+    @property
+    def link(self) -> str:
+        """What the page of all examples leads to: its file, or what its folder says about itself."""
+        return f"{self.name}/README.md" if self.path.name == "__init__.py" else self.path.name
+
+    @property
     def picture(self) -> Path:
         """Where its stored picture lies."""
-        return PICTURES / f"{self.path.stem}.webp"
+        return PICTURES / f"{self.name}.webp"
 
 
 def example(name: str) -> Example:
     """Read an example by its name without a suffix: the title, and the text up to the end of its comment."""
-    (path,) = [path for path in EXAMPLES.glob(f"{name}.*") if path.suffix in (".py", ".sh", ".ipynb")]
+    found = [*EXAMPLES.glob(f"{name}.*"), *EXAMPLES.glob(f"{name}/__init__.py")]
+    (path,) = [path for path in found if path.suffix in (".py", ".sh", ".ipynb")]
     source = path.read_text(encoding="utf-8")
     if path.suffix == ".py":
         said = ast.get_docstring(ast.parse(source)) or ""
@@ -70,7 +81,7 @@ def example(name: str) -> Example:
 
 def runs_alone(one: Example) -> bool:
     """Whether this package alone makes its picture; tests run the others beside their programs."""
-    return one.path.stem not in ELSEWHERE
+    return one.name not in ELSEWHERE
 
 
 def examples() -> list[Example]:
@@ -102,8 +113,8 @@ def gallery_page() -> str:
 
 
 def _cell(one: Example) -> str:
-    name = one.path.name
-    return f"[![{one.title}](pictures/{one.picture.name})]({name})<br>**[{one.title}]({name})**<br>{summary(one)}"
+    shown = f"[![{one.title}](pictures/{one.picture.name})]({one.link})"
+    return f"{shown}<br>**[{one.title}]({one.link})**<br>{summary(one)}"
 
 
 def summary(one: Example) -> str:

@@ -294,18 +294,18 @@ class Renderer(Estimates):
         passes : str or sequence of str
             "all", or some of these names, in a sequence or with commas between them.
 
-            | "beauty": the picture, red, green, blue and alpha; alpha has the shadows on a ground, too.
-            | "light": light_1, light_2 ... what each light adds, in their order; "unshadowed": without its shadows;
+            - "beauty": the picture, red, green, blue and alpha; alpha has the shadows on a ground, too.
+            - "light": light_1, light_2 ... what each light adds, in their order; "unshadowed": without its shadows;
               "shadow": the share of it that shadows take, 0 to 1.
-            | "ambient", "environment": the light from all around. One of them is 0.
-            | "unlit": objects that are shown in their own colours.
-            | "ground": alpha of the shadows on the ground.
-            | "albedo": the objects' own colours, linear.
-            | "normal", "normal_world": unit, the camera's or the world's axes; NaN where there is none.
-            | "depth": metres along the camera's axis; 0 where nothing is seen. "position": world; NaN there.
-            | "certainty": of the normals, c from 0 to 1: they are off by about sqrt(1 / c - 1) / 2 radians.
-            | "ao": the share of the light from all around that near things leave.
-            | "object_id": which object of the scene is seen, from 1; 0 is none.
+            - "ambient", "environment": the light from all around. One of them is 0.
+            - "unlit": objects that are shown in their own colours.
+            - "ground": alpha of the shadows on the ground.
+            - "albedo": the objects' own colours, linear.
+            - "normal", "normal_world": unit, the camera's or the world's axes; NaN where there is none.
+            - "depth": metres along the camera's axis; 0 where nothing is seen. "position": world; NaN there.
+            - "certainty": of the normals, c from 0 to 1: they are off by about sqrt(1 / c - 1) / 2 radians.
+            - "ao": the share of the light from all around that near things leave.
+            - "object_id": which object of the scene is seen, from 1; 0 is none.
 
         Returns
         -------

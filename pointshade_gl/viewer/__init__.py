@@ -1,6 +1,7 @@
 """The interactive demo: a window in which the light follows the mouse."""
 
+from .canvas import CanvasViewer
 from .events import Event
 from .viewer import Viewer
 
-__all__ = ["Event", "Viewer"]
+__all__ = ["CanvasViewer", "Event", "Viewer"]

@@ -113,6 +113,11 @@ class CanvasViewer(Viewer):
 
     What takes long, such as merging views, keeps the application waiting. Saving, opening and closing are up to the
     application: their keys do nothing. After another `state`, `frame` or `lights`, `canvas.request_draw()` shows them.
+
+    Parameters
+    ----------
+    source, backend, **options
+        As `pointshade_gl.canvas` takes them.
     """
 
     window: CanvasWindow

@@ -197,7 +197,7 @@ class TestWrittenClouds:
 
 
 WRONG = [  # typed, and the sentence
-    ("normals ball.ply -o out.png", "the suffix of a point cloud's normals must be one of .ply, .glb, .npy"),
+    ("normals ball.ply -o out.png", "the suffix of a point cloud's normals must be one of .ply, .glb, .gltf, .npy"),
     ("normals ball.ply -o out.npy --axes opengl", "--axes turns the points of a .ply, out.npy holds normals alone"),
     ("normals ball.ply -o out.ply --axes directx", "unknown --axes 'directx': known are opencv, opengl, blender"),
     ("normals ball.ply -o out.ply --bits 16", "--bits is of pictures, and ball.ply is a point cloud: leave it out"),

@@ -154,7 +154,7 @@ class TestWindow:
             pictures.append(viewer.screen.read(viewer.picture, 1).astype(int))
             seen = pictures[-1][pictures[-1][..., 3] > 0]
             assert (seen[:, :3] >= 254).any(-1).mean() < 0.001
-        assert np.abs(pictures[0] - pictures[1]).mean(where=pictures[0][..., 3:] > 0) > 8
+        assert np.abs(pictures[0] - pictures[1]).mean(where=pictures[0][..., 3:] > 0) > 7
         press(viewer, "E")
         assert viewer.state.light_intensity == 1
         assert open_viewer(state=State(finish=ps.OutputSettings(environment="sky"))).state.light_intensity < 0.5

@@ -32,8 +32,8 @@ def points_of(*said, **more):
     return document(nodes=nodes, scenes=[{"nodes": [*range(len(said))]}])
 
 
-def only(folder, said):
-    (placed,) = load(folder, points_of(said)).placed()
+def only(folder, said, *notes):
+    (placed,) = load(folder, points_of(said), *notes).placed()
     return placed.content
 
 
@@ -57,7 +57,10 @@ def test_the_node_stands_where_the_camera_stood_as_gltf_cameras_do(folder):
     for said in (pose.tolist(), pose.ravel().tolist()):
         np.testing.assert_array_equal(only(folder, {"frame": "my_frame", "pose": said}).frame.pose, pose)
     np.savetxt(folder / "pose.txt", pose)
-    np.testing.assert_array_equal(only(folder, {"frame": "my_frame", "pose": "pose.txt"}).frame.pose, pose)
+    told = []
+    ours = only(folder, {"frame": "my_frame", "pose": "pose.txt"}, told.append).frame.pose
+    np.testing.assert_array_equal(ours, pose)
+    assert len(told) == 1 and "one pose" in told[0]  # whose axes nothing shows
 
 
 def test_the_built_in_vase_needs_no_file(tmp_path):

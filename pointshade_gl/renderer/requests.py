@@ -193,10 +193,9 @@ class RenderRequest:
     def lights_of(self, scene: Scene) -> tuple[Light, ...]:
         """Return the lights: those given, else the scene's own, else one, unless there is an environment; that of a
         ground casts shadows."""
-        if type(self.lights) is tuple:  # `of` has checked them
-            return self.lights
-        if self.lights is not None:
-            return check_lights(self.lights)
+        given: Any = self.lights
+        if given is not None:
+            return given if given.__class__ is tuple else check_lights(given)  # `of` has checked a tuple
         if scene.lights or self.environment_of(scene):
             return scene.lights
         if not self.finish.ground:

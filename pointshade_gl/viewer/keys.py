@@ -193,7 +193,7 @@ def _next_occlusion(state: State, *_: Any) -> Answer:
 
 def _next_light(state: State, now: Snapshot, _: str) -> Answer:
     number = (now.number + 1) % (1 + len(now.lights))
-    return state, TakeLight(number) if now.lights else "there is only one light"
+    return state, TakeLight(number) if now.lights else "there is only one light: the panel (G) adds one"
 
 
 def _toggle_help(state: State, *_: Any) -> Answer:

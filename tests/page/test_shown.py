@@ -156,12 +156,18 @@ class TestForEveryone:
         opened.page.wait_for_timeout(200)
         np.testing.assert_array_equal(picture_of(opened.page), before)
 
+    def test_the_bar_of_a_phone_is_one_row(self, browser, html):
+        phone = {"viewport": {"width": 390, "height": 844}, "device_scale_factor": 2, "has_touch": True}
+        with browser.opened(html, is_mobile=True, **phone) as page:
+            buttons = page.page.locator("#tools > :visible")
+            assert len({buttons.nth(k).bounding_box()["y"] for k in range(buttons.count())}) == 1 < buttons.count()
+
     def test_it_fits_a_phone_and_fingers_meet_its_buttons(self, browser, html):
         phone = {"viewport": {"width": 320, "height": 640}, "device_scale_factor": 2, "has_touch": True}
         with browser.opened(html, is_mobile=True, **phone) as page:
             page.wait_until_drawn()
             assert page.page.evaluate("document.documentElement.scrollWidth") == 320
-            for control in page.page.locator("#tools > :not([hidden])").all():
+            for control in page.page.locator("#tools > :visible").all():
                 box = control.bounding_box()
                 assert min(box["width"], box["height"]) >= 44
                 assert box["x"] >= 0 and box["x"] + box["width"] <= 320 and box["y"] + box["height"] <= 640

@@ -106,7 +106,7 @@ class TestKeys:
         assert control == START and effects == (ShowMessage(OWN_LOOKS), Remember())
 
     def test_tab_takes_the_next_light_of_several(self):
-        assert after(key("TAB"))[1][0] == ShowMessage("there is only one light")
+        assert after(key("TAB"))[1][0] == ShowMessage("there is only one light: the panel (G) adds one")
         several = replace(START, now=START.now._replace(lights=(OWN_LIGHT,), number=1))
         assert after(key("TAB"), control=several)[1][0] == TakeLight(0)
 

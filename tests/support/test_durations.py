@@ -4,10 +4,11 @@ import json
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
-from .durations import cpu_seconds, descendants
+from .durations import Durations, cpu_seconds, descendants, slowness
 from .places import ROOT
 
 BUSY = "import time; end = time.process_time() + 0.3\nwhile time.process_time() < end: pass"
@@ -16,7 +17,7 @@ from pathlib import Path
 from tests.support.durations import Durations
 def pytest_configure(config):
     config.addinivalue_line("markers", "system: may take long")
-    config.pluginmanager.register(Durations(Path("build/durations.json"), 0.2))
+    config.pluginmanager.register(Durations(Path("build/durations.json"), 0.2, lambda: 1.0))
 """
 TESTS = f"""
 import subprocess, sys, time, pytest
@@ -50,6 +51,15 @@ def test_a_child_counts_while_it_lives_and_when_it_has_ended():
             assert child.pid in descendants(os.getpid()) and cpu_seconds() - before > least
         child.kill()
     assert cpu_seconds() - before > least
+
+
+def test_on_a_slow_machine_a_test_may_take_longer():
+    assert 1 <= slowness() < 100
+    item = SimpleNamespace(get_closest_marker=lambda _: None)
+    for times, is_slow in ((1.0, True), (2.0, False)):
+        plugin = Durations(limit=0.2, slowness=lambda times=times: times)
+        plugin.spent = 0.3
+        assert plugin._is_too_slow(item, []) == is_slow
 
 
 @pytest.mark.system

@@ -263,7 +263,7 @@ def test_several_folders_play_at_once_as_one_object(user, tmp_path):
         view = seen_from(pose_at(yaw))
         film = [replaced(view, color=(view.color * share).astype(np.uint8)) for share in (1, 0.3)]
         folders.append(write_views(tmp_path / name, film))
-    someone = user(*folders, "--fps", "6,3", "--depth-scale", "1000", "--shading", "none")
+    someone = user(*folders, "--fps", "2,1", "--depth-scale", "1000", "--shading", "none")
     assert f"{folders[0]} and {folders[1]}" in someone.window.get_wm_name()
     someone.wait_for(lambda: someone.shows() or None)
     greys = set()

@@ -1,7 +1,7 @@
 """CPU seconds of each test, in build/durations.json; a test that takes more than 2 and is not marked `system` fails.
 
 CPU of the process that runs the test and of all its descendants, also of those that a fixture of the file started:
-a busy machine makes no test slow. Nor does a slow one: seconds are those of a machine that does the `work` here in .05.
+a busy machine makes no test slow. Nor does a slow one: seconds are those of a machine that does `_work` in .03.
 Fixtures of whole files and runs are not counted.
 """
 
@@ -21,7 +21,7 @@ from _pytest.runner import runtestprotocol
 from .places import ROOT
 
 LIMIT = 2.0
-USUAL = 0.05  # seconds of `_work`
+USUAL = 0.03  # seconds of `_work` on a fast desktop
 FILE = ROOT / "build" / "durations.json"
 _open, _listdir = open, os.listdir  # tests replace them
 

@@ -23,7 +23,10 @@ const float LEAST_SCATTER = 0.08; // radians, which are no sign that depth is wr
 const float SCATTER = 0.2;        // and which are one
 const float LIKE = 0.2;           // difference of luminance, as PHOTO, of what may be one surface
 const float LEAST_LIKE = 7.0;     // cells of 25 that are: fewer are no wide area
-const float WRONG_TILT = 0.7;     // radians: where depth is wrong
+const float UNSUREST = 0.6;       // radians of noise, the most of a single pixel
+const float LEAST_WRONG = 0.65;   // radians: from these on depth is wrong,
+const float WRONG_TILT = 0.7;     // radians: where it surely is
+const float WRONG_PHOTO = 0.3;    // as PHOTO, there
 const float LOST = 0.3;           // radians: surfaces that are both less sure are not told apart by depth
 const float MIXED = 8.0;            // times the variance of normals that a cell's surroundings leave makes highlights dim, beyond
 const float EVEN = 0.01;          // radians squared: what small round bodies leave
@@ -53,21 +56,27 @@ bool is_facet(Facet facet) {
     return facet.point.z > 0.0 && facet.normal != vec3(0.0);
 }
 
+// Does it lie in a wide area whose depth is wrong? Then only the photograph tells which surface it belongs to.
+bool is_wrong(Facet facet) {
+    return facet.tilt > LEAST_WRONG;
+}
+
 // By how many standard deviations, squared and halved, does another facet miss the own surface? noise: of depth, over depth
 float strangeness(Facet own, Facet other, float noise, vec4 intrinsics) {
     vec3 way = other.point - own.point;
     float off = min(abs(dot(way, own.normal)), abs(dot(way, other.normal)));
     float tilt = min(own.tilt + other.tilt, STEEPEST_TILT);
     float slack = (SLACK * noise + 0.5 / mean_focal_length(intrinsics)) * own.point.z + tilt * length(way);
-    off = min(own.tilt, other.tilt) > LOST ? 0.0 : off / slack;
-    return 0.5 * off * off + abs(other.luminance - own.luminance) * (1.0 / PHOTO);
+    bool is_any = is_wrong(own) || is_wrong(other);
+    off = min(own.tilt, other.tilt) > LOST || is_any ? 0.0 : off / slack;
+    return 0.5 * off * off + abs(other.luminance - own.luminance) * (1.0 / (is_any ? WRONG_PHOTO : PHOTO));
 }
 
 // The logarithm of the photograph's brightness (x), and the tilt of the normal (y).
 vec2 witness_of(vec3 color, float certainty, bool is_measured) {
     float brightness = sqrt(dot(color * color, vec3(0.2126, 0.7152, 0.0722)));  // of the eye: near the power of sRGB
     float tilt = sqrt((1.0 / max(certainty, 0.05) - 1.0) / WANDERING);  // see normal_certainty.frag
-    return vec2(2.5 * log(brightness + DARK), max(tilt, is_measured ? LEAST_TILT : COMPLETED_TILT));
+    return vec2(2.5 * log(brightness + DARK), clamp(tilt, is_measured ? LEAST_TILT : COMPLETED_TILT, UNSUREST));
 }
 
 // Of the pixels of a cell: the surest of the four in its middle, or else the last one, and those that belong to it.
@@ -218,14 +227,17 @@ vec4 calm_facet(
     float outlier = own.is_blind ? FLAT_OUTLIER * FLAT_OUTLIER : OUTLIER * OUTLIER;
     float spread = own.is_blind ? 0.0 : 0.5 * max(1.0 - dot(mean, mean) / (total * total), 0.0);
     vec3 expected = own.is_blind ? own.normal : normalize(mean);
-    float squares = 0.0;
+    float squares = 0.0, wrong = 0.0;
     Bend bend = NO_BEND;
     for (int k = 0; k < 9; ++k) {
         vec3 miss = normals[k] - expected;
         float m = weights[k] * exp(-0.5 * dot(miss, miss) / (outlier * (own.tilt * own.tilt + tilts[k]) + spread));
         add_normal(bend, vec2(k % 3, k / 3) - 1.0, m, normals[k]);
-        squares += m * m * tilts[k];
+        bool is_noise = tilts[k] <= LEAST_WRONG * LEAST_WRONG;
+        squares += is_noise ? m * m * tilts[k] : 0.0;
+        wrong += is_noise ? 0.0 : m * sqrt(tilts[k]);
     }
+    squares += wrong * wrong;  // noise becomes less in a mean; what is wrong together does not
     vec3 here;
     float rest = variance_left(bend, mean, here), s = bend.total;
     float variance = max(squares, rest * s * s / 9.0) / (s * s);  // they may miss the plane by more than their tilts say

@@ -12,6 +12,7 @@ K_GLSL = "vec4(60.0, -62.0, 30.0, 20.0)"
 WIDTH, HEIGHT, NOISE = 64, 48, 0.002
 MAPS = "surface_map, witness_map"
 SIDE = mirror.SIDE
+V, U = np.mgrid[:HEIGHT, :WIDTH] / 1.0
 
 
 def unit(array):
@@ -31,7 +32,7 @@ def maps():
     normals[0, :5] = 0  # lit already
     surface = np.concatenate([normals, np.where(u % 7 == 0, -depth, depth)[..., None]], -1).astype(F)
     luminance = np.where(board, -0.5, -1.5) + 0.03 * rng.normal(size=depth.shape)
-    tilt = rng.uniform(0.03, 0.3, depth.shape) * np.where(u > 50, -1, 1)
+    tilt = np.where(v > 36, mirror.WRONG_TILT, rng.uniform(0.03, 0.3, depth.shape)) * np.where(u > 50, -1, 1)
     return {"surface_map": surface, "witness_map": np.stack([luminance, tilt], -1).astype(F)}
 
 
@@ -124,6 +125,16 @@ def test_normals_of_pixels_agree_with_the_mirror(gpu, maps):
     close(gpu("calm_normals.glsl", call, p=p, **both), expected, 1e-4)
 
 
+def test_wrong_depth_takes_the_normals_beside_it_and_alone_stays_unsure():
+    surface = np.broadcast_to(F([0, 0, -1, 2]), (HEIGHT, WIDTH, 4)).copy()
+    surface[:, 32:] = [0.6, 0, -0.8, 3]  # another surface, farther away
+    witness = np.stack([np.zeros((HEIGHT, WIDTH)), np.where(np.arange(WIDTH) < 32, 0.02, 0.7) + 0 * V], -1).astype(F)
+    cells = np.array([(32, 20), (31, 20), (48, 20)])
+    facets, left = mirror.calm_facet(surface, witness, cells, 1, NOISE, K, is_shared=False)
+    np.testing.assert_allclose(facets[:2, :3], [[0, 0, -1]] * 2, atol=0.05)
+    assert left[0, 1] < 0.1 and left[1, 1] < 0.03 and left[2, 1] > mirror.LEAST_WRONG
+
+
 def patches(seed, *patterns):
     """A surface and a witness of cells (48, 64) that look alike; patterns: of the slopes of normals, radians."""
     rng = np.random.default_rng(seed)
@@ -137,9 +148,6 @@ def doubts_of(surface, witness):
     every = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), -1).reshape(-1, 2)
     scatter = mirror.scatter_at(surface, witness, every).reshape(HEIGHT, WIDTH, 1).repeat(2, -1)  # as on the GPU, RG
     return scatter, mirror.doubted_witness(witness, scatter, every).reshape(HEIGHT, WIDTH, 2)
-
-
-V, U = np.mgrid[:HEIGHT, :WIDTH] / 1.0
 
 
 def test_wide_areas_whose_normals_scatter_are_doubted_and_no_others():

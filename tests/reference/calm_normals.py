@@ -17,6 +17,7 @@ PHOTO, SLACK, STEEPEST_TILT, LEAST_TILT, COMPLETED_TILT = F(0.08), F(0.6), F(0.5
 OUTLIER, FAR_OUTLIER, FLAT_OUTLIER, RIDGE, DARK = F(3), F(7), F(1.2), F(0.05), F(0.08)
 BELIEF, UNSURE, LEAST_SCATTER, SCATTER = F(3.5), F(0.05), F(0.08), F(0.2)
 LIKE, LEAST_LIKE, WRONG_TILT, LOST = F(0.2), F(7), F(0.7), F(0.3)
+UNSUREST, LEAST_WRONG, WRONG_PHOTO = F(0.6), F(0.65), F(0.3)
 SURER, BLACK, BURNT = F(0.12), F(-5.1), F(0.165)
 MIXED, EVEN, NEAR = F(8), F(0.01), F(0.05)
 
@@ -48,21 +49,26 @@ def is_facet(facet: Facet) -> np.ndarray:
     return (facet.point[:, 2:] > 0) & (facet.normal != 0).any(-1, keepdims=True)
 
 
+def is_wrong(facet: Facet) -> np.ndarray:
+    return facet.tilt > LEAST_WRONG
+
+
 def strangeness(own: Facet, other: Facet, noise: float, intrinsics: np.ndarray) -> np.ndarray:
     way, depth = other.point - own.point, own.point[:, 2:]
     off = np.minimum(np.abs(dot(way, own.normal)), np.abs(dot(way, other.normal)))
     tilt = np.minimum(own.tilt + other.tilt, STEEPEST_TILT)
     slack = (SLACK * F(noise) + F(0.5) / mean_focal_length(intrinsics)) * depth + tilt * length(way)
     off = off / np.where(is_facet(own), slack, F(1))
-    off = np.where(np.minimum(own.tilt, other.tilt) > LOST, F(0), off)
-    return F(0.5) * off * off + np.abs(other.luminance - own.luminance) / PHOTO
+    is_any = is_wrong(own) | is_wrong(other)
+    off = np.where((np.minimum(own.tilt, other.tilt) > LOST) | is_any, F(0), off)
+    return F(0.5) * off * off + np.abs(other.luminance - own.luminance) / np.where(is_any, WRONG_PHOTO, PHOTO)
 
 
 def witness_of(color: np.ndarray, certainty: np.ndarray, is_measured: np.ndarray) -> np.ndarray:
     """(n, 2), of colours (n, 3), and (n, 1) of each of the others"""
     brightness = np.sqrt(dot(color * color, np.array((0.2126, 0.7152, 0.0722), F)))
     tilt = np.sqrt((F(1) / np.maximum(certainty, F(0.05)) - F(1)) / WANDERING)
-    tilt = np.maximum(tilt, np.where(is_measured, LEAST_TILT, COMPLETED_TILT))
+    tilt = np.clip(tilt, np.where(is_measured, LEAST_TILT, COMPLETED_TILT), UNSUREST)
     return np.concatenate([F(2.5) * np.log(brightness + DARK), tilt], -1).astype(F)
 
 
@@ -208,13 +214,15 @@ def calm_facet(
     outlier = np.where(own.is_blind, FLAT_OUTLIER, OUTLIER) ** 2
     spread = np.where(own.is_blind, F(0), F(0.5) * np.maximum(F(1) - dot(mean, mean) / (total * total), F(0)))
     expected = np.where(own.is_blind, own.normal, normalize(mean))
-    squares, bend = np.zeros((len(cell), 1), F), no_bend(len(cell))
+    squares, wrong, bend = np.zeros((len(cell), 1), F), np.zeros((len(cell), 1), F), no_bend(len(cell))
     for off, other, weight in zip(offsets, others, weights, strict=True):
         miss, tilt = other.normal - expected, np.square(other.tilt)
         allowed = outlier * (np.square(own.tilt) + tilt) + spread
         m = weight * np.exp(F(-0.5) * dot(miss, miss) / np.where(is_known, allowed, F(1)))
         bend = add_normal(bend, off, m, other.normal)
-        squares = squares + m * m * tilt
+        squares = squares + np.where(is_wrong(other), F(0), m * m * tilt)
+        wrong = wrong + np.where(is_wrong(other), m * other.tilt, F(0))
+    squares = squares + wrong * wrong
     rest, mean, here = (np.where(is_known, x, F(1)) for x in variance_left(bend))
     s = np.where(is_known, bend.total, F(1))
     variance = np.maximum(squares, rest * s * s / F(9)) / (s * s)

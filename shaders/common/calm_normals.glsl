@@ -28,7 +28,7 @@ const float LEAST_WRONG = 0.65;   // radians: from these on depth is wrong,
 const float WRONG_TILT = 0.7;     // radians: where it surely is
 const float WRONG_PHOTO = 0.3;    // as PHOTO, there
 const float LOST = 0.3;           // radians: surfaces that are both less sure are not told apart by depth
-const float MIXED = 8.0;            // times the variance of normals that a cell's surroundings leave makes highlights dim, beyond
+const float MIXED = 20.0;         // times the variance of normals that a cell's surroundings leave makes highlights dim, beyond
 const float EVEN = 0.01;          // radians squared: what small round bodies leave
 const float NEAR = 0.05;          // of the depth: cells farther off are another surface
 const float BLACK = -5.1;         // luminance of the photograph, below which
@@ -181,12 +181,12 @@ vec2 doubted_witness(sampler2D witness_map, sampler2D scatter_map, ivec2 cell) {
     return vec2(own.x, (own.y < 0.0 ? -1.0 : 1.0) * max(abs(own.y), WRONG_TILT * doubt));
 }
 
-// The certainty of the normals of a cell, for highlights: what noise has left, without what is doubted or mixed. Where cells
+// The certainty of the normal of a cell, for highlights: less where depth is doubted or normals are mixed. Where cells
 // around differ by more than an even bend, as at creases and small parts, pixels between them get normals that no surface
-// has, and glint. surface_map: calm cells; doubt_map: of calm_doubts.frag; size: of the frame
-float doubted_certainty(sampler2D certainty_map, sampler2D doubt_map, sampler2D surface_map, ivec2 cell, vec2 size) {
+// has, and glint. surface_map, witness_map: of calm cells; doubt_map: of calm_doubts.frag
+float doubted_certainty(sampler2D surface_map, sampler2D witness_map, sampler2D doubt_map, ivec2 cell) {
     ivec2 last = textureSize(surface_map, 0) - 1;
-    float depth = texel_at(surface_map, cell).w, tilt = 0.0;
+    float depth = texel_at(surface_map, cell).w, own = texel_at(witness_map, cell).y, tilt = 0.0;
     Bend bend = NO_BEND;
     for (int k = 0; k < 9; ++k) {
         ivec2 off = ivec2(k % 3, k / 3) - 1, place = clamp(cell + off, ivec2(0), last);
@@ -195,11 +195,10 @@ float doubted_certainty(sampler2D certainty_map, sampler2D doubt_map, sampler2D 
         add_normal(bend, vec2(off), surface.w == 0.0 ? 0.0 : exp(-far), surface.xyz);
         tilt += abs(texel_at(doubt_map, place).y) / 9.0;
     }
-    float certainty = certainty_at(certainty_map, float(SIDE) * vec2(cell) + 0.5 * float(SIDE - 1), size);
-    if (depth == 0.0) return certainty;
+    if (depth == 0.0) return 1.0;
     vec3 mean, here;
-    float mixed = normal_certainty(MIXED * max(variance_left(bend, mean, here) - EVEN, 0.0));
-    return certainty * mixed * (1.0 - 0.99 * smoothstep(COMPLETED_TILT, WRONG_TILT, tilt));
+    float variance = WANDERING * own * own + MIXED * max(variance_left(bend, mean, here) - EVEN, 0.0);
+    return normal_certainty(variance) * (1.0 - 0.99 * smoothstep(COMPLETED_TILT, WRONG_TILT, tilt));
 }
 
 // A cell among those around, `stride` apart: first the mean of those on its surface, then, without those that miss the

@@ -6,6 +6,8 @@ const float WANDERING = 4.0;  // times the variance of noisy normals: highlights
                               // they are twice as wide. A wall in stereo noise: blotches of 13 steps of 255 without,
                               // 10 with 1, 7 with 4; more also dims what is true
 const float LEAST_CERTAINTY = 0.4;  // below, highlights fade: of a surface that may be any a haze would be left, seen on black
+const float LEAST_SHARE = 0.4;      // of the shininess: beyond, highlights are dimmed alone. A haze would be seen where
+                                    // certainty changes, as along the edges of surfaces
 
 // Of a tilt with this variance, radians squared along each axis.
 float normal_certainty(float variance) {
@@ -28,5 +30,5 @@ float certainty_at(sampler2D certainty_map, vec2 at, vec2 size) {
 vec4 widened(vec4 material, float certainty) {
     float share = certainty / (certainty + 4.0 * material.w * (1.0 - certainty));
     float dimmed = (1.0 + share * material.w) / (1.0 + material.w) * smoothstep(0.0, LEAST_CERTAINTY, certainty);
-    return vec4(material.xy, dimmed * material.z, share * material.w);
+    return vec4(material.xy, dimmed * material.z, max(share, LEAST_SHARE) * material.w);
 }

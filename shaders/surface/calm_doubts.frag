@@ -1,16 +1,14 @@
 #version 330 core
 #ifndef STAGE
-#define STAGE 0  // 0: where normals scatter; 1: the witness of cells that doubts wide areas of it; 2: certainty then
+#define STAGE 0  // 0: where normals scatter; 1: the witness of cells that doubts wide areas of it; 2: the certainty of calm ones
 #endif
 // Cells -> what they know beside their surface, where depth may be wrong over wide areas.
 #include "common/calm_normals.glsl"
 
 uniform sampler2D surface_map;
 uniform sampler2D witness_map;
-uniform sampler2D scatter_map;    // of stage 0
-uniform sampler2D certainty_map;  // of the normals as estimated
-uniform sampler2D doubt_map;      // of stage 1
-uniform vec2 size;                // of the frame
+uniform sampler2D scatter_map;  // of stage 0
+uniform sampler2D doubt_map;    // of stage 1
 
 out vec2 witness;
 
@@ -18,5 +16,5 @@ void main() {
     ivec2 cell = ivec2(gl_FragCoord.xy);
     if (STAGE == 0) witness = vec2(scatter_at(surface_map, witness_map, cell), 0.0);
     if (STAGE == 1) witness = doubted_witness(witness_map, scatter_map, cell);
-    if (STAGE == 2) witness = vec2(doubted_certainty(certainty_map, doubt_map, surface_map, cell, size), 0.0);
+    if (STAGE == 2) witness = vec2(doubted_certainty(surface_map, witness_map, doubt_map, cell), 0.0);
 }

@@ -185,21 +185,17 @@ def test_doubts_agree_with_the_mirror(gpu):
     close(found, mirror.texel(doubted, cells), 1e-4)
 
 
-SIZE = np.array((SIDE * WIDTH, SIDE * HEIGHT), F)
-
-
 def test_highlights_of_doubted_places_agree_with_the_mirror(gpu):
     rng = np.random.default_rng(9)
-    surface, _ = patches(6, *rng.normal(0, 0.2, (2, HEIGHT, WIDTH)) * (U > 20))
+    surface, witness = patches(6, *rng.normal(0, 0.2, (2, HEIGHT, WIDTH)) * (U > 20))
     surface[4:9, 30:40, 3] = 0
     surface[20:, 40:, 3] *= 1.2
     doubts = np.stack([np.zeros((HEIGHT, WIDTH)), rng.uniform(-1.4, 1.4, (HEIGHT, WIDTH))], -1).astype(F)
-    certainty, cells = rng.uniform(0.3, 1, (HEIGHT, WIDTH)).astype(F), some()  # a texel of each cell: not interpolated
-    expected = mirror.doubted_certainty(certainty, doubts, surface, cells, SIZE)
-    maps = {"certainty_map": certainty[..., None], "doubt_map": doubts, "surface_map": surface}
-    size = f"vec2({SIZE[0]}, {SIZE[1]})"
-    call = f"doubted_certainty(certainty_map, doubt_map, surface_map, ivec2(p), {size}), 0, 0, 0"
-    close(gpu("calm_normals.glsl", call, p=cells, **maps), expected, 1e-4)
+    witness[..., 1] = rng.uniform(-0.3, 0.3, (HEIGHT, WIDTH))
+    expected = mirror.doubted_certainty(surface, witness, doubts, some())
+    maps = {"surface_map": surface, "witness_map": witness, "doubt_map": doubts}
+    call = f"doubted_certainty({MAPS}, doubt_map, ivec2(p)), 0, 0, 0"
+    close(gpu("calm_normals.glsl", call, p=some(), **maps), expected, 1e-4)
 
 
 @pytest.mark.parametrize(
@@ -209,7 +205,7 @@ def test_highlights_of_doubted_places_agree_with_the_mirror(gpu):
 def test_highlights_are_dim_where_cells_of_several_surfaces_meet(slopes, is_dim):
     surface, witness = patches(2, *slopes)
     cells = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), -1).reshape(-1, 2)
-    certainty = mirror.doubted_certainty(np.ones((2, 2), F), 0 * witness, surface, cells, SIZE)[:, 0]
+    certainty = mirror.doubted_certainty(surface, 0.02 * witness, 0 * witness, cells)[:, 0]
     is_near = abs(cells[:, 0] - 30) < 4
     assert certainty[~is_near].min() > 0.99
     assert (certainty[is_near].min() < 0.98) == is_dim  # at .96 a highlight is a sixth as bright

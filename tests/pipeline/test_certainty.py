@@ -110,11 +110,13 @@ def test_a_sphere_is_certain_and_bumps_are_not():
 
 @pytest.mark.parametrize("shininess", [8.0, 32.0, 200.0])
 def test_a_widened_highlight_keeps_its_energy(shininess):
-    """The integral of cos^s over the half sphere is 2 pi / (s + 1)."""
-    material, certainty = np.array([0.1, 0.9, 0.3, shininess], F), np.linspace(0.8, 1, 21, dtype=F)[:, None]
+    """The integral of cos^s over the half sphere is 2 pi / (s + 1). Far wider ones are dimmed alone: no haze."""
+    material, certainty = np.array([0.1, 0.9, 0.3, shininess], F), np.linspace(0.8, 1, 201, dtype=F)[:, None]
     wide = toksvig.widened(material, certainty)
-    np.testing.assert_allclose(wide[:, 2] / (wide[:, 3] + 1), 0.3 / (shininess + 1), rtol=1e-5)
-    assert (np.diff(wide[:, 3]) > 0).all() and (wide[-1] == material).all()
+    is_widened = wide[:, 3] > toksvig.LEAST_SHARE * shininess
+    np.testing.assert_allclose((wide[:, 2] / (wide[:, 3] + 1))[is_widened], 0.3 / (shininess + 1), rtol=1e-5)
+    assert (np.diff(wide[:, 2]) > 0).all() and (np.diff(wide[is_widened, 3]) > 0).all() and (wide[-1] == material).all()
+    assert 1 < is_widened.sum() < 201 and (wide[~is_widened, 3] == toksvig.LEAST_SHARE * F(shininess)).all()
 
 
 @pytest.mark.parametrize("shading", ["phong", "gouraud"])

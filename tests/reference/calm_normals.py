@@ -19,7 +19,7 @@ BELIEF, UNSURE, LEAST_SCATTER, SCATTER = F(3.5), F(0.05), F(0.08), F(0.2)
 LIKE, LEAST_LIKE, WRONG_TILT, LOST = F(0.2), F(7), F(0.7), F(0.3)
 UNSUREST, LEAST_WRONG, WRONG_PHOTO = F(0.6), F(0.65), F(0.3)
 SURER, BLACK, BURNT = F(0.12), F(-5.1), F(0.165)
-MIXED, EVEN, NEAR = F(8), F(0.01), F(0.05)
+MIXED, EVEN, NEAR = F(20), F(0.01), F(0.05)
 
 
 class Facet(NamedTuple):
@@ -174,7 +174,7 @@ def doubted_witness(witness_map: np.ndarray, scatter_map: np.ndarray, cell: np.n
 
 
 def doubted_certainty(
-    certainty_map: np.ndarray, doubt_map: np.ndarray, surface_map: np.ndarray, cell: np.ndarray, size: np.ndarray
+    surface_map: np.ndarray, witness_map: np.ndarray, doubt_map: np.ndarray, cell: np.ndarray
 ) -> np.ndarray:
     """(n, 1)"""
     last, depth = np.array(surface_map.shape[1::-1]) - 1, texel(surface_map, cell)[:, 3:]
@@ -187,11 +187,11 @@ def doubted_certainty(
         m = np.where(surface[:, 3:] == 0, F(0), np.exp(F(-0.69) * F(off @ off) - away))
         bend = add_normal(bend, off, m, surface[:, :3])
         tilt = tilt + np.abs(texel(doubt_map, place)[:, 1:]) / F(9)
-    certainty = certainty_at(certainty_map, F(SIDE) * cell.astype(F) + F(0.5) * F(SIDE - 1), size)
-    mixed = normal_certainty(MIXED * np.maximum(variance_left(bend)[0] - EVEN, F(0)))
+    own = np.where(is_known, texel(witness_map, cell)[:, 1:], F(0))
+    variance = WANDERING * own * own + MIXED * np.maximum(variance_left(bend)[0] - EVEN, F(0))
     doubt = np.clip((tilt - COMPLETED_TILT) / (WRONG_TILT - COMPLETED_TILT), F(0), F(1))
-    doubted = certainty * mixed * (F(1) - F(0.99) * doubt * doubt * (F(3) - F(2) * doubt))
-    return np.where(is_known, doubted, certainty)
+    doubted = normal_certainty(variance) * (F(1) - F(0.99) * doubt * doubt * (F(3) - F(2) * doubt))
+    return np.where(is_known, doubted, F(1))
 
 
 def calm_facet(

@@ -8,7 +8,7 @@ from .picture import rescale_position
 from .vectors import texel
 
 F = np.float32
-WANDERING, LEAST_CERTAINTY = F(4), F(0.4)
+WANDERING, LEAST_CERTAINTY, LEAST_SHARE = F(4), F(0.4), F(0.4)
 
 
 def normal_certainty(variance: np.ndarray) -> np.ndarray:
@@ -38,7 +38,7 @@ def widened(material: np.ndarray, certainty: np.ndarray) -> np.ndarray:
     fade = np.clip(certainty / LEAST_CERTAINTY, F(0), F(1))
     dimmed = (F(1) + share * material[3]) / (F(1) + material[3]) * fade * fade * (F(3) - F(2) * fade)
     same = np.broadcast_to(material[:2], (*share.shape[:-1], 2))
-    return np.concatenate([same, dimmed * material[2], share * material[3]], -1).astype(F)
+    return np.concatenate([same, dimmed * material[2], np.maximum(share, LEAST_SHARE) * material[3]], -1).astype(F)
 
 
 def _right(column: np.ndarray, row: np.ndarray) -> np.ndarray:

@@ -145,7 +145,7 @@ class CalmNormalsPass(FullscreenPasses):
         calm.confine(surface.window)
         turn = self.fullscreen("surface/calm_normals.frag", DOUBTED=int(is_shared))
         turn.draw(calm.target, pixels | around | doubts, own_share=OWN_SHARE[is_shared], **inputs)
-        calm.certainty = self._doubted_certainty(surface, calm, cells, doubts or {"doubt_map": cells.textures[1]})
+        calm.certainty = self._doubted_certainty(calm, cells, doubts or {"doubt_map": cells.textures[1]})
         calm.shape = surface
         calm.raise_version()
         return float((np.abs(self._doubts.fit(cells.size).read()[..., 1]) >= WRONG).mean()) if is_shared else 0.0
@@ -170,13 +170,9 @@ class CalmNormalsPass(FullscreenPasses):
         judge.draw(doubts.target, {"witness_map": facets["witness_map"], "scatter_map": scatter.texture})
         return doubts.texture
 
-    def _doubted_certainty(
-        self, surface: PointSurface, calm: PointSurface, cells: Image, doubts: Textures
-    ) -> moderngl.Texture:
-        assert surface.certainty is not None, "of noisy frames it was found"
+    def _doubted_certainty(self, calm: PointSurface, cells: Image, doubts: Textures) -> moderngl.Texture:
         lower, target = self.fullscreen("surface/calm_doubts.frag", STAGE=2), calm.calm_certainty_target
-        maps = {"certainty_map": surface.certainty, "surface_map": cells.textures[0]}
-        lower.draw(target, maps | doubts, size=surface.size)
+        lower.draw(target, _facets(cells) | doubts)
         (texture,) = target.color_attachments
         assert isinstance(texture, moderngl.Texture)
         return texture

@@ -139,8 +139,6 @@ def left_out(scene: Scene, finish: OutputSettings, points: int, splats: int) -> 
         yield f"{finish.show} in colours is in the still picture only"
     if any(one.look.splat == "mesh" for one in objects):
         yield "triangles between pixels are drawn as splats"
-    if not all(one.is_single for one in objects):
-        yield "several frames are one surface, the same from everywhere, without points that other frames contradict"
 
 
 @dataclass(frozen=True, eq=False)

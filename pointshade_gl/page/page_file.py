@@ -22,7 +22,7 @@ from ..notes.notes import Note, taken_by
 from ..notes.words import option, shown
 from ..pipeline.light_setup import roughness_of
 from ..renderer.renderer import Renderer
-from ..renderer.requests import GROUPS, FilePath, RenderRequest, RequestOptions, Source
+from ..renderer.requests import GROUPS, FilePath, RenderRequest, RequestOptions, Source, turnable
 from ..scene.appearance import NOT_LIT
 from ..scene.frame import Frame
 from ..scene.option_fields import takes
@@ -126,7 +126,7 @@ def draw_page(
                 renderer, frames, request.view, fps, camera=request.camera, quality=quality, largest=largest,
                 title=title, count=Count(progress),
             )  # fmt: skip
-        request = RenderRequest.of(source, **options)
+        request = RenderRequest.of(turnable(source, options), **options)
         whole = arranged(request)
         points, splats = cloud_points(whole.scene)
         smaller = reduced(request, largest, QUALITIES[quality].points, points, QUALITIES[quality].splats)

@@ -1,6 +1,6 @@
 """Qt window with two views.
 
-One frame on two canvases of rendercanvas in a Qt window: the light is under the mouse in each, drags turn them one by
+One object on two canvases of rendercanvas in a Qt window: the light is under the mouse in each, drags turn them one by
 one, and a slider makes the light of both stronger or weaker.
 
 Install::
@@ -22,11 +22,11 @@ import pointshade_gl as ps
 class Views(QtWidgets.QWidget):
     """Two views of a frame above a slider."""
 
-    def __init__(self, frame: ps.Frame):
+    def __init__(self, path: str):
         super().__init__()
         self.setWindowTitle("two views")
         places = ps.View(), ps.View(yaw=40, pitch=10)
-        self.views = [ps.canvas(frame, QRenderWidget(max_fps=60), place=place) for place in places]
+        self.views = [ps.canvas(path, QRenderWidget(max_fps=60), place=place) for place in places]
         self.slider = QtWidgets.QSlider(QtCore.Qt.Orientation.Horizontal, minimum=0, maximum=200, value=100)
         self.slider.valueChanged.connect(self.set_light)
 
@@ -45,7 +45,7 @@ class Views(QtWidgets.QWidget):
 
 if __name__ == "__main__":
     app = QtWidgets.QApplication(sys.argv)
-    window = Views(ps.load_frame(*sys.argv[1:2] or ["vase"]))
+    window = Views(*sys.argv[1:2] or ["vase"])
     window.resize(1000, 460)
     window.show()
     sys.exit(app.exec())

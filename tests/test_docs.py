@@ -52,7 +52,7 @@ ELSEWHERE = {  # words of blocks of Python that other tests run, or nobody can
 FRAMES = "2"
 SLOW = re.compile(  # blocks that are left to the tests of the system
     r"import ray|--samples 64|--turntable|\.mp4\b|\.gif\b|\bbatch\b|--environment sky|--splat ball|render demo|1200x900"
-    r"|--views|--poses|--align|align=|--ground\b|film\.html|scan\.laz|watts=25|search=True|samples=16|samples=64|unlight|depth=guess|model\.onnx"
+    r"|--views|--poses|--align|align=|--ground\b|film\.html|scan\.laz|watts=25|search=True|samples=16|samples=64|unlight|readme/vase|depth=guess|model\.onnx"
 )
 
 

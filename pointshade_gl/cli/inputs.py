@@ -16,8 +16,9 @@ from ..files.input_kinds import Kind
 from ..notes.notes import print_note
 from ..notes.words import option
 from ..renderer.renderer import Renderer
+from ..scene import viewpoint
 from ..scene.appearance import Appearance
-from ..scene.camera import check_pose, orbit_pose
+from ..scene.camera import check_pose
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import (
@@ -34,7 +35,7 @@ from ..scene.graph import (
 from ..scene.node import Node
 from ..scene.objects import PointObject
 from ..scene.settings import FILM, STILL
-from ..scene.viewpoint import View, turns_away
+from ..scene.viewpoint import View
 from .option_groups import AppearanceGroup, frames_from, views_from
 from .options import CloudGroup, FrameOptions, MoreOptions, PictureOptions, PlaceOptions, ViewOptions
 from .output import explainer, spinner
@@ -204,21 +205,13 @@ def with_all_sides(frame: FrameOptions, others: MoreOptions, turns: bool) -> tup
 
 def is_turned(place: PlaceOptions) -> bool:
     """Whether the camera turns so far that a frame at the world's origin does not show all that is seen."""
-    if place.pose is not None:
-        return turns_away(np.asarray(check_pose(place.place()["pose"])))
-    return turns_away(orbit_pose(None, (0, 0, 1), place.yaw, place.pitch))
+    pose = None if place.pose is None else check_pose(place.place()["pose"])
+    return viewpoint.is_turned(pose, place.yaw, place.pitch)
 
 
 def is_front(frame: FrameOptions, others: MoreOptions) -> bool:
     """Whether nothing but the front of the built-in object is named."""
     return frame.named == FrameOptions(input=VASE) and not others.is_set
-
-
-def load_all_sides() -> dict[int, Frame]:
-    """The frames of the built-in object, by their numbers."""
-    from ..files.frame_sources import open_source, views_of
-
-    return views_of(open_source(WHOLE), None)
 
 
 def load(frame: FrameOptions, sequence: bool = False, scene: bool = False, pose: Any = None) -> Any:

@@ -22,10 +22,11 @@ class Drawing {
     this.painter = new Painter(gl, programs);
     this.around = new Around(gl, this.painter, data.around);
     this.clouds = new CloudPainter(gl, programs, this.painter);
+    if (things.some((one) => one.kind === "set")) this.sets = new SetPainter(gl, this.painter, this.clouds.format);
     this.outlines = new Outlines(gl, this.painter);
     const materials = things.map((thing) => [...thing.material, thing.lobe, 0, 0, 0]);
     this.materials = makeTexture(gl, "rgba32f", 2, materials.length, new Float32Array(materials.flat()));
-    for (const thing of things.filter((one) => one.kind === "points")) {
+    for (const thing of things.flatMap((one) => one.views ?? [one]).filter((one) => one.kind === "points")) {
       thing.lit = makeTexture(gl, "rgba16f", thing.width, thing.height);
       thing.litTarget = makeTarget(gl, [thing.lit]);
     }
@@ -211,7 +212,12 @@ class Drawing {
   }
 
   drawShadow(thing, { camera, pose, near, first }, side) {
-    const warp = warpOf(thing, camera, pose, near), box = [...first, side, side];
+    const box = [...first, side, side], [ids, depths] = this.scratch;
+    if (thing.kind === "set") {
+      this.sets.addShadow(this.shadows, box, thing, { camera, pose, near }, first, { ids, splats: this.scratchTarget });
+      return;
+    }
+    const warp = warpOf(thing, camera, pose, near);
     if (thing.kind === "cloud") {
       this.clouds.addShadow(this.shadows, box, thing, { camera, pose, near });
       return;
@@ -221,8 +227,7 @@ class Drawing {
       return;
     }
     this.painter.drawSplats(this.scratchTarget, thing, warp);
-    const [source_ids, window_depths] = this.scratch;
-    this.painter.fill(this.shadows, box, "shading/shadow.frag", {}, { ...warp, source_ids, window_depths, first });
+    this.painter.fill(this.shadows, box, "shading/shadow.frag", {}, { ...warp, source_ids: ids, window_depths: depths, first });
     if (thing.stride) this.drawShadow(this.hiddenBy(thing), { camera, pose, near, first }, side);
   }
 
@@ -253,7 +258,9 @@ class Drawing {
     gl.clearBufferfv(gl.COLOR, 1, [0, 0, 0, 0]);
     gl.clearBufferfv(gl.DEPTH, 0, [1]);
     this.things.forEach((thing, k) => {
-      const material_number = shadings[k] === "edl" ? -1 - k : k + 1, inputs = { ...warpOf(thing, camera, pose, near), material_number };
+      const material_number = shadings[k] === "edl" ? -1 - k : k + 1;
+      if (thing.kind === "set") return this.addSet(thing, material_number, { camera, pose, near }, shadings[k], lamps);
+      const inputs = { ...warpOf(thing, camera, pose, near), material_number };
       const is_lit = !NOT_LIT.includes(shadings[k]);
       if (thing.kind === "cloud") this.clouds.addSurface(this.surfaces, this.size, thing, { camera, pose, near }, { material_number, is_lit });
       else if (thing.kind === "mesh") this.addMesh(thing, inputs, shadings[k], pose, lamps);
@@ -269,10 +276,16 @@ class Drawing {
     const model = SHADINGS.indexOf(shading === "edl" ? "none" : shading);
     const constants = { SHADING: model, CERTAINTY: thing.certainty && shading === "phong" ? 1 : 0, VISIBILITY: visibility_map ? 1 : 0, CALM: thing.normals && shading === "phong" ? 1 : 0 };
     this.painter.fill(this.surfaces, [0, 0, ...this.size], "points/resolve_surfaces.frag", constants, {
-      ...warp, near: warp.near * thing.scale * (1 - thing.behind), scale: thing.scale, depth_scale: warp.near, source_ids: this.ids,
+      ...warp, near: warp.near * thing.scale, scale: thing.scale, depth_scale: warp.near, source_ids: this.ids,
       window_depths: this.depth, color_map: thing.colors, light_map: thing.lit, certainty_map: thing.certainty,
       visibility_map, light_normals: thing.normals,
     });
+  }
+
+  addSet(thing, material_number, eye, shading, lamps) {
+    if (LIT_EARLY.includes(shading)) for (const view of thing.views) this.lightPoints(view, eye.pose, lamps);
+    const visibilityOf = (view) => (shading === "phong" ? this.around.ofPoints(view) : null);
+    this.sets.addSurface(this.surfaces, this.size, thing, eye, this, { shading, material_number, visibilityOf });
   }
 
   addMesh(thing, inputs, shading, pose, lamps) {
@@ -312,7 +325,7 @@ class Drawing {
 
   // What all that is seen sees of the light from all around.
   visibilityOf({ fx, fy, cx, cy }, pose, sample, { surface, albedo, visibility, size }) {
-    if (this.things.length === 1 && this.things[0].kind === "points") return this.visibility;
+    if (this.things.length === 1 && ["points", "set"].includes(this.things[0].kind)) return this.visibility;
     const distance = this.near(pose) / NEAR;
     if (this.hiddenIn !== this.seen) this.hiding = this.around.ofView({ surface, albedo, visibility, size, intrinsics: [fx, fy, cx, cy], distance, sample });
     this.hiddenIn = this.seen;

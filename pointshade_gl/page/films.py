@@ -282,5 +282,5 @@ def _thing_of(surface: PageSurface) -> dict[str, Any]:
         "kind": "points", "isFilm": True, "width": width, "height": height,
         "color": {"width": surface.colors.shape[1], "height": surface.colors.shape[0]},
         "size": float(surface.sizes[0]), "hasRims": surface.has_rims, "isRound": surface.is_round,
-        "stride": surface.stride, "scale": surface.scale, "behind": surface.behind,
+        "stride": surface.stride, "scale": surface.scale,
     }  # fmt: skip

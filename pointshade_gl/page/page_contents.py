@@ -108,9 +108,8 @@ def _selected(cloud: PointCloud, some: NDArray[np.integer]) -> PointCloud:
 def _reduced_frame(frame: Frame, largest: int) -> Frame:
     color = frame.color
     if color is not None and max(color.shape[:2]) > largest:
-        frame = Frame(
-            _averaged(color, largest), frame.depth, frame.camera, frame.pose, source=frame.source, up=frame.up
-        )
+        smaller = Frame(_averaged(color, largest), frame.depth, frame.camera, frame.pose, source=frame.source)
+        frame = smaller.turning_as(frame)
     step = -(-max(frame.depth.shape) // largest)
     return frame if step == 1 else coarser(frame, step)
 
@@ -139,8 +138,6 @@ def left_out(scene: Scene, finish: OutputSettings, points: int, splats: int) -> 
         yield f"{finish.show} in colours is in the still picture only"
     if any(one.look.splat == "mesh" for one in objects):
         yield "triangles between pixels are drawn as splats"
-    if not all(one.is_single for one in objects):
-        yield "several frames are one surface, the same from everywhere, without points that other frames contradict"
 
 
 @dataclass(frozen=True, eq=False)

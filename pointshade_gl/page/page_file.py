@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from ..notes.notes import Note, taken_by
 from ..notes.words import option, shown
 from ..pipeline.light_setup import roughness_of
 from ..renderer.renderer import Renderer
-from ..renderer.requests import GROUPS, FilePath, RenderRequest, RequestOptions, Source
+from ..renderer.requests import GROUPS, FilePath, RenderRequest, RequestOptions, Source, turnable
 from ..scene.appearance import NOT_LIT
 from ..scene.frame import Frame
 from ..scene.option_fields import takes
@@ -33,6 +33,7 @@ from .parts import QUALITIES, Part, Quality, QualityName, filled, parts_of, spla
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
+ONE_SURFACE = "several frames are one surface, the same from everywhere, without points that other frames contradict"
 LARGEST = 2048  # pixels a side: so many have the textures of every browser
 
 
@@ -46,8 +47,9 @@ def write_page(
 
     The file asks for nothing from outside. It needs a browser with WebGL 2 (all since 2023); others show a picture.
     Depths and normals are those that `render` draws with: "auto" smooths noise in the page, too. Where something cannot
-    be shown (grounds, triangles between pixels), a note says so, and the page's help. Of several frames each part of
-    the surface is sent once: from the frame that sees it best, the mean of all that see it.
+    be shown (grounds, triangles between pixels), a note says so, and the page's help. Several frames without noise are
+    drawn as `render` draws them. Of others each part of the surface is sent once: from the frame that sees it best, the
+    mean of all that see it.
 
     The page begins with the picture that `render` gives. The mouse holds the first light, the others stay where they
     are. Where nothing moves it shows the mean of 16 samples, or as many as are asked for, with smooth outlines and soft
@@ -124,7 +126,7 @@ def draw_page(
                 renderer, frames, request.view, fps, camera=request.camera, quality=quality, largest=largest,
                 title=title, count=Count(progress),
             )  # fmt: skip
-        request = RenderRequest.of(source, **options)
+        request = RenderRequest.of(turnable(source, options), **options)
         whole = arranged(request)
         points, splats = cloud_points(whole.scene)
         smaller = reduced(request, largest, QUALITIES[quality].points, points, QUALITIES[quality].splats)
@@ -132,7 +134,7 @@ def draw_page(
             renderer.draw(request)
             smaller = replace(smaller, finish=replace(request.finish, exposure=renderer.exposure, fill=renderer.fill))
         showing, count = arranged(smaller), Count(progress)
-        surfaces = sum(max(len(placed.content.frames), 1) for placed in showing.scene.instances)
+        surfaces = len(showing.scene.instances)
 
         def drawn(done: int, all: int) -> None:
             count.all = all + surfaces
@@ -147,7 +149,10 @@ def draw_page(
         for part in _parts(renderer, showing, QUALITIES[quality]):
             parts.append(part)
             count.step()
-        data = showing.values(points, splats) | {"exposure": gain, "things": [head for head, _ in parts]}
+        data: dict[str, Any] = showing.values(points, splats) | {"exposure": gain}
+        data["things"] = [head for head, _ in parts]
+        if any(head.get("isExact") is False for head, _ in parts):
+            data["leftOut"].append(ONE_SURFACE)
         data["command"] = command_of(whole, command)
         return filled(title, still, data, b"".join(body for _, body in parts))
 
@@ -177,9 +182,9 @@ def _parts(renderer: Renderer, showing: Showing, quality: Quality) -> Iterator[P
                 continue
             middle = placed.content.frame.scale if placed.content.frames else None  # in its unit
             for head, body in parts_of(thing, quality):
-                axes = to_home @ head["axes"]
-                more = {"axes": axes.tolist(), "lobe": showing.lobe_of(placed), "middle": middle}
-                yield head | look_of(placed, showing) | more, body
+                for one in head, *head.get("views", ()):
+                    one |= {"axes": (to_home @ one["axes"]).tolist(), "middle": middle}
+                yield head | look_of(placed, showing) | {"lobe": showing.lobe_of(placed)}, body
     if trained:
         looks = {placed: look_of(placed, showing) for placed in trained}
         lit = {placed: look["shading"] not in NOT_LIT for placed, look in looks.items()}

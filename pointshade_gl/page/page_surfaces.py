@@ -1,5 +1,5 @@
-"""The surfaces of a page, read from the GPU. Of several frames of one thing each part is from the frame that sees it
-best, and is the mean of all."""
+"""The surfaces of a page, read from the GPU. Of several noisy frames of one thing each part is from the frame that sees
+it best, and is the mean of all."""
 
 from __future__ import annotations
 
@@ -28,7 +28,6 @@ MIN_GOODNESS = 1e-3  # of what is good, for every point
 MEAN_POWER = 2  # to which power of their weights frames share in a mean: the best ones decide
 MIN_NORMALS_COSINE = 0.17  # least cosine between normals of one surface
 RIM_PIXELS = 2  # pixels beside the known ones that are kept: rims look so far
-MAX_BEHIND = 0.03  # of the depth: by so much the last frame of a set gives way to the first
 
 Floats = NDArray[np.float32]
 Flags = NDArray[np.bool_]
@@ -48,8 +47,9 @@ class PageSurface(NamedTuple):
     scale: float
     is_round: bool
     stride: int  # pixels for each of the smaller surface of what they hide, which casts shadows, too; 0 for none
-    behind: float = 0.0  # share of the depth by which others of its set are seen before it where they agree
     light_normals: NDArray[np.float32] | None = None  # (h, w, 3), if splats do not lie by those that are lit
+    trust: NDArray[np.uint8] | None = None  # (h, w, 6), of one of a set: as `Splats.trust`, and where its rims end
+    gain: tuple[float, ...] = (1.0, 1.0, 1.0)  # of its exposure
 
     @property
     def kinds(self) -> NDArray[np.uint8]:
@@ -73,10 +73,13 @@ def surfaces_of(thing: Drawable, is_cut: bool = True) -> Iterator[PageSurface]:
     is_cut  only the part of the picture where something is known; else all of it, as the next frame's
     """
     if isinstance(thing, ShownSet):
-        step = min(thing.consensus.band / 2, MAX_BEHIND / len(thing.views))
-        for k, (view, member) in enumerate(zip(thing.views, _merged(thing), strict=True)):
-            if member.known.any():
-                yield _read(view, member)._replace(behind=k * step)
+        members = [None] * len(thing.views) if thing.consensus.is_exact else _merged(thing)
+        for view, member, trust, gain in zip(
+            thing.views, members, thing.points.trusts, thing.consensus.gains.tolist(), strict=True
+        ):
+            if member is None or member.known.any():
+                found = _read(view, member, trust=np.concatenate([_bytes(one) for one in trust.textures], -1))
+                yield found._replace(gain=tuple(gain)) if member is None else found
     else:
         assert isinstance(thing, ShownPoints | ShownGrid), "tiles are reduced before"
         yield _read(thing, is_cut=is_cut)
@@ -102,7 +105,14 @@ def _read_surface(shown: ShownPoints | ShownGrid, is_shape: bool = False) -> NDA
     return np.array(read_texture(texture.ctx, texture))
 
 
-def _read(shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: bool = True) -> PageSurface:
+def _bytes(texture: moderngl.Texture) -> NDArray[np.uint8]:
+    return np.asarray(read_texture(texture.ctx, texture), np.uint8)
+
+
+def _read(
+    shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: bool = True,
+    trust: NDArray[np.uint8] | None = None,
+) -> PageSurface:  # fmt: skip
     """What a frame shows, or what is left of it in a set."""
     points = shown.points
     values = _read_surface(shown, True) if member is None else member.surface
@@ -114,7 +124,7 @@ def _read(shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: 
     sizes, is_round, stride = np.ones(1, np.float32), False, 0
     if isinstance(points, Points):
         sizes, is_round = points.sizes, points.splat == "round"
-        stride = bridged_stride(points.source) if member is None else 0
+        stride = bridged_stride(points.source) if trust is None else 0
     others = [picture.shape for picture in (colors, certainty) if picture is not None]
     height, width = depth.shape
     left, top, right, bottom = box = _box(depth, others, max(stride, 1)) if is_cut else (0, 0, width, height)
@@ -125,6 +135,7 @@ def _read(shown: ShownPoints | ShownGrid, member: Member | None = None, is_cut: 
     return PageSurface(
         values[inside][..., :3], depth[inside], _cut(colors, box, depth.shape), certainty, sizes, intrinsics,
         points.pose, points.scale, is_round, stride, light_normals=None if lit is None else lit[inside],
+        trust=None if trust is None else trust[inside],
     )  # fmt: skip
 
 

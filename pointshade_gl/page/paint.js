@@ -32,9 +32,15 @@ class Painter {
     else gl.disable(gl.DEPTH_TEST);
   }
 
-  clear(target) {
+  clear(target, textures = 1) {
     this.gl.bindFramebuffer(this.gl.FRAMEBUFFER, target);
-    this.gl.clearBufferfv(this.gl.COLOR, 0, [0, 0, 0, 0]);
+    for (let k = 0; k < textures; ++k) this.gl.clearBufferfv(this.gl.COLOR, k, [0, 0, 0, 0]);
+  }
+
+  clearSplats(target, box) {
+    this.begin(target, box, true);
+    this.gl.clearBufferiv(this.gl.COLOR, 0, [0, 0, 0, 0]);
+    this.gl.clearBufferfv(this.gl.DEPTH, 0, [1]);
   }
 
   // What is drawn meanwhile is added to what is there, if so asked.
@@ -56,9 +62,7 @@ class Painter {
   // Which source pixel each pixel of a view shows. kept: what is known of it (outlines.js).
   drawSplats(target, thing, warp, kept = null) {
     const gl = this.gl;
-    this.begin(target, [0, 0, ...warp.target_size], true);
-    gl.clearBufferiv(gl.COLOR, 0, [0, 0, 0, 0]);
-    gl.clearBufferfv(gl.DEPTH, 0, [1]);
+    this.clearSplats(target, [0, 0, ...warp.target_size]);
     if (kept) this.fill(target, [0, 0, ...warp.target_size], "points/kept_points.frag", {}, kept.inputs);
     const splats = this.programs.get("points/splats.vert", "points/splats.frag"), size = splats.attribute("size");
     splats.use({ ...warp, is_round: thing.isRound, has_rims: thing.hasRims });

@@ -148,9 +148,15 @@ def parts_of(thing: Drawable, quality: Quality) -> Iterable[Part]:
 
 @parts_of.register
 def _(thing: ShownSet, quality: Quality) -> Iterable[Part]:
-    step = max(quality.depth_step, thing.consensus.band / BAND_STEPS)
+    step = max(quality.depth_step, thing.consensus.fine_band / BAND_STEPS)
     coarse = quality._replace(depth_step=step, normal_bits=min(quality.normal_bits, 12))
-    return (surface_part(surface, coarse) for surface in surfaces_of(thing))
+    views = [surface_part(surface, coarse) for surface in surfaces_of(thing)]
+    head: dict[str, Any] = {
+        "kind": "set", "views": [view for view, _ in views], "isExact": thing.consensus.is_exact,
+        "band": thing.consensus.fine_band, "differ": thing.points.differ, "scale": thing.points.scale,
+        "axes": np.eye(4),
+    }  # fmt: skip
+    return [(head, b"".join(body for _, body in views))]
 
 
 def surface_part(surface: PageSurface, quality: Quality) -> Part:
@@ -175,11 +181,13 @@ def surface_part(surface: PageSurface, quality: Quality) -> Part:
         "certainty": None if certainty is None else list(certainty.shape[::-1]),
         "size": float(sizes[0]) if sizes.size == 1 else None,
         "hasRims": surface.has_rims, "isRound": surface.is_round, "stride": surface.stride,
-        "source": list(surface.intrinsics), "axes": surface.axes, "scale": surface.scale, "behind": surface.behind,
+        "source": list(surface.intrinsics), "axes": surface.axes, "scale": surface.scale, "gain": list(surface.gain),
     }  # fmt: skip
     body = [kinds.tobytes(), *(data for data, _ in planes), color_bytes]
     body += [certainty.tobytes()] if certainty is not None else []
     body += [sizes.tobytes()] if sizes.size > 1 else []
+    if surface.trust is not None:
+        body += [surface.trust[known, k].tobytes() for k in (0, 1)] + [surface.trust[depth < 0, 2:].tobytes()]
     return head, b"".join(body)
 
 
@@ -416,17 +424,23 @@ ENTRIES = (
     "clouds/ball.frag", "surface/film_surface.frag", "surface/film_colors.frag", "surface/film_change.frag",
     "output/resolve_samples.frag", "points/view_insides.frag", "points/outline_points.frag", "points/kept_points.frag",
 )  # fmt: skip
-SPLAT_ENTRIES = (
-    "splats/packed.vert", "splats/splat.frag", "splats/depth.frag", "splats/surface.frag", "splats/merge.frag",
-    "splats/compose.frag", "splats/shadow.frag",
-)  # fmt: skip
+ENTRIES_OF = {  # only where there are such things, as their scripts
+    "set": (
+        "points/set_splats.frag", "points/set_accumulate.frag", "points/set_resolve.frag", "points/set_shadow.frag",
+    ),
+    "splats": (
+        "splats/packed.vert", "splats/splat.frag", "splats/depth.frag", "splats/surface.frag", "splats/merge.frag",
+        "splats/compose.frag", "splats/shadow.frag",
+    ),
+}  # fmt: skip
 PRECISION = "".join(f"precision highp {kind};\n" for kind in ("float", "int", "sampler2D", "isampler2D"))
 _COMMENT = re.compile(r"[ \t]*//[^\n]*")
 
 
-def shader_texts(has_splats: bool = False) -> dict[str, str]:
-    """The text of each shader by its name. `#version 300 es` and constants go before it."""
-    return {name: as_es(splice(name)[0]) for name in ENTRIES + SPLAT_ENTRIES * has_splats}
+def shader_texts(kinds: Iterable[str] = ()) -> dict[str, str]:
+    """The text of each shader by its name. `#version 300 es` and constants go before it. kinds: of things"""
+    names = ENTRIES + sum((ENTRIES_OF.get(kind, ()) for kind in kinds), ())
+    return {name: as_es(splice(name)[0]) for name in names}
 
 
 def as_es(text: str) -> str:
@@ -441,7 +455,7 @@ SCRIPTS = (
     "around.js", "clouds.js", "outlines.js", "draw.js", "film.js", "player.js", "pointers.js", "lamp_box.js",
     "command.js", "controls.js",
 )  # fmt: skip
-SPLAT_SCRIPTS = ("splats.js",)  # only where there are trained splats
+SCRIPTS_OF = {"set": "sets.js", "splats": "splats.js"}
 STILL = 85  # quality of the still's WebP
 
 
@@ -455,18 +469,18 @@ def filled(
     """
     for sentence in data["leftOut"]:
         print_note(f"in the page {sentence}")
-    has_splats = any(head["kind"] == "splats" for head in data["things"])
-    scripts = *SCRIPTS[:-1], *SPLAT_SCRIPTS * has_splats, SCRIPTS[-1]  # the last one begins
+    kinds = sorted({head["kind"] for head in data["things"]})
+    scripts = *SCRIPTS[:-1], *(SCRIPTS_OF[kind] for kind in kinds if kind in SCRIPTS_OF), SCRIPTS[-1]  # the last begins
     places = {
         "title": html.escape(printable(title.encode("utf-8", "backslashreplace").decode())),  # it may be no text
         "still": f"data:image/webp;base64,{_base64(encoded(still, 'WEBP', quality=STILL))}",
         # no HTML parser takes it for the end of its script
         "data": json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
-        "shaders": _base64(pack(json.dumps(shader_texts(has_splats)).encode())),
+        "shaders": _base64(pack(json.dumps(shader_texts(kinds)).encode())),
         "parts": _base64(pack(body)),
         "frames": "\n".join(f'<script type="text/plain" class="frame">{_base64(one)}</script>' for one in frames),
         "script": "\n".join((FOLDER / name).read_text(encoding="utf-8") for name in scripts),
-        "workers": " worker-src blob:;" if has_splats else "",
+        "workers": " worker-src blob:;" if "splats" in kinds else "",
     }
     text = (FOLDER / "page.html").read_text(encoding="utf-8")
     return re.sub(r"{{(.*?)}}", lambda place: places[place[1]], text, flags=re.DOTALL)

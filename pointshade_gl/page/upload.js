@@ -2,7 +2,7 @@
 
 async function takeThings(gl, reader, heads) {
   const things = [];
-  const takers = { mesh: takeMesh, points: takePoints, cloud: takeCloud, splats: (...given) => takeSplats(...given) };
+  const takers = { mesh: takeMesh, points: takePoints, cloud: takeCloud, splats: (...given) => takeSplats(...given), set: (...given) => takeSet(...given) };
   for (const head of heads) things.push(head.isFilm ? makeFilmPoints(gl, head) : await takers[head.kind](gl, reader, head));
   return things;
 }
@@ -18,7 +18,7 @@ async function takePoints(gl, reader, head) {
   if (head.hasRims) thing.rims = makeIndices(gl, kinds, 2);
   thing.certainty = makeCertainty(gl, readCertainty(reader, head));
   if (head.size === null) thing.sizes = makeBuffer(gl, gl.ARRAY_BUFFER, reader.take(4 * width * height));
-  return thing;
+  return Object.assign(thing, { kinds });
 }
 
 // The points of a film's frames, one after the other: film.js fills them.
@@ -54,7 +54,10 @@ async function takeColors(gl, reader, { width, height, jpeg, ofPoints }, kinds, 
 
 // Which pixels are drawn as points: their numbers, which gl_VertexID gives.
 function makeIndices(gl, kinds, least) {
-  const numbers = numbersOf(kinds, least);
+  return makeNumbers(gl, numbersOf(kinds, least));
+}
+
+function makeNumbers(gl, numbers) {
   return { buffer: makeBuffer(gl, gl.ELEMENT_ARRAY_BUFFER, numbers), count: numbers.length };
 }
 

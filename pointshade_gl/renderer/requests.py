@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from os import PathLike
@@ -42,7 +42,7 @@ from ..scene.node import Node
 from ..scene.objects import PointObject, check_frames
 from ..scene.option_fields import takes
 from ..scene.settings import SIMPLE, LinearOptions, OutputOptions, OutputSettings
-from ..scene.viewpoint import MoveOptions, View, viewing_pose
+from ..scene.viewpoint import MoveOptions, View, is_turned, viewing_pose
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -124,7 +124,9 @@ class RenderRequest:
                 raise TypeError(f"a request has all its options: leave out {', '.join(given)}")
             return source
         if type(source) is not Frame:
-            source = check_source(loaded(source))
+            view = _made_of(View, given)
+            turns = is_turned(view.pose, view.yaw, view.pitch)
+            source = check_source(loaded(turnable(source, given) if turns else source))
         if "environment" in given:
             given["environment"] = _found(given["environment"])
         if isinstance(source, PointCloud):
@@ -268,6 +270,26 @@ def loaded(source: Any) -> Any:
     from ..files.frame_sources import load_any, open_source  # which import the readers of all files
 
     return open_source(source) if builtin_name(source) == WHOLE else load_any(source)
+
+
+def turnable(source: Any, options: Mapping[str, Any]) -> Any:
+    """Return the source; of the built-in object all sides, unless options are of one frame alone."""
+    if not is_a(source, str, PathLike):
+        return source
+    from ..files.access.known_names import VASE, WHOLE, builtin_name
+
+    if builtin_name(source) != VASE:
+        return source
+    look = _made_of(Appearance, {name: value for name, value in options.items() if value is not None})
+    return source if look.splat == "mesh" or not look.is_uniform else WHOLE
+
+
+def load_all_sides() -> dict[int, Frame]:
+    """Read the frames of the built-in object, by their numbers."""
+    from ..files.access.known_names import WHOLE
+    from ..files.frame_sources import open_source, views_of
+
+    return views_of(open_source(WHOLE), None)
 
 
 def _found(environment: Any) -> Any:

@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks.arguments import LARGEST, as_given, check_direction, check_type, depth_as_given
+from ..checks.arguments import LARGEST, as_given, check_direction, check_point, check_type, depth_as_given
 from ..checks.foreign_arrays import AnyArray, way_to
 from ..notes.errors import ContextError
 from ..notes.notes import print_note
@@ -207,6 +207,7 @@ def _unit(up: AnyArray) -> tuple[float, float, float]:
     return x / length, y / length, z / length
 
 
+Direction = tuple[float, float, float]
 _OF_POSE = "pose", "pivot"  # what a frame keeps that depends on its pose
 STRAY = 1.0  # see Frame.main_corners
 BEHIND = 10  # times: one value there is drawn, but it is not what is looked at
@@ -258,6 +259,7 @@ class Frame(Value, Preview):
     pose: NDArray[np.float64] = field(default_factory=lambda: check_pose(None))
     source: Hashable = None
     up: tuple[float, float, float] | None = None
+    about: ClassVar[Direction | None] = None  # the point that it turns about, camera axes, if that is known
 
     def __init__(
         self, color: AnyArray | None, depth: AnyArray, camera: Camera, pose: AnyArray | None = None, *,
@@ -301,22 +303,44 @@ class Frame(Value, Preview):
         object.__setattr__(moved, "pose", check_pose(pose))
         return moved
 
-    def with_up(self, up: AnyArray | None) -> Frame:
+    def with_up(self, up: AnyArray | None, about: AnyArray | None = None) -> Frame:
         """Return the frame that knows which way is up, so that yaw turns about it; both share their arrays.
 
         Parameters
         ----------
         up : (3,) float or None
             World axes, of any length. None: nothing says so, and yaw turns about the picture's vertical.
+        about : (3,) float, optional
+            The point, world axes, that the camera turns around, such as the middle of a turntable. None: the middle of
+            what the frame shows.
 
         Raises
         ------
         TypeError, ValueError
-            For anything but three finite numbers that are not all 0.
+            For anything but three finite numbers; of `up` not all of them 0.
         """
-        standing = self.at(self.pose)
-        object.__setattr__(standing, "up", None if up is None else _unit(_unit(up) @ self.pose[:3, :3]))
-        return standing
+        axes, place = self.pose[:3, :3], None
+        if about is not None:
+            x, y, z = axes.T @ (check_point(about, "frame about") - self.pose[:3, 3])
+            place = float(x), float(y), float(z)
+        return self._turning(None if up is None else _unit(_unit(up) @ axes), place)
+
+    def _turning(self, up: Direction | None, about: Direction | None) -> Frame:
+        """Return the frame that turns about this axis, camera axes."""
+        turning = self.at(self.pose)
+        object.__setattr__(turning, "up", up)
+        object.__setattr__(turning, "about", about)
+        return turning
+
+    def turning_as(self, other: Frame) -> Frame:
+        """Return the frame that turns about the same axis as another.
+
+        Parameters
+        ----------
+        other : Frame
+            Of the same camera axes.
+        """
+        return self._turning(other.up, other.about)
 
     @property
     def frames(self) -> tuple[Frame, ...]:
@@ -441,7 +465,10 @@ class Frame(Value, Preview):
 
         Of points without depth, too, as far away as the surface of those beside them in their row, or the farther one:
         a frame turns around the same point whatever its sensor has lost. Of an object that was cut out only known ones.
+        The point that `with_up` was told takes their place.
         """
+        if self.about is not None:
+            return frozen(self.pose[:3, :3] @ self.about + self.pose[:3, 3])
         v, u = self._probed
         if not v.size:
             return frozen(self.pose[:3, :3] @ np.array([0.0, 0.0, 1.0]) + self.pose[:3, 3])

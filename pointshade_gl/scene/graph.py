@@ -187,7 +187,11 @@ class Scene(Value, Preview):
 
     @property
     def pivot(self) -> NDArray[np.float64]:
-        """Return the middle of all that is visible, (3,) world."""
+        """Return the middle of all that is visible, (3,) world; of frames alone what they are known to turn about."""
+        alone = self.instances[0] if len(self.instances) == 1 else None
+        if alone is not None and alone.content.frames and alone.content.frame.about is not None:
+            pose, scale = alone.rigid_axes
+            return frozen(pose[:3, :3] @ (scale * np.array(alone.content.frame.about)) + pose[:3, 3])
         return self.bounds[0]
 
     @property

@@ -60,8 +60,8 @@ class OrbitStage(Options):
 
     @classmethod
     def _of_scene(cls, scene: Scene) -> OrbitStage:
-        pose, (centre, radius) = np.asarray(scene.pose), scene.bounds
-        pivot = pose[:3, :3].T @ (centre - pose[:3, 3])
+        pose, (_, radius) = np.asarray(scene.pose), scene.bounds
+        pivot = pose[:3, :3].T @ (scene.pivot - pose[:3, 3])
         pivot = np.array([0.0, 0.0, max(pivot[2], 0.1 * radius)])  # what the camera looks at stays in the middle
         stage = cls(pivot, min(radius, float(pivot[2])), np.eye(3))
         if any(p.content.up_direction is not None for p in scene.instances):

@@ -162,6 +162,11 @@ def turns_away(turn: NDArray[np.float64]) -> bool:
     return float(np.trace(turn[:3, :3]) - 1) / 2 < math.cos(math.radians(AWAY))
 
 
+def is_turned(pose: Numbers | None = None, yaw: float = 0.0, pitch: float = 0.0) -> bool:
+    """Whether the camera turns so far that a frame at the world's origin does not show all that is seen."""
+    return turns_away(orbit_pose(None, (0, 0, 1), yaw, pitch) if pose is None else np.asarray(pose))
+
+
 def _check_one_way(pose: Numbers | None, yaw: float, pitch: float, dolly: float) -> tuple[float, float, float]:
     turns = check_turns(yaw, pitch, dolly)
     if pose is not None and any(turns):

@@ -137,7 +137,7 @@ def coarser(frame: Frame, step: int) -> Frame:
     depth = frame.depth[first::step, first::step]
     height, width = depth.shape
     camera = Camera(c.fx / step, c.fy / step, (c.cx - first) / step, (c.cy - first) / step, width, height)
-    return Frame(frame.color, depth, camera, frame.pose, source=frame.source, up=frame.up)
+    return Frame(frame.color, depth, camera, frame.pose, source=frame.source).turning_as(frame)
 
 
 def finer_camera(frame: Frame, look: Appearance, camera: Camera) -> Camera:

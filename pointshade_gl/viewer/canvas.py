@@ -13,8 +13,10 @@ import moderngl
 import numpy as np
 
 from ..checks.arguments import is_a
+from ..files.access.known_names import VASE, builtin_name
 from ..notes.words import shown
 from ..renderer.renderer import Renderer
+from ..renderer.requests import FilePath, load_all_sides, loaded
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
 from ..scene.graph import Scene
@@ -200,14 +202,14 @@ class CanvasViewer(Viewer):
 
 
 def canvas(
-    source: Frame | Scene | PointCloud | Iterable[Frame], backend: str | Any = "auto", **options: Any
+    source: Frame | Scene | PointCloud | Iterable[Frame] | FilePath, backend: str | Any = "auto", **options: Any
 ) -> CanvasViewer:
     """Show something on a canvas of rendercanvas, under the mouse as in the window. Needs the extra `canvas`.
 
     Parameters
     ----------
-    source : Frame, Scene, PointCloud or iterable of Frame
-        As `Viewer` takes it.
+    source : Frame, Scene, PointCloud, iterable of Frame or path
+        As `Viewer` takes it; of a path what `load_any` loads, "vase" from all sides.
     backend : str or canvas
         "qt", "wx", "anywidget" (notebooks), "http", "offscreen" and others. "auto" is what rendercanvas finds: that of
         a notebook, of a running Qt application, else perhaps glfw, which needs wgpu. Or a canvas of the application's
@@ -227,4 +229,7 @@ def canvas(
     ContextError
         Without OpenGL 3.3.
     """
-    return CanvasViewer(source, backend, **options)
+    viewer = CanvasViewer(loaded(source), backend, **options)
+    if builtin_name(source) == VASE:
+        viewer.document.playback.whole = load_all_sides  # as soon as it is turned
+    return viewer

@@ -193,7 +193,7 @@ def test_a_scene_and_a_single_frame_become_the_pictures_of_render(batch, typed, 
 
 def test_a_page_is_the_one_of_render(batch, typed, tmp_path):
     assert batch("vase -o out --to html --workers 1 --picture-size 64x48 --samples 1")[0] == 0
-    assert typed("render vase -o vase.html --picture-size 64x48 --samples 1")[0] == 0
+    assert typed("render vase/front -o vase.html --title vase --picture-size 64x48 --samples 1")[0] == 0
     assert but_for_its_command(tmp_path / "out/vase.html") == but_for_its_command(tmp_path / "vase.html")
 
 

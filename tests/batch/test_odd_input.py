@@ -50,7 +50,7 @@ def test_outputs_are_never_taken_for_colours_of_their_own_input(batch, tmp_path)
 def test_pages_have_the_quality_and_the_title_that_were_asked_for(batch, typed, tmp_path):
     asked = "--quality small --title Lit --picture-size 64x48 --samples 1"
     assert batch(f"vase -o out --to html --workers 1 {asked}")[0] == 0
-    assert typed(f"render vase -o vase.html {asked}")[0] == 0
+    assert typed(f"render vase/front -o vase.html {asked}")[0] == 0
     assert but_for_its_command(tmp_path / "out/vase.html") == but_for_its_command(tmp_path / "vase.html")
     code, _, err = batch("vase -o out --to html --samples 1 --picture-size 64x48")
     assert code == 2 and "with other options" in err

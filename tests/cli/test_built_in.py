@@ -7,6 +7,7 @@ from PIL import Image
 import pointshade_gl as ps
 from pointshade_gl.cli.inputs import is_front, is_turned, with_all_sides
 from pointshade_gl.cli.options import FrameOptions, MoreOptions, PlaceOptions
+from pointshade_gl.renderer.requests import RenderRequest, turnable
 
 SMALL = "--samples 1 --picture-size 160x120"
 
@@ -50,6 +51,27 @@ def test_by_its_name_all_of_it_is_drawn_in_python():
     frames = list(ps.open_source("vase/whole"))
     look = {"camera": frames[0].camera.fitted(160, 120), "yaw": 180, "shading": "none"}
     np.testing.assert_array_equal(ps.render("vase/whole", **look), ps.render(frames, **look))
+
+
+def test_in_python_its_name_is_its_front_until_the_view_turns():
+    front = RenderRequest.of("vase", yaw=4.9)
+    assert isinstance(front.source, ps.Frame) and isinstance(RenderRequest.of("vase/front", yaw=90).source, ps.Frame)
+    turned = ps.orbit_pose(None, (0, 0, 1), 30)
+    for options in ({"yaw": 20}, {"pitch": -20}, {"pose": turned}):
+        assert len(RenderRequest.of("vase", **options).frames) == 9
+    assert [turnable(one, {}) for one in ("vase", "vase/front", "demo")] == ["vase/whole", "vase/front", "demo"]
+    for look in ({"splat": "mesh"}, {"normals": np.zeros((480, 640, 3), np.float32) - (0, 0, 1)}):  # of one frame alone
+        assert isinstance(RenderRequest.of("vase", yaw=20, **look).source, ps.Frame)
+
+
+def test_pages_have_all_of_it_as_they_are_turned(typed, monkeypatch):
+    written = []
+    for name in ("page", "picture"):
+        at = f"pointshade_gl.cli.commands.render_command._write_{name}"
+        monkeypatch.setattr(at, lambda asked, _: written.append(asked.others.views))
+    for words in ("-o a.html", "vase -o a.html", "vase/front -o a.html", "vase -o a.png", "-o a.html --splat mesh"):
+        assert typed(f"render {words}")[0] == 0
+    assert written == ["all", "all", None, None, None]
 
 
 @pytest.mark.parametrize(

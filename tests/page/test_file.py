@@ -11,7 +11,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page, write_page
-from pointshade_gl.page.parts import FOLDER, SCRIPTS, shader_texts
+from pointshade_gl.page.parts import FOLDER, SCRIPTS, SCRIPTS_OF, shader_texts
 
 from ..support import frames
 from ..support.places import ROOT
@@ -67,8 +67,8 @@ def test_no_name_becomes_a_part_of_the_page(renderer, name, tmp_path, text):
 
 
 def test_the_vase_is_small(renderer, tmp_path):
-    write_page(renderer, tmp_path / "vase.html", "vase")
-    write_page(renderer, tmp_path / "small.html", "vase", quality="small")
+    write_page(renderer, tmp_path / "vase.html", "vase/front")
+    write_page(renderer, tmp_path / "small.html", "vase/front", quality="small")
     size, small = ((tmp_path / name).stat().st_size for name in ("vase.html", "small.html"))
     assert size < 1_000_000
     assert small < 0.75 * size
@@ -143,7 +143,9 @@ def test_beside_an_environment_the_mouse_holds_a_lamp_that_is_dark(renderer):
 
 
 def test_the_command_line_writes_it(typed, tmp_path):
-    code, out, err = typed("render vase -o a.html --picture-size 80x60 --quality small --title Tulips --light -1,-1,0")
+    code, out, err = typed(
+        "render vase/front -o a.html --picture-size 80x60 --quality small --title Tulips --light -1,-1,0"
+    )
     assert (code, err.count("software")) == (0, err.count("note:"))
     assert re.match(r"a.html: a page of 0\.\d\d MB", out)
     assert Tags((tmp_path / "a.html").read_text(encoding="utf-8")).title == "Tulips"
@@ -169,4 +171,5 @@ def test_the_page_that_the_readme_shows_is_made_of_todays_scripts_and_shaders():
     page = (ROOT / "assets/readme/vase.html").read_text(encoding="utf-8")
     assert all((FOLDER / name).read_text(encoding="utf-8") in page for name in SCRIPTS)
     packed = re.search(r'id="shaders">([^<]*)<', page)[1]
-    assert json.loads(zlib.decompress(base64.b64decode(packed))) == shader_texts()
+    assert (FOLDER / SCRIPTS_OF["set"]).read_text(encoding="utf-8") in page  # of all sides
+    assert json.loads(zlib.decompress(base64.b64decode(packed))) == shader_texts(["set"])

@@ -89,7 +89,7 @@ class TestCommand:
                 assert compare(picture, still) > LEAST, (name, line)
 
     def test_turns_are_said_as_turns(self, browser, written):
-        with browser.opened(written("vase")) as opened:
+        with browser.opened(written("vase/front")) as opened:
             opened.wait_until_drawn()
             assert "--pose" not in opened.page.evaluate(COPIED)
             opened.page.keyboard.press("ArrowLeft")
@@ -104,12 +104,12 @@ class TestCommand:
             opened.page.keyboard.press("c")
             opened.page.keyboard.press("h")
             assert not opened.page.locator("tr.copy").is_visible()
-        with browser.opened(written("vase --picture-size 100x300")) as opened:  # a camera of another shape
+        with browser.opened(written("vase/front --picture-size 100x300")) as opened:  # a camera of another shape
             opened.wait_until_drawn()
             assert not opened.page.locator("#copy").is_visible()
 
     def test_a_frame_of_another_page_that_may_not_write_to_the_clipboard_copies_the_old_way(self, browser, written):
-        with browser.opened(written("vase")) as opened:
+        with browser.opened(written("vase/front")) as opened:
             opened.wait_until_drawn()
             refused = "navigator.clipboard.writeText = async () => { throw new Error('no'); }"
             heard = "document.addEventListener('copy', () => (window.heard = getSelection().toString()))"

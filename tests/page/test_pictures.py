@@ -10,7 +10,7 @@ import pointshade_gl as ps
 from pointshade_gl.page import draw_page
 from pointshade_gl.scene import shadow_cameras
 
-from ..support import frames
+from ..support import frames, view_sets
 from ..support.browser import altered
 
 pytestmark = [pytest.mark.browser, pytest.mark.gl]
@@ -313,3 +313,29 @@ def test_several_frames_are_one_surface_and_the_help_says_so(browser, points):
         check(opened, points, both, [({}, None), ({"yaw": 10}, None)], least=40)
         opened.page.keyboard.press("h")
         assert "several frames are one surface" in opened.page.locator("#left-out").inner_text()
+
+
+SEEN = {"yaw": 8, "pitch": 5}, [160, 120]
+
+
+@pytest.mark.parametrize(
+    ("changes", "options"),
+    [({"shadows": True}, {}), ({"shading": "flat"}, {}), ({}, {"ambient_occlusion": True}), ({"shading": "none"}, {})],
+)
+def test_frames_without_noise_are_joined_in_each_view_as_rendered(browser, points, small_shadows, changes, options):
+    """Each frame's splats, and where they end by what the others see: no spikes beside outlines."""
+    cut_out = [np.where(one.depth < 1.8, one.depth, 0) for one in view_sets.three_views()]
+    views = [view_sets.replaced(one, depth=depth) for one, depth in zip(view_sets.three_views(), cut_out, strict=True)]
+    with browser.shown(altered(draw_page(points, views, **options), SHADOW_SIDE=SHADOW_SIDE)) as opened:
+        assert opened.page.evaluate("pointshade.data.leftOut") == []
+        check(opened, points, views, [(SEEN[0] | changes, SEEN[1])], least=45, **options)
+
+
+def test_frames_with_noise_agree_with_render_where_they_are_one_surface(browser, points):
+    views = [view_sets.noisy(view, k) for k, view in enumerate(view_sets.three_views())]
+    with browser.shown(draw_page(points, views)) as opened:
+        picture, place, lights = drawn(opened, *SEEN)
+        seen = views[0].camera.fitted(*SEEN[1])
+        lights = [moved(light, views[0].pose) for light in lights]
+        psnr, coverage = likeness(picture, points.render(views, light=lights, camera=seen, pose=views[0].pose @ place))
+        assert psnr > 30 and coverage < 0.02

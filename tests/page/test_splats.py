@@ -10,7 +10,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page, page_file, parts
 from pointshade_gl.page.page_contents import arranged, reduced
-from pointshade_gl.page.parts import FOLDER, SCRIPTS, SPLAT_SCRIPTS
+from pointshade_gl.page.parts import FOLDER, SCRIPTS, SCRIPTS_OF
 from pointshade_gl.renderer.requests import RenderRequest
 from pointshade_gl.scene.gaussians import palette_of
 
@@ -194,10 +194,10 @@ def test_a_splat_takes_twenty_bytes_of_the_file_at_most(renderer):
 
 
 def test_only_pages_with_splats_have_their_script_and_may_start_a_worker(renderer):
-    text = (FOLDER / SPLAT_SCRIPTS[0]).read_text(encoding="utf-8")
+    text = (FOLDER / SCRIPTS_OF["splats"]).read_text(encoding="utf-8")
     with_splats, without = draw_page(renderer, ball_over_floor(20)), draw_page(renderer, frames.sphere())
     assert text in with_splats and "worker-src blob:" in with_splats
-    assert text not in without and "worker-src" not in without and SPLAT_SCRIPTS[0] not in SCRIPTS
+    assert text not in without and "worker-src" not in without and SCRIPTS_OF["splats"] not in SCRIPTS
 
 
 def test_of_too_many_splats_those_that_show_most_are_kept():

@@ -7,6 +7,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import OrbitStage, State
+from pointshade_gl.scene.visible import coarser
 
 CAMERA = ps.Camera(100, 100, 3.5, 2.5, 8, 6)
 DEPTH = np.full((6, 8), 2.0, np.float32)
@@ -221,6 +222,14 @@ def test_missing_depth_of_a_read_only_array_becomes_0_in_a_copy():
     assert np.isnan(depth[0, 1])
 
 
+def bottom(frame):
+    """The points of the built-in vase's disc, (n, 3) world."""
+    v, u = np.nonzero(frame.depth)
+    points = frame.camera.unproject(frame.depth[v, u].astype(float), np.stack([u, v], -1))
+    points = points @ frame.pose[:3, :3].T + frame.pose[:3, 3]
+    return points[(points - (0, 0, 1)) @ frame.upright < -0.255]
+
+
 class TestUp:
     """Where up is known, yaw turns about it: a camera that looks down does not lean when it goes round."""
 
@@ -255,6 +264,28 @@ class TestUp:
         frame = ps.Frame(COLOR, DEPTH, CAMERA).with_up((0.6, -0.8, 0))
         scene = ps.Scene((ps.Node(ps.PointObject([frame, frame.at(turn)]), transform=turn),))
         np.testing.assert_allclose(scene.upright, turn[:3, :3] @ (0.6, -0.8, 0), atol=1e-12)
+
+    def test_what_it_is_known_to_turn_about_goes_with_it_into_copies_and_scenes(self):
+        pose, middle = ps.orbit_pose(None, (0, 0, 2), 30, 10), (0.1, -0.2, 1.5)
+        frame = ps.Frame(COLOR, DEPTH, CAMERA, pose).with_up((0, -1, 0), middle)
+        scene = ps.Scene((ps.Node(ps.PointObject([frame, frame.at(np.eye(4))])),), CAMERA, pose)
+        for one in (frame, coarser(frame, 2), scene):
+            np.testing.assert_allclose(one.pivot, middle, atol=1e-12)
+        inside = np.linalg.inv(pose) @ (*middle, 1)
+        np.testing.assert_allclose(frame.at(np.eye(4)).pivot, inside[:3], atol=1e-12)
+        assert frame.with_up((0, -1, 0)).about is None
+        with pytest.raises(ValueError, match="frame about must"):
+            frame.with_up(None, (0, 1))
+
+    def test_the_built_in_vase_turns_about_its_own_axis_whatever_is_seen_of_it(self):
+        frames = list(ps.open_source("vase/whole"))
+        scene = ps.Scene((ps.Node(ps.PointObject(frames)),), frames[0].camera)
+        for one in (ps.load_frame("vase"), *frames, scene):
+            np.testing.assert_allclose(one.pivot, (0, 0, 1), atol=1e-6)
+        disc = np.concatenate([bottom(one) for one in frames])
+        off = disc - (0, 0, 1)
+        around = off - np.outer(off @ frames[0].upright, frames[0].upright)
+        np.testing.assert_allclose((around.min(0) + around.max(0)) / 2, 0, atol=1e-3)
 
     def test_the_built_in_vase_stands_and_is_seen_as_before_from_the_front(self, renderer):
         frame = ps.load_frame("vase")

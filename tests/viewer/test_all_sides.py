@@ -9,7 +9,7 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.cli.command_lines import Typed, render_line
-from pointshade_gl.cli.inputs import load_all_sides
+from pointshade_gl.renderer.requests import load_all_sides
 from pointshade_gl.viewer.state import views_in
 
 from ..support.viewing import drag, press

@@ -9,6 +9,7 @@ import pytest
 from rendercanvas.offscreen import RenderCanvas
 
 import pointshade_gl as ps
+from pointshade_gl.renderer.requests import load_all_sides
 from pointshade_gl.scene.orbit import State
 from pointshade_gl.viewer.canvas import event_of
 
@@ -277,3 +278,9 @@ class TestErrors:
             ps.canvas(3, "offscreen")
         with pytest.raises(TypeError, match="unexpected keyword"):
             ps.canvas(BALL, "offscreen", wrong=1)
+
+
+def test_the_built_in_vase_by_its_name_begins_with_its_front_and_has_its_other_sides(open_canvas):
+    view = open_canvas("vase")
+    assert isinstance(view.frame, ps.Frame) and view.document.playback.whole is load_all_sides
+    assert open_canvas(ps.load_frame("vase")).document.playback.whole is None

@@ -143,10 +143,15 @@ class RenderCommand:
 
     def completed(self) -> RenderCommand:
         """The same, of all sides of the built-in object where a picture or a film shows them."""
-        is_drawn = self.suffix not in (*names.PAGES, *names.POINTS) and not self.unlight_all
-        turns = moves_camera(self.film.turntable) or is_turned(self.place)
+        is_drawn = self.suffix not in names.POINTS and not self.unlight_all and self.look.splat != "mesh"
+        turns = self.suffix in names.PAGES or moves_camera(self.film.turntable) or is_turned(self.place)
         frame, others = with_all_sides(self.frame, self.others, is_drawn and turns)
-        return replace(self, frame=frame, others=others, written=self.output)
+        page = replace(self.page, title=Path(self.frame.title).stem) if self._needs_title else self.page
+        return replace(self, frame=frame, others=others, page=page, written=self.output)
+
+    @property
+    def _needs_title(self) -> bool:
+        return self.suffix in names.PAGES and self.page.title is None
 
     def view(self) -> View:
         """From where, under which lights and how it is drawn. Raises ValueError or OSError."""
@@ -331,7 +336,7 @@ def _write_page(asked: RenderCommand, view: View) -> None:
     if film.frames is not None and not loaded.plays:
         raise ValueError(f"{output} shows one thing that nothing moves: leave out {option('frames')}")
     source = frames_of(loaded.source, film.frames) if loaded.plays else loaded.source
-    title = Path(asked.frame.title).stem if asked.page.title is None else asked.page.title
+    title = asked.page.title or Path(asked.frame.title).stem
     start = time.perf_counter()
     with asked.renderer() as renderer:
         request = RenderRequest.seen(source[0] if loaded.plays else source, view)

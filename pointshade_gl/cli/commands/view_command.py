@@ -11,6 +11,7 @@ from ...files.access.content import check_not_read
 from ...files.input_kinds import Kind
 from ...notes.notes import print_note
 from ...notes.words import option
+from ...renderer.requests import load_all_sides
 from ...scene.appearance import Appearance
 from ...scene.settings import OutputSettings
 from ...scene.viewpoint import View
@@ -23,7 +24,6 @@ from ..inputs import (
     check_frame,
     check_stream,
     is_front,
-    load_all_sides,
     load_several,
     with_all_sides,
 )  # fmt: skip

@@ -261,6 +261,7 @@ def check_suffix(path: FilePath, known: tuple[str, ...], subject: str = "its suf
 VASE, WHOLE, FRONT = "vase", "vase/whole", "vase/front"
 FRAMES = {VASE: "vase", WHOLE: "vase_whole", FRONT: "vase"}
 BUILT_IN_UP = 0.0, -0.974370064785, -0.224951054344  # in the axes of its front's camera, which looks down by 13 degrees
+BUILT_IN_MIDDLE = 0.0, 0.0, 1.0  # on the axis of the vase, in its front's axes
 SCENES = {"demo": "scene/scene.gltf"}
 
 

@@ -19,7 +19,15 @@ from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..access.content import FilePath, note_read
 from ..access.folders import LEVELS, Folder, Listing
-from ..access.known_names import BUILT_IN_UP, COLOR_SUFFIXES, DEPTH_SUFFIXES, VIDEO_SUFFIXES, is_built_in, what_else
+from ..access.known_names import (
+    BUILT_IN_MIDDLE,
+    BUILT_IN_UP,
+    COLOR_SUFFIXES,
+    DEPTH_SUFFIXES,
+    VIDEO_SUFFIXES,
+    is_built_in,
+    what_else,
+)
 from ..cameras.camera_files import camera_from_exif, read_intrinsics
 from ..cameras.intrinsics import Intrinsics, Size, place_camera
 from ..cameras.lenses import PANORAMA
@@ -131,7 +139,9 @@ class FrameSequence(Sequence[Frame]):
 
     def _put_together(self, parts: FrameParts, note: Note, scale_of: Any = None) -> Assembled:
         read = assemble(parts, self._options, note, self.reading, self._coding, self._stream, scale_of)
-        return read._replace(frame=read.frame.with_up(BUILT_IN_UP)) if self._is_built_in else read
+        if not self._is_built_in:
+            return read
+        return read._replace(frame=read.frame.with_up(BUILT_IN_UP, BUILT_IN_MIDDLE))
 
     def _scale_of(self, index: int, decoded: Decoded, colors: Any, camera: Camera) -> ScaledFrame:
         """Return how a frame is laid, after those before it in the film."""

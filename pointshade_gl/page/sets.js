@@ -1,0 +1,80 @@
+// Several frames of one thing, merged in each view: the nearest splat of all decides what is seen, and each frame that has
+// that surface adds its part (gpu/points/point_objects.py, set_merge.py).
+
+const SPARE = 153; // of 255, as in common/parts.glsl: trust in points that are not drawn, as another frame shows them better
+
+// Several frames of one thing, with how far each of their points is trusted, and where their rims end.
+async function takeSet(gl, reader, head) {
+  const views = [];
+  for (const each of head.views) {
+    const { kinds, ...view } = await takePoints(gl, reader, each), [known, rims] = [1, 2].map((least) => numbersOf(kinds, least));
+    const [trust, cuts] = [0, 1].map(() => new Uint8Array(4 * kinds.length));
+    for (const place of [0, 1]) reader.take(known.length).forEach((value, k) => (trust[4 * known[k] + place] = value));
+    for (const number of rims) cuts.set(reader.take(4), 4 * number);
+    const [trusts, ends] = [trust, cuts].map((bytes) => makeTexture(gl, "rgba8", view.width, view.height, bytes));
+    const drawn = head.isExact ? makeNumbers(gl, known.filter((number) => trust[4 * number] !== SPARE)) : view.known;
+    views.push({ ...view, trusts, ends, drawn, material: head.material });
+  }
+  return { ...head, views };
+}
+
+class SetPainter {
+  constructor(gl, painter, format) {
+    Object.assign(this, { gl, painter, format });
+  }
+
+  // Draws a set among the surfaces of other things. ids, splats: of this view; visibilityOf: what the points of a frame
+  // see of the light from all around, if something may hide it.
+  addSurface(target, size, thing, eye, { ids, splats }, { shading, material_number, visibilityOf }) {
+    const { painter } = this, warps = this.drawSplats(splats, thing, eye, thing.isExact);
+    const maps = thing.views.map(visibilityOf), hasVisibility = Boolean(maps[0]);
+    this.fit(size, hasVisibility);
+    painter.clear(this.sums, this.textures.length);
+    const SHADING = SHADINGS.indexOf(shading === "edl" ? "none" : shading);
+    const constants = { EXACT: thing.isExact ? 1 : 0, VISIBILITY: hasVisibility ? 1 : 0, SHADING };
+    const addUp = (view, k) => {
+      const own = { light_map: view.lit, light_normals: view.normals, trust_map: view.trusts, color_map: view.colors, gain: view.gain };
+      const CALM = view.normals && shading === "phong" ? 1 : 0, shared = { keys: ids, band: thing.band, importance: 1 };
+      const inputs = { ...warps[k], ...own, ...shared, visibility_map: maps[k] };
+      painter.fill(this.sums, [0, 0, ...size], "points/set_accumulate.frag", { ...constants, CALM }, inputs, false);
+    };
+    painter.adding(true, () => thing.views.forEach(addUp));
+    const [geometry_map, albedo_map, visibility_map] = this.textures, { scale } = thing;
+    const inputs = { geometry_map, albedo_map, visibility_map, keys: ids, near: eye.near, scale, material_number };
+    painter.fill(target, [0, 0, ...size], "points/set_resolve.frag", { VISIBILITY: hasVisibility ? 1 : 0 }, inputs);
+  }
+
+  // Draws the depth of a set into a box of the shadow map. Lights see outlines that no frame has seen: they are whole.
+  addShadow(target, box, thing, eye, first, { ids, splats }) {
+    this.drawSplats(splats, thing, eye, false);
+    const inputs = { keys: ids, near: eye.near / thing.scale, behind: thing.differ, first };
+    this.painter.fill(target, box, "points/set_shadow.frag", {}, inputs);
+  }
+
+  // The keys of all splats in a view. Returns the ways into it.
+  drawSplats(target, thing, { camera, pose, near }, isExact) {
+    const { gl, painter } = this, constants = { EXACT: isExact ? 1 : 0 };
+    const warps = thing.views.map((view) => warpOf(view, camera, pose, near));
+    painter.clearSplats(target, [0, 0, camera.width, camera.height]);
+    thing.views.forEach((view, k) => {
+      const inputs = { ...warps[k], is_round: view.isRound, has_rims: view.hasRims, side: view.size, trust_map: view.trusts, cuts_map: view.ends, primary: 1 };
+      painter.programs.get("points/splats.vert", "points/set_splats.frag", constants).use(inputs);
+      painter.drawElements(gl.POINTS, isExact ? view.drawn : view.known);
+      if (!view.rims) return;
+      painter.programs.get("points/rims.vert", "points/rims.frag", { ...constants, SET: 1 }).use(inputs);
+      painter.drawElements(gl.POINTS, view.rims);
+    });
+    return warps;
+  }
+
+  // Room for the sums of a view.
+  fit(size, hasVisibility) {
+    const gl = this.gl, sizes = `${size} ${hasVisibility}`;
+    if (sizes === this.sizes) return;
+    for (const texture of this.textures || []) gl.deleteTexture(texture);
+    gl.deleteFramebuffer(this.sums || null);
+    this.textures = Array.from({ length: hasVisibility ? 3 : 2 }, () => makeTexture(gl, this.format, ...size));
+    this.sums = makeTarget(gl, this.textures);
+    this.sizes = sizes;
+  }
+}

@@ -285,7 +285,7 @@ def sentence_of(error: Any, every: Callable[[], Mapping[str, Any]]) -> str:
     elif hasattr(error, "possibilities"):  # an option that does not exist
         name, near = error.option_name, meant_option(error.option_name, _options(error.ctx.command))
         others = [f"`pointshade {other}`" for other, one in every().items() if not near and name in _options(one)]
-        message = f"there is no option {name}{near}" + (f", only in {' and '.join(others)}" if others else "")
+        message = f"there is no option {name}{near}" + (f", only in {', '.join(others)}" if others else "")
     elif (extra := _EXTRA.search(message)) and "input" in _options(error.ctx.command):
         message = f"there is one INPUT, got also {extra[1]}: {_way_out(extra[1])}"
     more = f"; `{error.ctx.command_path} --help` lists the options" if message and error.ctx else ""

@@ -214,6 +214,8 @@ def _checking(function: Callable[..., Any], known: Collection[str]) -> Any:
         for name in options:
             if name not in known:
                 near = did_you_mean(name, known)
+                if not near and name.endswith(("size", "width", "height")) and "camera" in known:
+                    near = ": a picture has the size of its camera, camera.fitted(width, height)"
                 raise TypeError(f"{function.__name__}() got an unexpected keyword argument {name!r}{near}")
         return function(*args, **options)
 

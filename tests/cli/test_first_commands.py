@@ -142,7 +142,7 @@ NEXT = [  # typed, what is said, and what that makes one type next
     (f"{VASE} --light 1,2", "light position must be three finite numbers", f"{VASE} --light 1,2,3"),
     (f"{VASE} --light 1,2,3,4", "got 4 numbers: (1.0, 2.0, 3.0, 4.0)", f"{VASE} --light 1,2,3"),
     (f"{VASE} --method star", "(did you mean --normals?)", f"{VASE} --normals star"),
-    ("info vase --yaw 3", "only in `pointshade render` and `pointshade normals` and", f"{VASE} --yaw 3"),
+    ("info vase --yaw 3", "only in `pointshade render`, `pointshade normals`,", f"{VASE} --yaw 3"),
     ("normals vase -o n.txt", ".npy, .exr", "normals vase -o n.npy"),
     ("info -o sheet.png", "as in `pointshade info vase -o sheet.png`", "info vase -o sheet.png"),
     ("help", "`pointshade --help` explains them", "--help"),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.bench.tracing import plane, sphere
 from pointshade_gl.estimation.alignment import motion_matrix, motion_of, pair_equations, solved_motions
 
 from ..support.posed_views import (
@@ -18,6 +19,7 @@ from ..support.posed_views import (
     one_plane,
     painted,
     plain,
+    tiled,
     turned,
     two_planes,
     views,
@@ -93,6 +95,16 @@ class TestAccuracy:
         given[2] = ps.Frame(given[2].color[:100], given[2].depth[:100], replace(CAMERA, height=100), true[2].pose)
         found, notes = aligned(disturbed(given, 0.02, 0.6))
         assert not notes and max(errors(found, given)) < 1.0
+
+    def test_colours_that_are_exactly_alike_nearly_everywhere_do_not_mislead(self):
+        """Of a drawn floor of tiles and bare things: only the borders differ, and those are what tells."""
+        tiles = [plane((0, -1, 0), (0, 0.6, 2), tiled), plane((0, 0, -1), (0, 0, 2.7), plain)]
+        balls = [sphere((0.1, -0.05, 1.7), 0.35, plain), sphere((-0.45, 0.35, 1.9), 0.25, plain)]
+        rng, true = np.random.default_rng(4), views(tiles + balls, 3)
+        given = [ps.Frame(one.color, one.depth * rng.normal(1, 0.002, one.depth.shape), one.camera, one.pose)
+                 for one in true]  # fmt: skip
+        found, notes = aligned(disturbed(given, 0.02, 0.5))
+        assert not notes and max(errors(found, true)) < 5.0
 
     def test_colours_lead_where_depth_is_noisy(self):
         """The noise of the depth is more than a pixel there, by which brightness would be worth nothing."""

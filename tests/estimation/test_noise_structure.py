@@ -197,6 +197,18 @@ def test_whole_millimetres_are_not_taken_for_steps_of_disparity(renderer, depth)
         assert noise.domain == "z" and noise.step == pytest.approx(0.001, rel=0.01)
 
 
+@pytest.mark.parametrize(("width", "height"), [(320, 240), (480, 360)])
+def test_whole_centimetres_are_not_taken_for_steps_of_disparity(renderer, width, height):
+    """Few blocks of a floor, a wall and balls have jumps; at edges those are of several steps."""
+    planes = [plane((0, 0, -1), (0, 0, 2.5001), lambda p: p), plane((0, -1, 0), (0, 0.6001, 0), lambda p: p)]
+    balls = [sphere((0.1, -0.05, 1.5), 0.35, lambda p: p), sphere((-0.5, 0.35, 1.7), 0.25, lambda p: p)]
+    camera = ps.Camera.from_fov(45, width, height)
+    depth = np.round(trace(planes + balls, camera).depth, 2).astype(np.float32)
+    renderer.estimate_normals(ps.Frame(None, depth, camera))
+    noise = renderer.choice.noise
+    assert noise.domain == "z" and noise.step == pytest.approx(0.01, rel=0.01)
+
+
 def test_a_still_noisy_stream_gets_one_answer(renderer):
     depth, normals = wall()
     errors, said = [], set()

@@ -154,7 +154,7 @@ def test_older_names_work_with_one_note(monkeypatch):
 
 
 def test_the_names_of_0_1_are_gone(renderer, typed):
-    with pytest.raises(TypeError, match="unexpected keyword argument 'size'"):
+    with pytest.raises(TypeError, match="argument 'size': a picture has the size of its camera"):
         renderer.render(frames.sphere(), size=3)
     code, _, errors = typed("render vase --size 40x30 -o a.png")
     assert code == 2 and "--size (did you mean --picture-size?)" in errors

@@ -37,6 +37,11 @@ def plain(points: np.ndarray) -> np.ndarray:
     return np.full((*points.shape[:-1], 3), 0.5)
 
 
+def tiled(points: np.ndarray) -> np.ndarray:
+    """Tiles of 25 cm."""
+    return np.where(np.floor(4 * points).sum(-1, keepdims=True) % 2 > 0, [0.7, 0.5, 0.35], [0.45, 0.33, 0.2])
+
+
 def corner(paint=painted) -> list[TracedSurface]:
     """A floor, a wall, two boxes' fronts and a ball."""
     return [

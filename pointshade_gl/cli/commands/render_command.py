@@ -256,7 +256,9 @@ def _write_picture(asked: RenderCommand, view: View) -> None:
         after_each(renderer)
         if not image.any():
             print_note("nothing is in view, the picture is empty")
-        what = f"{image.shape[1]}x{image.shape[0]} pixels from {loaded.source.points_known} points"
+        what = f"{image.shape[1]}x{image.shape[0]} pixels"
+        if loaded.source.points_known:  # meshes alone have none
+            what += f" from {loaded.source.points_known} points"
         report(asked.output, what, renderer, spent)
 
 

@@ -28,7 +28,7 @@ MOST_VISITORS, MOST_SIDE, ON_THEIR_WAY = 8, 1600, 2  # at once; pixels; pictures
 QUALITY = 80  # of JPEG
 
 app = FastAPI()
-app.state.visitors = 0
+app.state.source, app.state.visitors = (sys.argv[2:3] or ["vase"])[0], 0
 
 
 @app.get("/{name:path}")
@@ -51,7 +51,7 @@ async def visit(socket: WebSocket) -> None:
     listening = asyncio.create_task(listen(socket, told))
     try:
         with ThreadPoolExecutor(1) as thread:  # a Renderer belongs to the thread that made it
-            made = thread.submit(ps.canvas, "vase", "offscreen")
+            made = thread.submit(ps.canvas, app.state.source, "offscreen")
             try:
                 await answer(socket, told, thread, await asyncio.wrap_future(made))
             finally:

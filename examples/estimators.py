@@ -1,20 +1,23 @@
 """Noise, and the choice of estimators.
 
-A sensor's noise of 1.5 mm, lit with four estimators: triangles between neighbours, a plane fit, `auto`, which measures
-the noise first, and, last, the normals without noise. It prints how far each is from these.
+A sensor's noise of 1.5 mm in a metre, lit with four estimators: triangles between neighbours, a plane fit, `auto`,
+which measures the noise first, and, last, the normals without noise. It prints how far each is from these. The argument
+is a folder of your own, to which the noise is added.
 """
+
+import sys
 
 import numpy as np
 
 import pointshade_gl as ps
 
-vase = ps.load_frame("vase")
-known = vase.depth > 0
-noise = np.random.default_rng(1).normal(0, 0.0015, known.shape)
-noisy = ps.Frame(None, np.where(known, vase.depth + noise, 0), vase.camera)
-truth = ps.estimate_normals(vase)
+frame = ps.load_frame(*sys.argv[1:2] or ["vase"])
+known = frame.depth > 0
+noise = np.random.default_rng(1).normal(0, 0.0015, known.shape) * frame.depth
+noisy = ps.Frame(None, np.where(known, frame.depth + noise, 0), frame.camera)
+truth = ps.estimate_normals(frame)
 
-camera = ps.Camera.from_fov(48, 180, 210)
+camera = frame.camera.fitted(240, 180)
 pictures = []
 for method in ("triangles-2", "plane-fit-5", "auto", "truth"):
     normals = truth if method == "truth" else ps.estimate_normals(noisy, method)

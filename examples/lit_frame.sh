@@ -1,5 +1,7 @@
 # A lit frame.
 #
-# The built-in vase under one lamp at its upper left. Your own folder, or depth file, takes the place of `vase`.
+# What a camera saw, under one warm lamp at its upper left, with shadows.
+# `sh lit_frame.sh FOLDER` lights your own: a folder, or a depth file; without it the built-in vase is lit.
 
-pointshade render vase -o lit_frame.png --light -0.5,-0.7,0.2 --background "#303030" --picture-size 480x360
+pointshade render "${1:-vase}" -o lit_frame.png --light "position=-.9,-.6,1.4 color=#ffc080 shadow" \
+    --background "#303030" --picture-size 480x360

@@ -1,8 +1,11 @@
 """In your own OpenGL context.
 
 A Renderer draws in the moderngl context of your application, and leaves its state as it was: here a program draws a
-sky, and lays the texture that `draw` returns over it. The picture never leaves the GPU.
+sky, and lays the texture that `draw` returns over it. The picture never leaves the GPU. The argument is a
+folder of your own.
 """
+
+import sys
 
 import moderngl
 import numpy as np
@@ -24,9 +27,10 @@ def fill(main):
     gl.vertex_array(program, []).render(moderngl.TRIANGLE_STRIP, vertices=4)
 
 
+frame = ps.load_frame(*sys.argv[1:2] or ["vase"])
 with ps.Renderer(gl) as renderer:
     fill(SKY)
-    renderer.draw(ps.load_frame("vase"), camera=ps.Camera.from_fov(40.5, 480, 360), samples=16).use()
+    renderer.draw(frame, camera=frame.camera.fitted(480, 360), samples=16).use()
     gl.enable(moderngl.BLEND)
     fill(LAID)
 picture = np.frombuffer(target.read(), np.uint8).reshape(360, 480, 3)

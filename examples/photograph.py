@@ -1,17 +1,25 @@
 """A photograph and the depth of a network.
 
 Networks such as Depth Anything give inverse depth without a unit; `depth_kind="inverse"` lays it between 1 and 10 m.
-Photograph and depth are made from the built-in scene here, and the photograph is lit by a lamp on the right.
+Left to right: photograph, depth, and a warm lamp on the right. Both are made here: of the frame that is the argument,
+or of the built-in scene.
 """
+
+import sys
 
 import numpy as np
 
 import pointshade_gl as ps
 
-scene = ps.load_scene("demo")
-camera = ps.Camera.from_fov(36, 280, 210)
-photograph = ps.render(scene, camera=camera, samples=16)[..., :3]
-depth = ps.render_depth(scene, camera=camera)
+if sys.argv[1:]:
+    made = ps.load_frame(sys.argv[1])
+    camera = made.camera.fitted(280, 210)
+    photograph = ps.render(made, camera=camera, shading="none", samples=16)[..., :3]
+    depth = ps.render_depth(made, camera=camera)
+else:
+    scene, camera = ps.load_scene("demo"), ps.Camera.from_fov(36, 280, 210)
+    photograph = ps.render(scene, camera=camera, samples=16)[..., :3]
+    depth = ps.render_depth(scene, camera=camera)
 inverse = np.divide(1, depth, out=np.zeros_like(depth), where=depth > 0)
 network = (255 * inverse / inverse.max()).astype(np.uint8)  # near is bright
 

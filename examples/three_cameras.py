@@ -2,30 +2,33 @@
 
 Frames with poses become one object. The pictures show it from the side: of one camera alone, of three, and how certain
 the normals of three are.
-The cameras are made from the built-in scene here; `pointshade render left middle right` does it for folders.
+The argument is a folder of frames with poses; `pointshade render left middle right` does it for folders of one camera
+each. Without it, three cameras see the built-in scene.
 """
+
+import sys
 
 import numpy as np
 
 import pointshade_gl as ps
 
-scene = ps.load_scene("demo")
-camera = ps.Camera.from_fov(40, 320, 240)
-middle = np.array([0.0, 0.35, 0.0])  # of the scene, whose y points up
+
+def photographed():
+    """Frames of three cameras around the built-in scene."""
+    scene, camera = ps.load_scene("demo"), ps.Camera.from_fov(40, 320, 240)
+    for yaw in (0, -35, 35):
+        pose = ps.orbit_pose(scene.pose, (0.0, 0.35, 0.0), yaw=yaw)
+        color = ps.render(scene, camera=camera, pose=pose, background="black", samples=4)
+        yield ps.Frame(color[..., :3], ps.render_depth(scene, camera=camera, pose=pose), camera, pose)
 
 
-def photographed(yaw):
-    """The frame of a camera that stands aside."""
-    pose = ps.orbit_pose(scene.pose, middle, yaw=yaw)
-    color = ps.render(scene, camera=camera, pose=pose, background="black", samples=4)
-    return ps.Frame(color[..., :3], ps.render_depth(scene, camera=camera, pose=pose), camera, pose)
-
-
-frames = [photographed(yaw) for yaw in (0, -35, 35)]
-seen = {"camera": ps.Camera.from_fov(40, 240, 210), "pose": ps.orbit_pose(scene.pose, middle, yaw=18, pitch=10)}
+frames = list(ps.open_source(sys.argv[1]))[::8] if sys.argv[1:] else list(photographed())
+first = frames[0]
+pose = ps.orbit_pose(first.pose, first.pivot, yaw=18, pitch=10)
+seen = {"camera": first.camera.fitted(240, 180), "pose": pose, "background": "white"}
 pictures = [
-    ps.render(frames[0], shading="none", background="white", **seen),
-    ps.render(frames, shading="none", background="white", **seen),
-    ps.render(frames, show="certainty", background="white", **seen),
+    ps.render(first, shading="none", **seen),
+    ps.render(frames, shading="none", **seen),
+    ps.render(frames, show="certainty", **seen),
 ]
 ps.save_image("three_cameras.png", np.hstack(pictures))

@@ -2,18 +2,21 @@
 
 A photograph lit from the left; lit again from the right, it is shaded twice; `unlight` finds its light first and takes
 it out. Left to right: the photograph, without, with.
+The argument is a folder of your own, of which the photograph is made.
 """
+
+import sys
 
 import numpy as np
 
 import pointshade_gl as ps
 
-vase = ps.load_frame("vase")
+given = ps.load_frame(*sys.argv[1:2] or ["vase"])
 matt = ps.Material(ambient=0.25, diffuse=0.75, specular=0.0)
-photograph = ps.render(vase, ps.Light(direction=(1, 0.5, 0.8)), matt)
+photograph = ps.render(given, ps.Light(direction=(1, 0.5, 0.8)), matt)
 
-frame = ps.Frame(photograph, vase.depth, vase.camera)
-look = {"camera": ps.Camera.from_fov(42, 240, 240), "background": "white", "samples": 4}
+frame = ps.Frame(photograph, given.depth, given.camera)
+look = {"camera": given.camera.fitted(240, 180), "background": "white", "samples": 4}
 right = ps.Light(direction=(-1, 0.3, 0.6))
 before = ps.render(frame, shading="none", **look)
 relit = [ps.render(frame, right, unlight=unlight, **look) for unlight in (False, True)]

@@ -30,10 +30,12 @@ def _environment(folder: Path, **more: str) -> dict[str, str]:
 
 
 def run_example(folder: Path, name: str, *arguments: str) -> str:
-    """What `python examples/NAME.py ARGUMENTS`, or `sh NAME.sh`, prints; its files are in the folder afterwards."""
+    """What `python examples/NAME.py ARGUMENTS`, or `sh NAME.sh ...`, prints; its files are in the folder afterwards."""
     script = EXAMPLES / f"{name}.sh"
-    command = ["sh", "-e", script] if script.exists() else [sys.executable, EXAMPLES / f"{name}.py", *arguments]
-    done = subprocess.run(command, cwd=folder, env=_environment(folder), capture_output=True, text=True, timeout=240)
+    command = ["sh", "-e", script] if script.exists() else [sys.executable, EXAMPLES / f"{name}.py"]
+    done = subprocess.run(
+        [*command, *arguments], cwd=folder, env=_environment(folder), capture_output=True, text=True, timeout=240
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -1,12 +1,14 @@
-"""The gallery: which examples there are, in which order, and what they say about themselves.
+"""The gallery: which examples there are, in which order, what they say about themselves, and what their pictures show.
 
 `examples/README.md` and the documentation show what is listed here; `pytest --update-golden
-tests/clients/test_gallery.py` rewrites the pictures and that page.
+tests/clients/test_gallery.py` rewrites the pictures and that page. Pictures of what others recorded are drawn and
+compared where REAL_FRAMES, of places.py, has those recordings.
 """
 
 from __future__ import annotations
 
 import ast
+import io
 import json
 import re
 from pathlib import Path
@@ -16,6 +18,7 @@ import numpy as np
 from PIL import Image
 
 from .example_scripts import EXAMPLES, PICTURES
+from .places import REAL_FRAMES
 
 SECTIONS = {
     "First pictures": ["lit_frame", "turntable", "paper_figure", "photograph", "realsense_folder", "page"],
@@ -34,10 +37,81 @@ ELSEWHERE = {"page", *SECTIONS["In other programs"]}  # what other programs show
 COLUMNS = 3
 INTRODUCTION = """# Gallery
 
-Short scripts and command lines, each with the picture that it makes. They run from any folder, without a network, with
-what is built in; your own frame takes the place of `vase`. Copy what you need. Those in other programs say at their top
-what to install.
+Short scripts and command lines, each with a picture that it makes. They run from any folder, without a network, with
+what is built in. Most take your own recording as their argument: those whose pictures show [recordings of
+others](#what-the-pictures-show) were given one. Copy what you need. Those in other programs say at their top what to
+install.
 """
+
+
+class Recording(NamedTuple):
+    """What somebody made and lets others show: its folder or file, who, under which licence, and where it is from."""
+
+    path: str
+    what: str
+    who: str
+    licence: str
+    where: str
+
+    @property
+    def found(self) -> Path:
+        """Where it lies on this machine, if it does."""
+        return REAL_FRAMES / self.path
+
+
+RECORDINGS = {
+    "office": Recording(
+        "tum_fr3_kinect1", "an office, by a Kinect", "TUM RGB-D benchmark, Sturm et al. 2012", "CC BY 4.0",
+        "https://cvg.cit.tum.de/data/datasets/rgbd-dataset",
+    ),
+    "room": Recording(
+        "icl_livingroom_23views", "a living room, 23 views", "ICL-NUIM, Handa et al. 2014, and Choi et al. 2015",
+        "CC BY 3.0", "https://github.com/isl-org/open3d_downloads",
+    ),
+    "chair": Recording(
+        "realsense_box_6", "a rocking chair, by a RealSense", "Feiyu Chen 2019", "MIT",
+        "https://github.com/felixchenfy/ros_detect_planes_from_depth_img",
+    ),
+    "box": Recording(
+        "realsense_box_2", "a box, by a RealSense", "Feiyu Chen 2019", "MIT",
+        "https://github.com/felixchenfy/ros_detect_planes_from_depth_img",
+    ),
+    "cups": Recording(
+        "d435_table_exr_halffloat", "cups on a table, by a RealSense", "ClearGrasp, Sajjan et al. 2020", "CC BY 4.0",
+        "https://github.com/Shreeyak/cleargrasp",
+    ),
+    "shelves": Recording(
+        "iphone_lidar_promptda", "a library, by an iPhone", "PromptDA, Lin et al. 2024", "Apache 2.0",
+        "https://github.com/DepthAnything/PromptDA",
+    ),
+    "skatepark": Recording(
+        "stereo_skatepark_65520", "a skate park, by a stereo camera", "LingBot-Depth", "Apache 2.0",
+        "https://github.com/Robbyant/lingbot-depth",
+    ),
+    "bowls": Recording(
+        "stereo_metal_floor", "bowls on a floor, by a stereo camera", "LingBot-Depth", "Apache 2.0",
+        "https://github.com/Robbyant/lingbot-depth",
+    ),
+    "knot": Recording(
+        "d2nt_3f2n_gt_normals", "a torus knot, a CAD model", "3F2N, Fan et al. 2021, and D2NT, Feng et al. 2023", "MIT",
+        "https://github.com/fengyi233/depth-to-normal-translator",
+    ),
+    "park": Recording(
+        "lidar_autzen/autzen_trim.laz", "a park in Oregon, by an aircraft's LiDAR", "PDAL contributors", "BSD 3-clause",
+        "https://github.com/PDAL/PDAL/tree/master/test/data/laz",
+    ),
+}  # fmt: skip
+SHOWN: dict[str, list[str]] = {  # what an example is given for its stored picture
+    "lit_frame": ["room"], "photograph": ["shelves"], "realsense_folder": ["chair"],
+    "page": ["chair"], "environments": ["knot"], "unlight": ["shelves"], "shared_albedo": ["shelves"],
+    "lit_cloud": ["park"], "export_points": ["shelves"], "normal_maps": ["office"], "view_depth": ["room"],
+    "estimators": ["knot"], "own_normals": ["office"], "holes": ["cups"], "three_cameras": ["room"],
+    "align_views": ["room"], "temporal_film": ["room"], "render_pool": ["room"], "own_context": ["knot"],
+    "batch_folders": ["office", "room", "chair", "box", "cups", "shelves", "skatepark", "bowls"],
+    "canvas_server": ["room"], "gradio_light": ["room"], "fastapi_upload": ["room"], "rerun_log": ["room"],
+    "open3d_roundtrip": ["room"], "trimesh_roundtrip": ["knot"],
+}  # fmt: skip
+QUALITY = 90  # of their pictures, which are photographs: without loss they would be five times as large
 
 
 class Example(NamedTuple):
@@ -89,6 +163,16 @@ def examples() -> list[Example]:
     return [example(name) for names in SECTIONS.values() for name in names]
 
 
+def has_recordings(name: str) -> bool:
+    """Whether all that the stored picture of an example shows is on this machine."""
+    return all(RECORDINGS[one].found.exists() for one in SHOWN.get(name, ()))
+
+
+def arguments(name: str) -> list[str]:
+    """What an example is given for its stored picture; nothing where the recordings are not on this machine."""
+    return [str(RECORDINGS[one].found) for one in SHOWN.get(name, ()) if has_recordings(name)]
+
+
 def stored_picture(name: str) -> np.ndarray:
     """The stored picture of an example, (h, w, 4) uint8."""
     with Image.open(PICTURES / f"{name}.webp") as image:
@@ -96,12 +180,25 @@ def stored_picture(name: str) -> np.ndarray:
 
 
 def save_stored(name: str, picture: np.ndarray) -> None:
-    """Store a picture, without loss, in as few bytes as can be."""
-    Image.fromarray(picture).save(PICTURES / f"{name}.webp", lossless=True, quality=100, method=6, exact=True)
+    """Store a picture in as few bytes as can be: photographs with a little loss, others without."""
+    (PICTURES / f"{name}.webp").write_bytes(_encoded(name, picture))
+
+
+def as_stored(name: str, picture: np.ndarray) -> np.ndarray:
+    """What reading a picture would give after storing it, (h, w, 4) uint8."""
+    with Image.open(io.BytesIO(_encoded(name, picture))) as image:
+        return np.asarray(image.convert("RGBA"))
+
+
+def _encoded(name: str, picture: np.ndarray) -> bytes:
+    loss = {"quality": QUALITY} if name in SHOWN else {"lossless": True, "quality": 100, "exact": True}
+    data = io.BytesIO()
+    Image.fromarray(picture).save(data, "WEBP", method=6, **loss)
+    return data.getvalue()
 
 
 def gallery_page() -> str:
-    """examples/README.md: a table of pictures for each section."""
+    """examples/README.md: a table of pictures for each section, and whose recordings they show."""
     parts = [INTRODUCTION]
     for section, names in SECTIONS.items():
         cells = [_cell(example(name)) for name in names]
@@ -109,7 +206,12 @@ def gallery_page() -> str:
         rows = [cells[start : start + COLUMNS] for start in range(0, len(cells), COLUMNS)]
         table = ["| " * COLUMNS + "|", "|---" * COLUMNS + "|", *(f"| {' | '.join(row)} |" for row in rows)]
         parts.append("\n".join([f"## {section}", "", *table, ""]))
-    return "\n".join(parts)
+    credits = ["## What the pictures show", "", "| what | by | licence | examples |", "|---|---|---|---|"]
+    for name, one in RECORDINGS.items():
+        shown = ", ".join(f"[{other}]({example(other).link})" for other, given in SHOWN.items() if name in given)
+        credits.append(f"| [{one.what}]({one.where}) | {one.who} | {one.licence} | {shown} |")
+    others = "The other pictures show what is built in, which has the licence of this repository."
+    return "\n".join([*parts, *credits, "", others, ""])
 
 
 def _cell(one: Example) -> str:

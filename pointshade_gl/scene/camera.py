@@ -46,6 +46,18 @@ def quaternion_of(rotation: Matrix) -> Matrix:
     return (row if row[3] >= 0 else -row) / np.linalg.norm(row)
 
 
+def shortest_turn(start: Matrix, end: Matrix) -> Matrix:
+    """The rotation, (3, 3), of one unit vector, (3,), to another by the smallest angle."""
+    axis, cosine = np.cross(start, end), float(start @ end)
+    if cosine < 1e-9 - 1:  # half a turn, about any axis across
+        across = np.eye(3)[np.argmin(np.abs(start))]
+        across = across - (across @ start) * start
+        return 2 * np.outer(across, across) / (across @ across) - np.eye(3)
+    x, y, z = axis
+    skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + skew + skew @ skew / (1 + cosine)
+
+
 def is_rotation(matrix: Matrix, tolerance: float) -> bool:
     """Return whether a (3, 3) matrix neither stretches, shears nor mirrors."""
     return is_orthogonal(matrix, tolerance) and np.linalg.det(matrix) > 0

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .camera import Camera
+from .camera import Camera, shortest_turn
+from .cloud import Up
 from .frame import Frame
 from .graph import Scene
 from .node import Node
@@ -234,8 +235,13 @@ def meshes_of(
         turn, shift = frame.pose[:3, :3].T, frame.pose[:3, 3]
         places = (shape.positions * TO_GLTF) @ turn + shift
         normals = (shape.normals * TO_GLTF) @ turn
-        mesh = Mesh(places, shape.faces, normals, shape.uv, texture=_without_gaps(picture), shading="none")
-        nodes.append(Node(mesh, "surface" if is_one else f"surface {k}"))
+        stands: Up | None = None if frame.upright is None else "-y"
+        lean = np.eye(4)
+        if frame.upright is not None:  # in the node's own axes it stands
+            lean[:3, :3] = shortest_turn(np.array([0.0, -1.0, 0.0]), frame.upright)
+            places, normals = places @ lean[:3, :3], normals @ lean[:3, :3]
+        mesh = Mesh(places, shape.faces, normals, shape.uv, texture=_without_gaps(picture), shading="none", up=stands)
+        nodes.append(Node(mesh, "surface" if is_one else f"surface {k}", lean))
     return Scene(tuple(nodes), camera, pose)
 
 

@@ -220,6 +220,8 @@ def draw_buttons(opaque: float, seen: tuple[tuple[str, str, bool], ...], over: s
     return pixels
 
 
+LUMINANCE = 0.2126, 0.7152, 0.0722  # of red, green and blue
+OUTLINED_DARK = 64  # of 255: luminance above which a marker's outline is dark
 FINER = 4  # how much larger a marker is drawn before it becomes smooth
 
 
@@ -233,7 +235,8 @@ def draw_marker(
     r, middle = radius * FINER, 4 * radius * FINER
     image = Image.new("RGBA", (round(2 * middle), round(2 * middle)), (0, 0, 0, 0))
     draw, fill = ImageDraw.Draw(image), tuple(round(255 * min(max(c, 0.0), 1.0)) for c in color)
-    for grown, paint in ((0.25 * r, (0, 0, 0, 150)), (0.0, (*fill, 255))):
+    other = 0 if np.dot(fill, LUMINANCE) > OUTLINED_DARK else 255  # on grounds of its own tone the outline shows it
+    for grown, paint in ((0.25 * r, (other, other, other, 210)), (0.0, (*fill, 255))):
         if degrees is not None:
             way = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
             aside = way[::-1] * (-1, 1)

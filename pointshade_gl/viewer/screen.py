@@ -198,7 +198,7 @@ class Screen:
     def _show(self, drawn: Any, picture: ShownPicture, over: Overlay) -> None:
         """Markers and text over what was drawn."""
         self._present.draw(self.window.framebuffer, drawn, (picture.camera.width, picture.camera.height))
-        if over.is_marked:
+        if over.is_marked and (self._kept is None or self._last):  # not where nothing was drawn yet
             self._mark(picture)
         scale, wide = over.scale, max(picture.camera.width - over.covered, 1)
         above, margin, drawings = 0, round(10 * scale), []

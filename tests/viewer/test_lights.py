@@ -8,6 +8,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit import UPPER_LEFT, OrbitStage, State, marker_place
 from pointshade_gl.viewer.controller import added, placed, removed, taking, titles
+from pointshade_gl.viewer.overlay import draw_marker
 from pointshade_gl.viewer.state import Snapshot
 
 from ..support import frames
@@ -177,3 +178,12 @@ def test_each_light_has_a_marker_that_points_at_the_object(open_viewer):
         tip, back = (np.rint((x, y) + side * 2.5 * radius * way).astype(int) for side in (1, -1))
         assert (with_markers[tip[1], tip[0]] == with_markers[row, column]).all()
         assert (with_markers[back[1], back[0]] != with_markers[row, column]).any()
+
+
+@pytest.mark.parametrize("color", [(1, 1, 1), (1, 0.8, 0.3), (0.1, 0.1, 0.6), (0, 0, 0)])
+@pytest.mark.parametrize("ground", [0, 128, 255])
+def test_a_marker_is_seen_on_every_ground(color, ground):
+    marker = draw_marker(7.0, color, 30, is_behind=False).astype(float)
+    share = marker[..., 3:] / 255
+    shown = share * marker[..., :3] + (1 - share) * ground
+    assert np.abs(shown - ground).max() > 100

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...checks.arguments import check_choice, check_path, check_type
 from ...scene.appearance import Appearance, Material
+from ...scene.camera import shortest_turn
 from ...scene.cloud import PointCloud
 from ...scene.frame import NEUTRAL, Frame
 from ...scene.graph import Scene
@@ -174,7 +175,7 @@ class _Writer:
             ours["pose"] = pose.tolist()
         is_turned = bool(roots) and _is_upside_down(scene)
         if is_turned:
-            top = self.add_node("y up", FLIP, {"turned": True})
+            top = self.add_node("y up", _upright_turn(scene), {"turned": True})
             nodes[top]["children"] = roots
             roots = [top]
         extensions = None
@@ -306,10 +307,24 @@ def _is_viewers(light: Light) -> bool:
     return light.position is None and light.direction is None
 
 
-def _is_upside_down(scene: Scene) -> bool:
-    """Return whether the world's y points down, where glTF's points up: in the picture, or by a cloud's own up."""
+def _known_up(scene: Scene) -> NDArray[np.float64] | None:
+    """Return where up is, (3,) unit, world, by what says so first; None if nothing does."""
     for placed in scene.instances:
         if placed.content.up_direction is not None:
-            up: NDArray[np.float64] = placed.rigid_axes[0][:3, :3] @ placed.content.up_direction
-            return bool(up[1] < -_LEANING)
-    return bool(scene.pose[1, 1] > _LEANING)
+            return placed.rigid_axes[0][:3, :3] @ placed.content.up_direction
+    return None
+
+
+def _is_upside_down(scene: Scene) -> bool:
+    """Return whether the world's y points down, where glTF's points up: in the picture, or by a thing's own up."""
+    up = _known_up(scene)
+    return bool(scene.pose[1, 1] > _LEANING) if up is None else bool(up[1] < -_LEANING)
+
+
+def _upright_turn(scene: Scene) -> Matrix:
+    """Return the pose, (4, 4), of a world whose y points down: what is known to be up points up. Environments, which
+    are turned with it, only know half turns."""
+    up, turn = _known_up(scene), FLIP.copy()
+    if up is not None and scene.environment is None:
+        turn[:3, :3] = shortest_turn(FLIP[:3, :3] @ up, np.array([0.0, 1.0, 0.0])) @ FLIP[:3, :3]
+    return turn

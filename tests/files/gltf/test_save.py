@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.scene.camera import rotation_of
 
 from ...support.frames import all_missing, single_pixel, step
 from .test_read import pygltflib_scene, refuse
@@ -288,3 +289,22 @@ def test_a_saved_scene_looks_the_same_to_the_bit(tmp_path, renderer):
     scene = ps.Scene(nodes, camera=frame.camera)
     ps.save_scene(tmp_path / "room.gltf", scene)
     assert (renderer.render(ps.load_scene(tmp_path / "room.gltf")) == renderer.render(scene)).all()
+
+
+@pytest.mark.parametrize("kind", ["mesh", "frame"])
+def test_what_is_known_to_be_up_is_up_in_other_programs_and_comes_back_as_it_was(renderer, tmp_path, kind):
+    """A camera that looked down does not make what it saw lean."""
+    z = np.full((12, 16), 1.5, np.float32)
+    up = np.array([0, -0.8, -0.6])
+    frame = ps.Frame(None, z, ps.Camera(20, 20, 7.5, 5.5, 16, 12)).with_up(up)
+    scene = renderer.render_mesh(frame) if kind == "mesh" else ps.Scene((ps.Node(ps.PointObject(frame)),))
+    ps.save_scene(tmp_path / "a.gltf", scene)
+    document = json.loads((tmp_path / "a.gltf").read_text())
+    (top,) = (node for node in document["nodes"] if node.get("name") == "y up")
+    turn = rotation_of(np.array([top["rotation"]]))[0]
+    np.testing.assert_allclose(turn @ up, (0, 1, 0), atol=1e-7)
+    back = ps.load_scene(tmp_path / "a.gltf")
+    corners = [np.sort(one.extent.corners, 0) for one in (scene, back)]
+    np.testing.assert_allclose(*corners, atol=1e-6)
+    if kind == "mesh":
+        np.testing.assert_allclose(scene.upright, up, atol=1e-9)

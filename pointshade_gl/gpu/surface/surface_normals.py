@@ -19,7 +19,6 @@ from .noise_measurement import NoisePass, Stream
 
 if TYPE_CHECKING:
     from ...estimation.noise_model import Decisions
-    from .wide_planes import BumpyPlanesPass, FlatCellsPass
 
 GivenNoise = np.ndarray | NoiseWords | None  # the caller's noise, (1, 1) or (h, w) metres or in words; None measures it
 Estimator = tuple[str, Step, GivenNoise, str]  # method, beyond which step a neighbour is another surface, noise, flying
@@ -136,14 +135,10 @@ class SurfacePass(FullscreenPasses):
 
     @cached_property
     def _flat(self) -> FlatCellsPass:
-        from .wide_planes import FlatCellsPass  # only here
-
         return self._keep(FlatCellsPass(self._context))
 
     @cached_property
     def _bumpy(self) -> BumpyPlanesPass:
-        from .wide_planes import BumpyPlanesPass  # only here
-
         return self._keep(BumpyPlanesPass(self._context))
 
 
@@ -188,3 +183,55 @@ class CellImages(Images):
         super().__init__(context, size)
         sizes = [(-(-size[0] >> k), -(-size[1] >> k)) for k in range(1, SPARSE_LEVELS + 1)]
         self.levels = [self._keep(Image(context, one)) for one in sizes]
+
+
+class BumpyPlanesPass(FullscreenPasses):
+    """Fits a plane to a wide window around each cell; cells get the planes on which windows agree. For bumps."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._windows = self._keep(Fitted(context, Image))
+        self._planes = self._keep(Fitted(context, Image))
+
+    def measure(self, frame: DepthTextures) -> np.ndarray:
+        """Return (rows, columns, 4) float32: what windows leave of planes, for `find_bumps`."""
+        cells, first = _flat_cells(frame)
+        windows, measure = self._windows.fit(cells), self.fullscreen("surface/bumpy_windows.frag", MEASURE=1)
+        measure.draw(windows.target, {"depth_map": frame.depth}, first=first)
+        return windows.read()
+
+    def find(self, frame: DepthTextures, bumps: float) -> dict[str, moderngl.Texture | tuple[int, int]]:
+        """Return the inputs of shaders that draw the planes. bumps: standard deviation of 1/z about planes."""
+        cells, first = _flat_cells(frame)
+        windows, planes = self._windows.fit(cells), self._planes.fit(cells)
+        fit, spread = (self.fullscreen("surface/bumpy_windows.frag", SPREAD=k) for k in (0, 1))
+        common = {"depth_map": frame.depth, "first": first, "bumps": bumps}
+        fit.draw(windows.target, {}, **common)
+        spread.draw(planes.target, {"planes": windows.texture}, **common)
+        return {"planes": planes.texture, "first": first}
+
+
+class FlatCellsPass(FullscreenPasses):
+    """Writes the surface of pixels on wide planes of rounded depth, and leaves all others to later passes."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._windows = self._keep(Fitted(context, Image))  # one plane for each cell,
+        self._planes = self._keep(Fitted(context, Image))  # and with those that neighbours lend
+
+    def run(self, frame: DepthTextures, noise: Noise, camera: Camera) -> None:
+        """Write the surface of flat pixels. noise: with a rounding step."""
+        cells, first = _flat_cells(frame)
+        windows, planes = self._windows.fit(cells), self._planes.fit(cells)
+        common = {"depth_map": frame.depth, "first": first, "rounding": noise.rounding}
+        self.fullscreen("surface/flat_cells.frag").draw(windows.target, {}, **common)
+        spread = self.fullscreen("surface/flat_cells.frag", SPREAD=1)
+        spread.draw(planes.target, {"planes": windows.texture}, **common)
+        common |= {"planes": planes.texture, "intrinsics": camera.intrinsics}
+        self.fullscreen("surface/normals_flat.frag").draw(frame.surface.staged_target, {}, **common)
+
+
+def _flat_cells(frame: DepthTextures) -> tuple[tuple[int, int], tuple[int, int]]:
+    from ...estimation.noise_model import flat_grid  # only here
+
+    return flat_grid(*frame.size)

@@ -20,7 +20,7 @@ from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 
 from tests.support.example_scripts import run_example
-from tests.support.gallery import SECTIONS, Example, example, examples, runs_alone, stored_picture, summary
+from tests.support.gallery import SECTIONS, SHOWN, Example, example, examples, runs_alone, stored_picture, summary
 
 FOLDER = "auto_examples"
 CONFIGURATION = {
@@ -70,6 +70,8 @@ def _draw(one: Example, images: Path) -> None:
                 raise ExtensionError(f"{one.path.name} failed:\n{error}") from error
             printed.write_text(text, encoding="utf-8")
             shutil.copyfile(Path(folder) / f"{one.name}.png", picture)
+        if one.name in SHOWN:  # recordings of others, which may not be here
+            Image.fromarray(stored_picture(one.name)).save(picture)
     _printed[one.name] = printed.read_text(encoding="utf-8")
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -239,6 +239,8 @@ class Frame(Value, Preview):
         None: the frame is judged alone.
     up : (3,) float, optional
         Which way is up, camera axes; kept with length 1. None: nothing says so. `with_up` takes world axes.
+    about : (3,) float, optional
+        The point that cameras turn around, camera axes. None: the middle of what it shows. `with_up` takes world axes.
 
     Raises
     ------
@@ -259,13 +261,15 @@ class Frame(Value, Preview):
     pose: NDArray[np.float64] = field(default_factory=lambda: check_pose(None))
     source: Hashable = None
     up: tuple[float, float, float] | None = None
-    about: ClassVar[Direction | None] = None  # the point that it turns about, camera axes, if that is known
+    about: Direction | None = None
 
     def __init__(
         self, color: AnyArray | None, depth: AnyArray, camera: Camera, pose: AnyArray | None = None, *,
-        source: Hashable = None, up: AnyArray | None = None,
+        source: Hashable = None, up: AnyArray | None = None, about: AnyArray | None = None,
     ):  # fmt: skip
         object.__setattr__(self, "up", None if up is None else _unit(up))
+        point = () if about is None else check_point(about, "frame about")
+        object.__setattr__(self, "about", tuple(map(float, point)) or None)
         object.__setattr__(self, "source", source)
         object.__setattr__(self, "camera", check_type(camera, Camera, "camera"))
         object.__setattr__(self, "pose", check_pose(pose))

@@ -235,7 +235,7 @@ def draw_marker(
     r, middle = radius * FINER, 4 * radius * FINER
     image = Image.new("RGBA", (round(2 * middle), round(2 * middle)), (0, 0, 0, 0))
     draw, fill = ImageDraw.Draw(image), tuple(round(255 * min(max(c, 0.0), 1.0)) for c in color)
-    other = 0 if np.dot(fill, LUMINANCE) > OUTLINED_DARK else 255  # on grounds of its own tone the outline shows it
+    other = 0 if np.dot(fill, LUMINANCE) > OUTLINED_DARK else 255  # on grounds like itself the outline shows it
     for grown, paint in ((0.25 * r, (other, other, other, 210)), (0.0, (*fill, 255))):
         if degrees is not None:
             way = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])

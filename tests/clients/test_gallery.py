@@ -21,8 +21,8 @@ from ..support.gallery import (
     save_stored,
 )
 
-SHORT = {  # about a second each, of every section
-    "lit_frame", "unlight", "splat_forms", "normal_maps", "view_depth", "estimators", "own_normals", "holes",
+SHORT = {  # about a second each
+    "lit_frame", "unlight", "normal_maps", "view_depth", "estimators", "own_normals", "holes",
     "own_context",
 }  # fmt: skip
 README = EXAMPLES / "README.md"

@@ -80,7 +80,7 @@ def test_a_command_lists_what_it_writes_in_its_error_and_its_help(typed, monkeyp
 def test_a_command_writes_what_it_lists(typed, tmp_path, command, suffix):
     turn = " --turntable light --frames 2" if suffix in known.FILMS and command == "render" else ""
     small = " --picture-size 8x6 --samples 2" if command == "render" and suffix not in known.POINTS else ""
-    code, _, errors = typed(f"{command} vase -o out{suffix}{turn}{small}")
+    code, _, errors = typed(f"{command} vase/front -o out{suffix}{turn}{small}")
     is_listed = suffix in COMMANDS[command]
     assert (code == 0) == is_listed, errors
     assert (tmp_path / f"out{suffix}").exists() == is_listed

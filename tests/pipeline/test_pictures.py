@@ -108,7 +108,7 @@ def test_noisy_depth_is_drawn_calmed(rasterizer, golden):
     certainty = certainty_by_noise(surface, noise, intrinsics)
     color = np.asarray(frame.color, np.float32)[..., :3] / 255
     assert not noise.bumps
-    normals = calm_normals(surface, color, certainty, noise.relative, False, intrinsics)
+    normals, certainty = calm_normals(surface, color, certainty, noise.relative, False, intrinsics)
     assert 0.001 < np.abs(surface[..., 3] - frame.depth).mean() < 0.004
     filtered = ps.Frame(frame.color, surface[..., 3], frame.camera)
     eye = Eye.at_distance(frame.camera, pose, frame.scale)

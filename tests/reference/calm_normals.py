@@ -268,8 +268,11 @@ LEVELS, OWN_SHARE = (3, 5), (1.0, 0.1)  # as in gpu/surface/refinement.py
 
 def calm_normals(
     surface: np.ndarray, color: np.ndarray, certainty: np.ndarray, noise: float, is_shared: bool, intrinsics: np.ndarray
-) -> np.ndarray:
-    """(h, w, 3), of a surface (h, w, 4) without completed pixels, colours (h, w, 3), and certainty (any size)"""
+) -> tuple[np.ndarray, np.ndarray]:
+    """(h, w, 3), and their certainty, one of each cell.
+
+    surface (h, w, 4) without completed pixels; color (h, w, 3); certainty before (any size)
+    """
     height, width = surface.shape[:2]
     pixels, cells = (
         np.stack(np.meshgrid(np.arange(x), np.arange(y)), -1).reshape(-1, 2)
@@ -288,4 +291,5 @@ def calm_normals(
         facets, seen = (one.reshape(shape) for one in found)
     least_tilt = np.abs(texel(doubts, pixels // SIDE)[:, 1:])
     found = calm_normal(surface, witness, facets, seen, pixels, noise, OWN_SHARE[is_shared], least_tilt, intrinsics)
-    return found.reshape(height, width, 3)
+    certain = doubted_certainty(facets, seen, doubts if is_shared else seen, cells)
+    return found.reshape(height, width, 3), certain.reshape(shape[:2])

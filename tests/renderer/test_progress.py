@@ -103,7 +103,7 @@ def test_a_page_is_written_whole_or_not_at_all(tmp_path, views, at):
     assert not list(tmp_path.iterdir())
     progress, told = ending(0)
     write(progress=progress)
-    assert told[-1] == (7, 7) and (tmp_path / "a.html").stat().st_size
+    assert told[-1] == (6, 6) and (tmp_path / "a.html").stat().st_size
 
 
 @pytest.mark.parametrize("name", ["a.gif", "a.mp4", "%d.png"])

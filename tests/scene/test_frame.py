@@ -1,5 +1,6 @@
 """Frames: what counts as missing, what is refused and by which message."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -274,6 +275,7 @@ class TestUp:
         inside = np.linalg.inv(pose) @ (*middle, 1)
         np.testing.assert_allclose(frame.at(np.eye(4)).pivot, inside[:3], atol=1e-12)
         assert frame.with_up((0, -1, 0)).about is None
+        assert pickle.loads(pickle.dumps(frame)).about == replace(frame, source=None).about == frame.about is not None
         with pytest.raises(ValueError, match="frame about must"):
             frame.with_up(None, (0, 1))
 

@@ -212,7 +212,7 @@ normals = ps.estimate_normals(frame, "plane-fit-5", noise=0.01, max_depth_step="
 albedo = ps.estimate_albedo([frame, plain])
 elsewhere = frame.at(rows)
 standing = frame.with_up((0, 0, 1)).upright, frame.up, ps.Frame(None, plain.depth, camera, up=(0, -1, 0))
-turning = frame.with_up((0, 0, 1), about=(0, 0, 2)).turning_as(frame).about
+turning = frame.with_up((0, 0, 1), about=(0, 0, 2)), frame.turning_as(frame), frame.about
 corrected = ps.align_frames([frame, plain], noise="kinect", progress=lambda done, every: done < every)
 ps.save_poses(folder / "poses.txt", corrected, numbers=[0, 7])
 point_cloud = ps.render_points(folder, light, shading="none", pose=rows)

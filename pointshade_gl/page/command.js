@@ -23,7 +23,7 @@ function commandLine({ command, exposure, fill, samples, around }, { state, came
   return [command.line, ...[...words, "--samples", `${samples}`, "-o", name].map(quoted)].join(" ");
 }
 
-// A light of home axes in words. Those of scenes cast shadows unless they say no.
+// A light of home axes in words. Those of scenes cast shadows unless they say no; isScene null: so its words say yes or no.
 function lightText(light, shadows, { home, isScene }) {
   const turn = rotation(home), plain = { ...PLAIN_LIGHT, shadow: isScene };
   const position = light.position && plus(applied(turn, light.position), translation(home));

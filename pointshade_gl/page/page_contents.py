@@ -317,8 +317,8 @@ def command_of(showing: Showing, line: str | None) -> dict[str, Any] | None:
 
     line  `pointshade render ...`, without lights, shading, view, size and samples
 
-    isOwn means that the page's home is where the line looks from without `--pose`; turns, that the page turns around
-    the same point as `--yaw`.
+    isScene is None for several frames of one object, which may stand in a scene or not. isOwn means that the page's
+    home is where the line looks from without `--pose`; turns, that it turns around the same point as `--yaw`.
     """
     own, scene = showing.scene.camera, showing.scene
     assert own is not None, "scenes of requests have one"
@@ -327,7 +327,8 @@ def command_of(showing: Showing, line: str | None) -> dict[str, Any] | None:
         return None
     is_own = bool(np.allclose(showing.home, scene.pose, 0, 1e-12))
     is_frame = showing.frame is not None and scene.instances[0].content.is_single
+    is_set = showing.frame is None and len(scene.instances) == 1 and isinstance(scene.instances[0].content, PointObject)
     return {
-        "line": line, "shading": Appearance().shading, "isScene": showing.frame is None,
+        "line": line, "shading": Appearance().shading, "isScene": None if is_set else showing.frame is None,
         "isOwn": is_own, "turns": is_own and is_frame, "home": np.asarray(showing.home).tolist(),
     }  # fmt: skip

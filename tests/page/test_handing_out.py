@@ -65,12 +65,16 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("words", "views"),
         [
-            (f"vase --light '{LIGHT}' --shininess 60 --background #336699 --title 'My \"vase\"'", ["turned", "unlit"]),
-            ("vase --light 'position=-.5,-.6,.3 color=1,.8,.6 shadow' --shininess 60", VIEWS),
+            (
+                f"vase/front --light '{LIGHT}' --shininess 60 --background #336699 --title 'My \"vase\"'",
+                ["turned", "unlit"],
+            ),
+            ("vase/front --light 'position=-.5,-.6,.3 color=1,.8,.6 shadow' --shininess 60", VIEWS),
+            ("vase --light 'position=-.5,-.6,.3 shadow'", ["as at the start"]),
             ("demo", ["turned", "no shadows"]),
             ("vase --yaw 12 --environment sky", ["as at the start", "turned"]),
         ],
-        ids=["soft light", "frame", "scene", "environment"],
+        ids=["soft light", "frame", "set", "scene", "environment"],
     )
     def test_it_makes_the_picture_that_is_shown(self, browser, written, typed, tmp_path, words, views):
         with browser.opened(written(words), viewport={"width": 360, "height": 300}) as opened:

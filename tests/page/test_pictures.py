@@ -141,8 +141,10 @@ def test_sizes_of_each_point(browser, points):
 @pytest.mark.parametrize("name", ["vase", "tum_fr3_kinect1", "realsense_box_2"])
 def test_frames_look_as_rendered(browser, points, shared_data, name):
     frame = ps.load_frame(name) if name == "vase" else ps.load_frame(shared_data / name)
+    frame = frame.with_up(frame.upright)  # turned about the middle of what it shows
+    least = PSNR if name == "vase" else 54  # noisy normals, rounded, tip single splats before others
     with browser.shown(draw_page(points, frame)) as opened:
-        check(opened, points, frame, VIEWS, 54)  # rounding puts single splats before others
+        check(opened, points, frame, VIEWS, least)
 
 
 def larger_colors(frame):

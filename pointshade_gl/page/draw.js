@@ -349,6 +349,6 @@ class Drawing {
     if (!withShadows) return inputs;
     if (!this.shadowMap) this.drawShadows({ views: [], size: [1, 1] });
     const to_world = product(this.data.toWorld, rotation(axes));
-    return { ...inputs, shadow_map: this.shadowMap, views: this.painter.table("views", shadowRows(views, axes)), to_world };
+    return { ...inputs, shadow_map: this.shadowMap, views: this.painter.table("views", shadowRows(views, axes), 6), to_world };
   }
 }

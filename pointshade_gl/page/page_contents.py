@@ -27,7 +27,7 @@ from ..scene.node import Placed, with_drawn
 from ..scene.objects import PointObject
 from ..scene.orbit import OrbitStage, State
 from ..scene.settings import STILL, OutputSettings
-from ..scene.shadow_cameras import contact_of
+from ..scene.shadow_cameras import SMOOTH, Roughness, contact_of
 from ..scene.values import linear_to_srgb
 from ..scene.visible import coarser, is_alone, points_at
 
@@ -149,7 +149,7 @@ class Showing:
     seen  (4, 4) pose from which it is seen; None: `turn` tells
     frame  the source, or the first of its frames; None: the source is a scene or a cloud
     fill  share of light from all around that is mixed in
-    roughness  noise of depth, world units
+    roughness  noise of depth
     """
 
     scene: Scene
@@ -162,7 +162,7 @@ class Showing:
     frame: Frame | None = None
     environment_light: EnvironmentLight = NO_ENVIRONMENT
     fill: float = 0.0
-    roughness: float = 0.0
+    roughness: Roughness = SMOOTH
     seen: NDArray[np.float64] | None = None
 
     @property
@@ -273,7 +273,7 @@ class Showing:
         return {
             "corners": [self._at_home(corner).tolist() for corner in extent.corners],
             "centre": self._at_home(extent.centre).tolist(), "radius": extent.radius,
-            "contact": contact_of(extent, self.roughness),
+            "contact": contact_of(extent, self.roughness.noise), "farther": (self.roughness.plane @ self.home).tolist(),
         }  # fmt: skip
 
     @property

@@ -106,9 +106,9 @@ class Painter {
     this.gl.drawElements(kind, count, this.gl.UNSIGNED_INT, 0);
   }
 
-  // A texture of rows of five texels.
-  table(name, rows) {
+  // A texture of rows of so many texels.
+  table(name, rows, texels = 5) {
     this.gl.deleteTexture(this.tables[name] || null);
-    return (this.tables[name] = makeTexture(this.gl, "rgba32f", 5, rows.length / 20, rows));
+    return (this.tables[name] = makeTexture(this.gl, "rgba32f", texels, rows.length / (4 * texels), rows));
   }
 }

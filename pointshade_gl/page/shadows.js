@@ -63,7 +63,7 @@ function placesSeen(position, direction, corners, toWorld) {
 
 const middleOf = (values) => (Math.min(...values) + Math.max(...values)) / 2;
 
-function shadowEye({ position }, direction, half, { corners, centre, radius, contact }, side, toWorld) {
+function shadowEye({ position }, direction, half, { corners, centre, radius, contact, farther }, side, toWorld) {
   let place = position, focal = (side / 2 - SHADOW_RIM) / Math.tan(half);
   if (!position) {
     const away = FAR_AWAY * radius, turn = rotation(lookingAlong(centre, direction, toWorld));
@@ -75,7 +75,7 @@ function shadowEye({ position }, direction, half, { corners, centre, radius, con
   }
   const near = Math.max(dot(minus(centre, place), direction) - 1.1 * radius, NEAREST * radius), middle = (side - 1) / 2;
   const camera = { fx: focal, fy: focal, cx: middle, cy: middle, width: side, height: side };
-  return { camera, pose: lookingAlong(place, direction, toWorld), near, contact };
+  return { camera, pose: lookingAlong(place, direction, toWorld), near, contact, farther };
 }
 
 // The pose of a camera that looks along a unit direction; similar directions give a similar roll.
@@ -86,12 +86,13 @@ function lookingAlong(place, direction, toWorld) {
   return [...turn.map((row, k) => [...row, place[k]]), [0, 0, 0, 1]];
 }
 
-// Rows of 5 texels for each view, for points in axes with this pose.
+// Rows of 6 texels for each view, for points in axes with this pose.
 function shadowRows(views, axes) {
-  const rows = new Float32Array(20 * Math.max(views.length, 1));
-  views.forEach(({ camera, pose, near, contact, spread, first }, k) => {
+  const rows = new Float32Array(24 * Math.max(views.length, 1));
+  views.forEach(({ camera, pose, near, contact, farther, spread, first }, k) => {
     const way = product(inverted(pose), axes).slice(0, 3).flat();
-    rows.set([...way, camera.fx, camera.cx, ...first, near, camera.width, contact, spread * camera.fx], 20 * k);
+    const seen = [camera.fx, camera.cx, ...first, near, camera.width, contact, spread * camera.fx];
+    rows.set([...way, ...seen, ...product([farther], axes)[0]], 24 * k);
   });
   return rows;
 }

@@ -28,7 +28,7 @@ from ..scene.graph import Scene
 from ..scene.light import Light, unit
 from ..scene.sample_pattern import light_part
 from ..scene.settings import OutputSettings
-from ..scene.shadow_cameras import ShadowView, shadow_views
+from ..scene.shadow_cameras import SMOOTH, Roughness, ShadowView, shadow_views
 from ..scene.visible import VisibleScene
 
 
@@ -109,15 +109,17 @@ class LightSetup(Owner):
         light.raise_version()
 
 
-def roughness_of(drawables: Drawables) -> float:
-    """Return the noise of depth of the roughest frame, world units."""
-    roughest = 0.0
+def roughness_of(drawables: Drawables) -> Roughness:
+    """Return the noise of depth of the roughest frame. It grows with the square of depth, as of all who triangulate."""
+    roughest = SMOOTH
     for p, thing in drawables.items():
         for choice in thing.choices if p.content.frames else ():
             noise = choice.noise
             if noise is not None and not noise.is_clean:
-                z = p.content.scale
-                roughest = max(roughest, math.hypot(noise.relative * z, noise.bumps * z * z) * p.rigid_axes[1])
+                (axes, factor), z = p.rigid_axes, p.content.scale
+                plane = np.linalg.inv(axes)[2] / (factor * z)
+                found = factor * math.hypot(noise.relative * z, noise.bumps * z * z)
+                roughest = max(roughest, Roughness(found, tuple(plane.tolist())))
     return roughest
 
 

@@ -31,7 +31,7 @@ from .values import SHOWS, Show, linear_color
 
 STILL, FILM = 16, 4  # samples of a picture of the command line; of each picture of a film, and of a point cloud
 STOPS = 32.0  # of exposure, at most
-FILL = 0.3  # of photographs, which are lit already: they stay above this share of themselves
+FILL = 0.5  # of photographs, which are lit already: they stay above this share of themselves
 Vector = tuple[float, float, float]
 Metering = Literal["auto", "sensor"]
 METERINGS: tuple[Metering, ...] = get_args(Metering)

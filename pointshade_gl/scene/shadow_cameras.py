@@ -30,11 +30,22 @@ TURNS = 3  # towards the middle of what is seen: each moves it a little
 FACES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], np.float64)  # of a point light
 
 
+class Roughness(NamedTuple):
+    """The noise of depth: of a point its `noise` times the square of `plane` @ (x, y, z, 1), at least `noise`."""
+
+    noise: float = 0.0  # world units
+    plane: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)  # depth over the one where the noise is that, world
+
+
+SMOOTH = Roughness()
+
+
 class ShadowView(NamedTuple):
     """One shadow camera of a light."""
 
     eye: Eye
     contact: float  # world units by which an occluder must stand out of the surface that it shades
+    farther: tuple[float, float, float, float]  # by more where depth has more noise: `Roughness.plane`
     spread: float  # radius of the part of the light that this view stands for, world units; 0: a point
 
 
@@ -48,30 +59,30 @@ class Extent(NamedTuple):
 
 
 def shadow_views(
-    lights: Sequence[Light], extent: Extent, part: float = 1.0, roughness: float = 0.0
+    lights: Sequence[Light], extent: Extent, part: float = 1.0, roughness: Roughness = SMOOTH
 ) -> tuple[list[ShadowView], list[Span | None]]:
     """Return the shadow cameras of all lights, of one picture size, and for each light the span of those that are its
     own.
 
     A light that casts no shadow has none. part: share of the radius of soft lights for which this sample stands.
-    roughness: noise of depth, world units.
     """
     lights = [_sun_if_far(light, extent) for light in lights]
     looks = [_directions(light, extent) if light.shadow else [] for light in lights]
-    contact = contact_of(extent, roughness)
+    contact = contact_of(extent, roughness.noise)
     side = min(SHADOW_SIDE, SHADOW_MAP // max(math.ceil(math.sqrt(sum(map(len, looks)))), 1))
     views: list[ShadowView] = []
     spans: list[Span | None] = []
     for light, directions in zip(lights, looks, strict=True):
         spans.append((len(views), len(directions)) if directions else None)
         for direction, half in directions:
-            views.append(ShadowView(_eye(light, direction, half, extent, side), contact, part * _radius(light, extent)))
+            eye = _eye(light, direction, half, extent, side)
+            views.append(ShadowView(eye, contact, roughness.plane, part * _radius(light, extent)))
     return views, spans
 
 
-def contact_of(extent: Extent, roughness: float) -> float:
+def contact_of(extent: Extent, noise: float) -> float:
     """Return by how much an occluder must stand out of the surface that it shades, world units."""
-    return max(CONTACT * extent.grain, LEAST_CONTACT * extent.radius, ROUGH_CONTACT * roughness)
+    return max(CONTACT * extent.grain, LEAST_CONTACT * extent.radius, ROUGH_CONTACT * noise)
 
 
 def _radius(light: Light, extent: Extent) -> float:

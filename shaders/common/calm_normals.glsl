@@ -27,6 +27,7 @@ const float UNSUREST = 0.6;       // radians of noise, the most of a single pixe
 const float LEAST_WRONG = 0.65;   // radians: from these on depth is wrong,
 const float WRONG_TILT = 0.7;     // radians: where it surely is
 const float WRONG_PHOTO = 0.3;    // as PHOTO, there
+const float MOST_UNLIKE = 4.0;    // of these: where nobody alike is sure, all around say more
 const float LOST = 0.3;           // radians: surfaces that are both less sure are not told apart by depth
 const float MIXED = 20.0;         // times the variance of normals that a cell's surroundings leave makes highlights dim, beyond
 const float EVEN = 0.01;          // radians squared: what small round bodies leave
@@ -69,7 +70,8 @@ float strangeness(Facet own, Facet other, float noise, vec4 intrinsics) {
     float slack = (SLACK * noise + 0.5 / mean_focal_length(intrinsics)) * own.point.z + tilt * length(way);
     bool is_any = is_wrong(own) || is_wrong(other);
     off = min(own.tilt, other.tilt) > LOST || is_any ? 0.0 : off / slack;
-    return 0.5 * off * off + abs(other.luminance - own.luminance) * (1.0 / (is_any ? WRONG_PHOTO : PHOTO));
+    float unlike = abs(other.luminance - own.luminance);
+    return 0.5 * off * off + (is_any ? min(unlike / WRONG_PHOTO, MOST_UNLIKE) : unlike / PHOTO);
 }
 
 // The logarithm of the photograph's brightness (x), and the tilt of the normal (y).
@@ -178,6 +180,7 @@ vec2 doubted_witness(sampler2D witness_map, sampler2D scatter_map, ivec2 cell) {
         total += m;
     }
     float doubt = smoothstep(0.3, 0.5, sum / max(total, LEAST_LIKE));
+    doubt = max(doubt, smoothstep(0.1, 0.16, own.x));
     return vec2(own.x, (own.y < 0.0 ? -1.0 : 1.0) * max(abs(own.y), WRONG_TILT * doubt));
 }
 

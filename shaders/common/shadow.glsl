@@ -19,6 +19,7 @@ uniform float splat_thickness;
 // texel 3        focal length, centre (the same in x and y), tile's first column and row; pixels
 // texel 4        near; pixels a side; contact: by how much an occluder must stand out of the surface; spread: by how many
 //                pixels a shadow blurs for each unit of 1/z from the occluder to the point, 0 of a light that is a point
+// texel 5        with (x, y, z, 1) of the point: how much farther it is from the sensor than where contact is that
 
 const float FLATTEST = 0.1;   // cosine: a receiver seen flatter by the light is taken to be tilted no more
 const float SHARP = 3.0;       // pixels: what blurs by less is compared with its neighbours alone, as of a point light,
@@ -117,6 +118,8 @@ float light_share(sampler2D shadow_map, sampler2D views, int row, vec3 point, ve
     vec4 range = texelFetch(views, ivec2(4, row), 0);
     vec3 seen = turn * point + shift;
     if (seen.z <= range.x) return 1.0;
+    float farther = dot(texelFetch(views, ivec2(5, row), 0), vec4(point, 1.0));
+    range.z *= max(1.0, farther * farther);  // noise grows with the square of the distance, where cameras triangulate
     vec4 intrinsics = vec4(tile.xx, tile.yy);
     vec2 at = project(seen, intrinsics);
     vec3 normal = turn * n;

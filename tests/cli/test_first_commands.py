@@ -24,7 +24,7 @@ FOLDERS = {  # points, median depth in metres, and what must be said; nothing el
     "realsense_box_6": (296598, 1.282, []),
     "stereo_glass_reflections": (266860, 0.859, []),
     "stereo_metal_floor": (296359, 1.099, []),
-    "stereo_skatepark_65520": (273401, None, ["857 depth values from 65500 to 65535 are taken as missing"]),
+    "stereo_skatepark_65520": (259766, None, ["14492 depth values from 65400 to 65535 are taken as missing"]),
     "tum_fr3_kinect1": (248250, 2.415, []),
 }
 

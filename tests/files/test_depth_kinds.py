@@ -148,6 +148,16 @@ def test_16_bit_values_from_65500_are_missing_and_counted():
     assert notes == ["3 depth values from 65500 to 65535 are taken as missing"]
 
 
+def test_markers_that_were_moved_with_the_points_are_missing_too():
+    notes = []
+    raw = np.full((30, 40), 1500, np.uint16)
+    raw[0] = np.linspace(65440, 65510, 40)  # one plane, as a sensor that aligns depth and colour leaves it
+    assert (convert(raw, "z", 1000.0, note=notes.append)[0] == 0).all()
+    assert notes == ["40 depth values from 65400 to 65535 are taken as missing"]
+    raw[1, :5] = 63000  # something stands right before it: a far wall, no marker
+    assert np.count_nonzero(convert(raw, "z", 1000.0, note=notes.append)[0]) == np.count_nonzero(raw[0] < 65500)
+
+
 @pytest.mark.parametrize("kind", ["inverse", "disparity"])
 def test_the_nearest_points_of_inverse_depth_are_no_markers(kind):
     raw = np.linspace(30000, 65535, 1200).astype(np.uint16).reshape(30, 40)

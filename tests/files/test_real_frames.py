@@ -39,8 +39,8 @@ def test_frames_of_every_sensor_are_read_without_a_guess(shared_data, name, poin
 
 def test_the_clipped_sky_is_missing_and_counted(shared_data):
     _, depths, notes = load(shared_data / "stereo_skatepark_65520")
-    assert depths.max() < 65.5 and depths.size == 640 * 480 - 32942 - 857  # zeros, clipped values
-    assert notes == ["857 depth values from 65500 to 65535 are taken as missing"]
+    assert depths.max() < 25 and depths.size == 640 * 480 - 32942 - 14492  # zeros, clipped values
+    assert notes == ["14492 depth values from 65400 to 65535 are taken as missing"]
 
 
 def test_colour_intrinsics_are_scaled_to_the_phones_small_depth(shared_data):

@@ -143,12 +143,13 @@ def test_light_surface_with_a_point_a_directional_and_a_touching_light(gpu, draw
 SIDE, LIGHT_NEAR, CONTACT = 64, 0.5, 0.01
 
 
-def light_views(turns=(VIEW,), spread=0):
-    """Views of lights as shaders read them, (n, 5, 4), their tiles side by side; `turns` take points to their axes.
-    spread: pixels that a shadow blurs for a unit of 1/z."""
-    rows = np.zeros((len(turns), 5, 4), F)
+def light_views(turns=(VIEW,), spread=0, farther=(0, 0, 0, 0)):
+    """Views of lights as shaders read them, (n, 6, 4), their tiles side by side; `turns` take points to their axes.
+    spread: pixels that a shadow blurs for a unit of 1/z; farther: of a point, where noise is larger."""
+    rows = np.zeros((len(turns), 6, 4), F)
     for k, (row, turn) in enumerate(zip(rows, turns, strict=True)):
         row[:3], row[3], row[4] = turn[:3], (40, 31.5, k * SIDE, 0), (LIGHT_NEAR, SIDE, CONTACT, spread)
+        row[5] = farther
     return rows
 
 
@@ -179,7 +180,8 @@ def test_tent_weighs_three_pixels_by_one_in_all(gpu, draw):
 
 
 def test_light_share(gpu, draw):
-    depth, views = occluders(2), light_views((VIEW, turned((-15, 10, 80), (-0.2, 0.1, 0.5))))
+    turns = VIEW, turned((-15, 10, 80), (-0.2, 0.1, 0.5))
+    depth, views = occluders(2), light_views(turns, farther=(0.1, 0.2, 0.9, 0.05))
     points, n = camera.pixel_ray(draw.numbers(-100, 500, 2), TARGET) * draw.numbers(0.1, 3), draw.directions()
     n[:9] = (0, 0, 1)
     for row in (0, 1):
@@ -192,7 +194,7 @@ def test_light_share(gpu, draw):
 
 @pytest.mark.parametrize("spread", [3, 12, 60])
 def test_light_share_of_a_light_larger_than_a_point(gpu, draw, spread):
-    depth, views = smooth_occluders(), light_views((VIEW, turned((-15, 10, 80), (-0.2, 0.1, 0.5))), spread)
+    depth, views = smooth_occluders(), light_views((VIEW, turned((-15, 10, 80), (-0.2, 0.1, 0.5))), spread, (0.1, 0.2, 0.9, 0))
     points, n = camera.pixel_ray(draw.numbers(-100, 500, 2), TARGET) * draw.numbers(0.1, 3), draw.directions()
     for row in (0, 1):
         call = f"light_share(shadow_map, views_map, {row}, p, n)"

@@ -50,6 +50,17 @@ def test_a_bump_of_five_pixels_keeps_its_shadow(made, slope):
     assert not row[:, : start - 5 * slope - 2].any() and not dark[:50].any() and not dark[70:].any()
 
 
+def test_a_far_wall_with_more_noise_than_what_is_near_casts_no_flecks_on_itself(renderer):
+    rng = np.random.default_rng(4)
+    z = np.where(U < 100, 1.0, 5.0)
+    z += rng.normal(0, 0.003, z.shape) * z * z
+    color = rng.integers(100, 130, (*z.shape, 3)).astype(np.uint8)
+    frame = ps.Frame(color, z.astype(np.float32), frames.CAMERA)
+    sun = ps.Light(direction=(-1.2, 0.3, 1))
+    lit, shaded = (renderer.render(frame, replace(sun, shadow=on))[..., 1].astype(int) for on in (False, True))
+    assert (lit - shaded > 8)[:, 125:].mean() < 0.005  # 0.09 where both keep the same distance
+
+
 @pytest.mark.system
 @pytest.mark.parametrize(("light_at", "least"), [(UPPER_LEFT, 0.97), ((-0.714, -0.535), 0.94)])
 def test_the_vase_casts_the_shadow_of_the_whole_vase_on_its_table(renderer, light_at, least):

@@ -256,13 +256,14 @@ def splat_depths(points: Splatted, eye: Eye) -> np.ndarray:
 
 
 def view_rows(views: Sequence[ShadowView], axes: np.ndarray) -> np.ndarray:
-    """(n, 5, 4) as shaders/common/shadow.glsl reads them, for points in the axes of a camera with this pose."""
+    """(n, 6, 4) as shaders/common/shadow.glsl reads them, for points in the axes of a camera with this pose."""
     columns, side = tiling(views)
-    rows = np.zeros((max(len(views), 1), 5, 4))
-    for k, ((camera, pose, near), contact, spread) in enumerate(views):
+    rows = np.zeros((max(len(views), 1), 6, 4))
+    for k, ((camera, pose, near), contact, farther, spread) in enumerate(views):
         rows[k, :3] = (np.linalg.inv(pose) @ axes)[:3]
         rows[k, 3] = camera.fx, camera.cx, k % columns * side, k // columns * side
         rows[k, 4] = near, side, contact, spread * camera.fx
+        rows[k, 5] = farther @ axes
     return rows.astype(F)
 
 

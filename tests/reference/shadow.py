@@ -40,10 +40,11 @@ def blur_at(
     at: np.ndarray,
     surface: np.ndarray,
     away: np.ndarray,
+    contact: np.ndarray,
 ) -> np.ndarray:
     own = np.maximum(surface[..., 0] + dot(surface[..., 1:], pixel - at)[..., 0], F(0))
     occluder = occluder_at(shadow_map, pixel, tile, range)
-    blur = np.where(stands_out(occluder, own, away, range[2]), range[3] * (occluder - own), F(0))
+    blur = np.where(stands_out(occluder, own, away, contact), range[3] * (occluder - own), F(0))
     return np.where(occluder < 0, F(-1), blur)
 
 
@@ -54,13 +55,14 @@ def soft_share(
     at: np.ndarray,
     surface: np.ndarray,
     away: np.ndarray,
+    contact: np.ndarray,
     widest: np.ndarray,
 ) -> np.ndarray:
     found, blurs, seen, opened = (np.zeros(widest.shape, F) for _ in "1234")
     way = np.array((1, 0), F)
     for k in builtins.range(SPREAD_TAPS):
         aside = widest[..., None] * (F(k) + F(0.5)) / F(SPREAD_TAPS) * way
-        blur = blur_at(shadow_map, tile, range, np.floor(at + aside + F(0.5)), at, surface, away)
+        blur = blur_at(shadow_map, tile, range, np.floor(at + aside + F(0.5)), at, surface, away, contact)
         hides = blur >= np.maximum(BLURRED, length(aside)[..., 0])
         found += hides
         blurs += np.where(hides, blur, F(0))
@@ -69,7 +71,7 @@ def soft_share(
     way = np.array((1, 0), F)
     for k in builtins.range(SPREAD_TAPS):
         aside = reach[..., None] * np.sqrt((F(k) + F(0.5)) / F(SPREAD_TAPS)) * way
-        blur = blur_at(shadow_map, tile, range, np.floor(at + aside + F(0.5)), at, surface, away)
+        blur = blur_at(shadow_map, tile, range, np.floor(at + aside + F(0.5)), at, surface, away, contact)
         seen += blur >= 0
         opened += (blur >= 0) & (blur <= BLURRED)
         way = ONWARDS @ way
@@ -93,6 +95,8 @@ def light_share(shadow_map: np.ndarray, views: np.ndarray, row: int, point: np.n
     cosine = np.sign(cosine) * np.maximum(np.abs(cosine), FLATTEST * length(ray))
     safe = np.where(cosine == 0, F(1), cosine)
     slope = np.where(cosine == 0, F(0), normal[..., :2] / (intrinsics[:2] * (safe * z)))
+    farther = dot(point, views[row, 5, :3]) + views[row, 5, 3]
+    contact = (range[2] * np.maximum(F(1), farther * farther))[..., 0]
     middle = np.floor(at + F(0.5))
     across, down = tent(at[..., 0] - middle[..., 0]), tent(at[..., 1] - middle[..., 1])
     share = np.zeros_like(z)
@@ -101,11 +105,11 @@ def light_share(shadow_map: np.ndarray, views: np.ndarray, row: int, point: np.n
             pixel = middle + np.array((x - 1, y - 1), F)
             own = np.maximum(F(1) / z[..., 0] + dot(slope, pixel - at)[..., 0], F(0))
             occluder = occluder_at(shadow_map, pixel, tile, range)
-            hidden = (range[3] * (occluder - own) < SHARP) & stands_out(occluder, own, away, range[2])
+            hidden = (range[3] * (occluder - own) < SHARP) & stands_out(occluder, own, away, contact)
             share[..., 0] += np.where(hidden, F(0), across[..., x] * down[..., y])
     widest = np.minimum(range[3] * (F(1) / range[0] - F(1) / z[..., 0]), MOST_BLUR)
     surface = np.concatenate([F(1) / z, slope], -1)
-    soft = soft_share(shadow_map, tile, range, at, surface, away, widest)
+    soft = soft_share(shadow_map, tile, range, at, surface, away, contact, widest)
     share[..., 0] *= np.where(share[..., 0] == 0, F(1), soft)
     return np.where(ahead, share, F(1))
 

@@ -13,6 +13,10 @@ from ...scene.frame import LEAST_SHARE, MOST_SHARE, far_plane
 from ...scene.values import median
 
 FAR = 65500  # from here on a 16-bit value means "missing": 65535 in ScanNet and 7-Scenes, 65504 the largest half
+_NEARLY_FAR, _BEFORE_FAR = (
+    65400,
+    60000,
+)  # between: markers that were moved with the points, if none lies before
 _BLOCK = 2**18  # pixels of a block: its numbers fit into the processor's cache
 
 Values = NDArray[np.float64]
@@ -29,7 +33,8 @@ def blocks(raw: NDArray[Any]) -> Iterator[slice]:
 def known_values(raw: NDArray[Any], kind: str, note: Note) -> Callable[[slice], Values]:
     """Return a function that gives the raw values of some rows, 0 where they mean "missing".
 
-    So do values that are not finite and above 0, 16-bit markers from FAR on, and the one value of a background.
+    So do values that are not finite and above 0, 16-bit markers from FAR on, what lies just below beside such markers
+    and far from all else, and the one value of a background.
     """
     if raw.dtype.kind in "iu" and raw.dtype.itemsize <= 2:
         codes = raw.view(f"u{raw.dtype.itemsize}")
@@ -63,10 +68,12 @@ def _judge(codes: NDArray[Any], dtype: np.dtype, kind: str, note: Note) -> Value
     values[values < 0] = 0
     # in inverse depth and disparity the largest values are the nearest points, not markers
     if dtype.kind == "u" and dtype.itemsize == 2 and kind not in ("inverse", "disparity"):
-        marked = values >= FAR
-        values[marked] = 0
-        if counts[marked].any():
-            note(f"{counts[marked].sum()} depth values from {FAR} to 65535 are taken as missing")
+        is_apart = counts[FAR:].any() and not counts[_BEFORE_FAR:_NEARLY_FAR].any()
+        is_moved = is_apart and counts[_NEARLY_FAR:FAR].sum() >= LEAST_SHARE * counts[1:].sum()
+        first = _NEARLY_FAR if is_moved else FAR
+        values[first:] = 0
+        if counts[first:].any():
+            note(f"{counts[first:].sum()} depth values from {first} to 65535 are taken as missing")
     present = np.flatnonzero((values > 0) & (counts > 0))
     present = present[np.argsort(values[present])]
     found, many = values[present].tolist(), counts[present].tolist()

@@ -59,12 +59,13 @@ class ShadowMap(Versioned, Owner):
         return ShadowTile(self._target, first, side)
 
     def rows(self, views: Sequence[ShadowView], axes: np.ndarray) -> np.ndarray:
-        """Return (n, 5, 4) for shaders/common/shadow.glsl. axes: the pose of the camera in whose axes points are."""
-        rows = np.zeros((max(len(views), 1), 5, 4))
-        for k, (eye, contact, spread) in enumerate(views):
+        """Return (n, 6, 4) for shaders/common/shadow.glsl. axes: the pose of the camera in whose axes points are."""
+        rows = np.zeros((max(len(views), 1), 6, 4))
+        for k, (eye, contact, farther, spread) in enumerate(views):
             rows[k, :3] = (np.linalg.inv(eye.pose) @ axes)[:3]
             rows[k, 3] = (eye.camera.fx, eye.camera.cx, *self.place(k))
             rows[k, 4] = eye.near, eye.camera.width, contact, spread * eye.camera.fx
+            rows[k, 5] = farther @ axes
         return rows
 
     def place(self, k: int) -> tuple[int, int]:
@@ -95,7 +96,7 @@ class ShadowLookUp(NamedTuple):
     """The inputs with which shaders look up shadows."""
 
     shadow_map: ShadowMap
-    views: np.ndarray  # (n, 5, 4) as shaders/common/shadow.glsl reads them, for points in the surfaces' axes
+    views: np.ndarray  # (n, 6, 4) as shaders/common/shadow.glsl reads them, for points in the surfaces' axes
     to_world: np.ndarray  # (3, 3) from the surfaces' axes
     splats: SplatShadows | None = None  # of trained splats, beside those of the shadow map
 

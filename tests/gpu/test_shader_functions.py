@@ -194,7 +194,8 @@ def test_light_share(gpu, draw):
 
 @pytest.mark.parametrize("spread", [3, 12, 60])
 def test_light_share_of_a_light_larger_than_a_point(gpu, draw, spread):
-    depth, views = smooth_occluders(), light_views((VIEW, turned((-15, 10, 80), (-0.2, 0.1, 0.5))), spread, (0.1, 0.2, 0.9, 0))
+    turns = VIEW, turned((-15, 10, 80), (-0.2, 0.1, 0.5))
+    depth, views = smooth_occluders(), light_views(turns, spread, (0.1, 0.2, 0.9, 0))
     points, n = camera.pixel_ray(draw.numbers(-100, 500, 2), TARGET) * draw.numbers(0.1, 3), draw.directions()
     for row in (0, 1):
         call = f"light_share(shadow_map, views_map, {row}, p, n)"

@@ -261,6 +261,6 @@ def test_a_page_carries_the_factor_of_the_still(renderer, noisy, monkeypatch):
     own = Showing.values
     monkeypatch.setattr(Showing, "values", lambda self, *points: written.append(own(self, *points)) or written[0])
     text = draw_page(renderer, noisy, title="", exposure="auto")
-    assert f'"fill":{FILL}' in text and f'"material":[{0.7 * 0.1 + FILL:g},' in text
+    assert f'"fill":{FILL}' in text and f'"material":[{(1 - FILL) * 0.1 + FILL:g},' in text
     assert renderer.exposure and f'"exposure":{2.0**renderer.exposure}' in text
     assert '"exposure":1.0' in draw_page(renderer, noisy, title="")

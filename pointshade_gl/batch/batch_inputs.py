@@ -28,14 +28,10 @@ _UNPACKED = {"metadata", "metadata.json"}  # Record3D's
 
 
 class Source(NamedTuple):
-    """A scene, a sequence, a single frame or a point cloud.
+    """A scene, a sequence, a single frame or a point cloud."""
 
-    path  absolute, or a built-in name
-    name  of its output, or of the folder of its outputs, relative to the batch's folder
-    """
-
-    path: str
-    name: PurePosixPath
+    path: str  # absolute, or a built-in name
+    name: PurePosixPath  # of its output, or of the folder of its outputs, relative to the batch's folder
 
     @property
     def kind(self) -> Kind:
@@ -181,16 +177,11 @@ def _has_frames(folder: Path, listing: Listing) -> bool:
 
 
 class SourcePart(NamedTuple):
-    """What one output is made of.
+    """What one output is made of."""
 
-    number  of the frame in its sequence; None: all of it, or a scene
-    input   its main file, such as its depth picture
-    state   a digest of the names, sizes and times of the files that it is made of
-    """
-
-    number: int | None
-    input: str
-    state: str
+    number: int | None  # of the frame in its sequence; None: all of it, or a scene
+    input: str  # its main file, such as its depth picture
+    state: str  # a digest of the names, sizes and times of the files that it is made of
 
 
 def parts_of(source: Source, reading: dict[str, Any], output: Path, listing: Listing) -> list[SourcePart]:

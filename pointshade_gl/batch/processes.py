@@ -329,12 +329,10 @@ _ENDS = {"no GL": ContextError, "no room": OSError}  # what is raised where no o
 
 
 class Failed(NamedTuple):
-    """Why there is no output.
-
-    kind  "failed"; "left out" by its sequence; "no GL", or "no room" on the disk: then no job can be done
-    """
+    """Why there is no output."""
 
     sentence: str
+    # "failed"; "left out" by its sequence; "no GL", or "no room" on the disk: then no job can be done
     kind: str = "failed"
 
 

@@ -71,14 +71,10 @@ CLOSE = 1e-9  # share of the distance: poses that differ by less are the same
 
 @dataclass(frozen=True)
 class Typed:
-    """How the command line names what a window shows.
+    """How the command line names what a window shows."""
 
-    inputs   one INPUT, or several; none where the options name the files
-    options  words for how it is read, such as ("--depth-scale", "1000")
-    """
-
-    inputs: tuple[str, ...]
-    options: tuple[str, ...] = ()
+    inputs: tuple[str, ...]  # one INPUT, or several; none where the options name the files
+    options: tuple[str, ...] = ()  # words for how it is read, such as ("--depth-scale", "1000")
 
     @classmethod
     def of(cls, frame: FrameOptions, more: Sequence[str] = ()) -> Typed:

@@ -16,22 +16,12 @@ from ..files.input_kinds import Kind
 from ..notes.notes import print_note
 from ..notes.words import option
 from ..renderer.renderer import Renderer
-from ..scene import viewpoint
+from ..scene import graph, viewpoint
 from ..scene.appearance import Appearance
 from ..scene.camera import check_pose
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
-from ..scene.graph import (
-    Scene,
-    beside,
-    check_of_clouds,
-    dressed,
-    given_by,
-    is_of_clouds,
-    scene_of,
-    shaded,
-    styled,
-)  # fmt: skip
+from ..scene.graph import Scene
 from ..scene.node import Node
 from ..scene.objects import PointObject
 from ..scene.settings import FILM, STILL
@@ -47,20 +37,14 @@ PLAIN = Appearance()
 
 
 class Loaded(NamedTuple):
-    """What is drawn.
+    """What is drawn."""
 
-    source   a frame, a sequence of frames or a scene
-    frames   that are drawn as one object, whose scene is the source; who looks is the first one's camera
-    names    of these frames
-    numbers  of these frames in a file of their poses
-    legend   what the colours of a cloud mean that numbers were turned into
-    """
-
-    source: Any
+    source: Any  # a frame, a sequence of frames or a scene
+    # that are drawn as one object, whose scene is the source; who looks is the first one's camera
     frames: Sequence[Frame] = ()
-    names: Sequence[str] = ()
-    numbers: Sequence[int] = ()
-    legend: ColorLegend | None = None
+    names: Sequence[str] = ()  # of these frames
+    numbers: Sequence[int] = ()  # of these frames in a file of their poses
+    legend: ColorLegend | None = None  # what the colours of a cloud mean that numbers were turned into
 
     @classmethod
     def merged(cls, frames: Sequence[Frame], look: Appearance, names: Sequence[str], numbers: Sequence[int]) -> Loaded:
@@ -99,9 +83,11 @@ class Inputs:
         """
         names = [Path(str(path)).stem for path in self.paths]
         if self.kind is Kind.CLOUD:
-            given, legends = given_by(look, plain), list[Any]()
-            clouds = [styled(self._load_beside(replace(self.frame, input=path), legends), given) for path in self.paths]
-            return Loaded(scene_of(*clouds, names=names), legend=next(iter(legends), None))
+            given, legends = graph.given_by(look, plain), list[Any]()
+            clouds = [
+                graph.styled(self._load_beside(replace(self.frame, input=path), legends), given) for path in self.paths
+            ]
+            return Loaded(graph.scene_of(*clouds, names=names), legend=next(iter(legends), None))
         if self.kind is Kind.SCENE and self.others.more:
             return self._load_kinds(look, plain, names)
         if self.others.more:
@@ -110,10 +96,10 @@ class Inputs:
             return self._load_views(look, self.others.views)
         if self._is_mesh(self.frame.input):
             legends = list[Any]()
-            mesh = dressed(self._load_beside(self.frame, legends), given_by(look, plain))
+            mesh = graph.dressed(self._load_beside(self.frame, legends), graph.given_by(look, plain))
             return Loaded(mesh, legend=next(iter(legends), None))
         found = load(self.frame, sequence, scene=True)
-        return Loaded(shaded(found, check_look(look, plain)) if self.kind is Kind.SCENE else found)
+        return Loaded(graph.shaded(found, check_look(look, plain)) if self.kind is Kind.SCENE else found)
 
     @staticmethod
     def _is_mesh(path: str | None) -> bool:
@@ -142,14 +128,14 @@ class Inputs:
             raise ValueError(f"{option('views')} merges the frames of one sequence: leave it out, or pass one INPUT")
         if self.frame.frame is not None:
             raise ValueError(f"{option('frame')} is of frames alone: leave it out, or pass the frame's own file")
-        given, legends, parts = given_by(look, plain), list[Any](), list[Any]()
+        given, legends, parts = graph.given_by(look, plain), list[Any](), list[Any]()
         kinds = [Kind.of(path) for path in self.paths]
         shading = None if look.shading == plain.shading else look.shading
         of_clouds = {one.name: one.default for one in fields(CloudGroup)}
         kept = (*of_clouds, "input", "max_pixels", "allow_outside")
         of_frames = {one.name: one.default for one in fields(self.frame) if one.name not in kept}
         if Kind.FRAMES not in kinds:
-            check_of_clouds(given)
+            graph.check_of_clouds(given)
             check_cloud_options([one for one in of_frames if getattr(self.frame, one) not in (None, False)], names[0])
         meshes = [self._is_mesh(path) for path in self.paths]
         if Kind.CLOUD not in kinds and not any(meshes):
@@ -157,22 +143,22 @@ class Inputs:
         for path, kind, is_mesh in zip(self.paths, kinds, meshes, strict=True):
             alone = replace(self.frame, input=path, **of_frames)
             if kind is Kind.CLOUD:
-                own = {name: one for name, one in given.items() if is_of_clouds(name) and name != "shading"}
-                part: Any = styled(self._load_beside(alone, legends), own)
+                own = {name: one for name, one in given.items() if graph.is_of_clouds(name) and name != "shading"}
+                part: Any = graph.styled(self._load_beside(alone, legends), own)
                 parts.append(part if shading is None else part._shaded(shading))
             elif is_mesh:
                 own = {name: one for name, one in given.items() if name in ("material", "shading")}
                 if Kind.CLOUD in kinds:  # a field is that of the clouds
                     alone = replace(alone, color_by=None, color_range=None)
-                parts.append(dressed(self._load_beside(alone, legends), own))
+                parts.append(graph.dressed(self._load_beside(alone, legends), own))
             elif kind is Kind.SCENE:
-                parts.append(shaded(load(replace(alone, **of_clouds), scene=True), shading))
+                parts.append(graph.shaded(load(replace(alone, **of_clouds), scene=True), shading))
             else:
                 found = load(replace(self.frame, input=path, frame=None, **of_clouds), sequence=True)
                 if not isinstance(found, Frame):
                     print_note(f"{path}: the first of its {len(found)} frames is drawn, the others are left out")
                 parts.append(PointObject(_numbered(found, 0), look=look))
-        return Loaded(beside(parts, names), legend=next(iter(legends), None))
+        return Loaded(graph.beside(parts, names), legend=next(iter(legends), None))
 
     def _load_together(self, look: Appearance) -> Loaded:
         """One frame of each of several inputs, the first or that with the number given."""

@@ -25,21 +25,15 @@ GRACE = 0.05  # seconds that a turn waits for work: what ends so soon shows no b
 
 @dataclass(frozen=True, eq=False)
 class Work:
-    """What takes long.
+    """What takes long."""
 
-    title   of what runs, for the user; "": nothing is shown
-    do      is called in a thread, with a `Progress`; what it returns goes to `done`
-    done    is called in the window's thread afterwards
-    failed  is called there instead, with what was raised: Cancelled if the user has ended it
-    lends   the window's renderer is in use meanwhile: nobody else may draw
-    unused  is called in the thread with a result that came after the user had ended it
-    """
-
-    title: str
-    do: Callable[[Progress], Any]
-    done: Callable[[Any], object]
+    title: str  # of what runs, for the user; "": nothing is shown
+    do: Callable[[Progress], Any]  # is called in a thread, with a `Progress`; what it returns goes to `done`
+    done: Callable[[Any], object]  # is called in the window's thread afterwards
+    # is called there instead, with what was raised: Cancelled if the user has ended it
     failed: Callable[[BaseException], object]
-    lends: bool = True
+    lends: bool = True  # the window's renderer is in use meanwhile: nobody else may draw
+    # is called in the thread with a result that came after the user had ended it
     unused: Callable[[Any], object] = lambda _: None
 
 

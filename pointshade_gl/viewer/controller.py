@@ -39,17 +39,12 @@ MOUSE = (
 
 @dataclass(frozen=True)
 class Dwell:
-    """Where the mouse held the light on purpose: where it stayed for a moment, not where it came through on its way.
+    """Where the mouse held the light on purpose: where it stayed for a moment, not where it came through on its way."""
 
-    kept    the light that was held on purpose
-    around  the mouse has been near this place since then
-    last    the light after the last move
-    """
-
-    kept: Pair = (0.0, 0.0)
-    around: Pair = (0.0, 0.0)
+    kept: Pair = (0.0, 0.0)  # the light that was held on purpose
+    around: Pair = (0.0, 0.0)  # the mouse has been near this place since then
     since: float = 0.0
-    last: Pair | None = None
+    last: Pair | None = None  # the light after the last move
 
     def moved(self, time: float, mouse: Pair, before: Pair, after: Pair) -> Dwell:
         """Follow the mouse to a place, to which it took the light along. All places in rims, the time in seconds."""
@@ -70,25 +65,16 @@ class Dwell:
 
 @dataclass(frozen=True)
 class Mouse:
-    """Turns moves, buttons and the wheel into changes of the State. The light never jumps when the mouse takes it.
+    """Turns moves, buttons and the wheel into changes of the State. The light never jumps when the mouse takes it."""
 
-    drag     "orbit", "pan", "light", "environment", or "" when no button is down
-    drags    how many there have been
-    clicks   1 after an event that ended a click, 2 after one that began a double click, otherwise 0
-    button   that began the drag
-    last     where it was
-    pressed  what began the drag, while the mouse has not left the place
-    clicked  what began the last click, if that was the last press
-    """
-
-    drag: str = ""
-    drags: int = 0
-    clicks: int = 0
-    button: str = ""
-    last: Pair | None = None
+    drag: str = ""  # "orbit", "pan", "light", "environment", or "" when no button is down
+    drags: int = 0  # how many there have been
+    clicks: int = 0  # 1 after an event that ended a click, 2 after one that began a double click, otherwise 0
+    button: str = ""  # that began the drag
+    last: Pair | None = None  # where it was
     dwell: Dwell = Dwell()
-    pressed: Event | None = None
-    clicked: Event | None = None
+    pressed: Event | None = None  # what began the drag, while the mouse has not left the place
+    clicked: Event | None = None  # what began the last click, if that was the last press
 
     @property
     def turns(self) -> bool:
@@ -246,37 +232,24 @@ BAR = 26.0  # height of the timeline, pixels at scale 1: a line of text, a bar b
 
 @dataclass(frozen=True)
 class ControllerInputs:
-    """What the controller knows of the window, and does not change.
+    """What the controller knows of the window, and does not change."""
 
-    camera         fitted to the picture; None while the window is minimised
-    width, height  of the window beside the panel, pixels
-    scale          pixels are so much smaller than usual
-    total          how many frames the timeline is for; None: it has no bar
-    shown          the frame, the views or the scene
-    """
-
-    camera: Camera | None
-    width: int
+    camera: Camera | None  # fitted to the picture; None while the window is minimised
+    width: int  # of the window beside the panel, as height, pixels
     height: int
-    scale: float = 1.0
-    total: int | None = None
-    shown: Shown | None = None
+    scale: float = 1.0  # pixels are so much smaller than usual
+    total: int | None = None  # how many frames the timeline is for; None: it has no bar
+    shown: Shown | None = None  # the frame, the views or the scene
 
 
 @dataclass(frozen=True)
 class Control:
-    """All that events change.
+    """All that events change."""
 
-    now           view, lights and look
-    mouse         what it was doing
-    unplaced      the state before the last click, if that has placed the light
-    is_scrubbing  the mouse was pressed on the timeline, and not yet released
-    """
-
-    now: Snapshot
-    mouse: Mouse = field(default_factory=Mouse)
-    unplaced: State | None = None
-    is_scrubbing: bool = False
+    now: Snapshot  # view, lights and look
+    mouse: Mouse = field(default_factory=Mouse)  # what it was doing
+    unplaced: State | None = None  # the state before the last click, if that has placed the light
+    is_scrubbing: bool = False  # the mouse was pressed on the timeline, and not yet released
 
     def with_state(self, state: State) -> Control:
         """Return the same with another state of view, light and look."""

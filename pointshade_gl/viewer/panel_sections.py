@@ -207,24 +207,16 @@ POINTS: dict[str, dict[str, Any]] = {  # the options of frames' points, and what
 
 
 class PanelFacts(NamedTuple):
-    """What the panel shows, and does not change.
+    """What the panel shows, and does not change."""
 
-    driver    its name for what draws
-    choice    what estimated the last normals; None: nothing yet
-    weights   how much each frame of the last picture counts
-    explain   what the views that have these names agree on, in lines; None: this is not the time to ask
-    rate      pictures per second; None at rest
-    samples   how many the window shows, and how many it will show if nothing moves
-    laps      of the steps of the last picture
-    """
-
-    driver: str
-    choice: Choice | None
-    weights: Mapping[Frame, float]
+    driver: str  # its name for what draws
+    choice: Choice | None  # what estimated the last normals; None: nothing yet
+    weights: Mapping[Frame, float]  # how much each frame of the last picture counts
+    # what the views that have these names agree on, in lines; None: this is not the time to ask
     explain: Callable[[Sequence[str]], list[str]] | None
-    rate: float | None
-    samples: tuple[int, int]
-    laps: Mapping[str, Timing] = {}
+    rate: float | None  # pictures per second; None at rest
+    samples: tuple[int, int]  # how many the window shows, and how many it will show if nothing moves
+    laps: Mapping[str, Timing] = {}  # of the steps of the last picture
 
 
 def show_facts(ui: Widgets, picture: ShownPicture, facts: PanelFacts, opened: bool) -> None:

@@ -239,13 +239,10 @@ class Rate:
 
 
 class TimelineBar(NamedTuple):
-    """What the timeline shows.
+    """What the timeline shows."""
 
-    text   in one line
-    share  of the sequence that has been played, with the present frame; None where nobody knows how many come
-    """
-
-    text: str
+    text: str  # in one line
+    # of the sequence that has been played, with the present frame; None where nobody knows how many come
     share: float | None
 
 
@@ -256,11 +253,10 @@ class Playback:
     rates    frames per second of each source; None: as fast as they come
     count    how many frames of a sequence are merged, or their numbers; None for all
     skipped  called with one sentence for each frame that cannot be read, or is left out
-
     players  one for each source that plays
-    whole    reads all frames of what the first source is the front of; None: there are no others
     """
 
+    # reads all frames of what the first source is the front of; None: there are no others
     whole: Callable[[], Mapping[int, Frame]] | None = None
 
     def __init__(

@@ -11,16 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...notes.words import shown
-from ..access.content import (
-    CLOUD_TEXT,
-    FILE_BYTES,
-    MAX_PIXELS,
-    FilePath,
-    check_limit,
-    naming,
-    read_bytes,
-    split_numbers,
-)
+from ..access import content
+from ..access.content import CLOUD_TEXT, FILE_BYTES, MAX_PIXELS, FilePath
 from .compression import unpack_lzf
 from .numpy_files import parse_numbers
 
@@ -99,12 +91,12 @@ def read_ply(path: FilePath, max_pixels: float = MAX_PIXELS, last: str = "") -> 
 
     Raises OSError if the path is not a file, ValueError for one that is broken, truncated or too large.
     """
-    data = read_bytes(path, max_pixels)
-    with naming(path, "is a broken PLY file", (ValueError,)):
+    data = content.read_bytes(path, max_pixels)
+    with content.naming(path, "is a broken PLY file", (ValueError,)):
         header = _read_header(data)
         at, form = header.at, next(name for name, order in _ORDERS.items() if order == header.order)
         if header.order == _TEXT:
-            check_limit(len(data), f"{path} has {len(data)} bytes of text", max_pixels, CLOUD_TEXT)
+            content.check_limit(len(data), f"{path} has {len(data)} bytes of text", max_pixels, CLOUD_TEXT)
             values = parse_numbers(data[at:].decode("ascii", "replace"))  # 8 bytes each
             if not values.size and data[at:].strip(_PADDING):
                 raise ValueError("after its header it holds something other than numbers")
@@ -306,14 +298,14 @@ def is_pcd(head: bytes) -> bool:
 
 def read_pcd(path: FilePath, max_pixels: float = MAX_PIXELS) -> Pcd:
     """The points of a PCD file. Raises ValueError for one that is broken, truncated or too large."""
-    data = read_bytes(path, max_pixels)
-    with naming(path, "is a broken PCD file", (ValueError,)):
+    data = content.read_bytes(path, max_pixels)
+    with content.naming(path, "is a broken PCD file", (ValueError,)):
         header = read_pcd_header(data)
-        check_limit(header.points, f"{path} has {header.points} points", max_pixels)
+        content.check_limit(header.points, f"{path} has {header.points} points", max_pixels)
         size = header.points * header.row.itemsize
-        check_limit(size, f"{path} has {size} bytes of points", max_pixels, FILE_BYTES)
+        content.check_limit(size, f"{path} has {size} bytes of points", max_pixels, FILE_BYTES)
         if header.coding == "ascii":
-            check_limit(len(data), f"{path} has {len(data)} bytes of text", max_pixels, CLOUD_TEXT)
+            content.check_limit(len(data), f"{path} has {len(data)} bytes of text", max_pixels, CLOUD_TEXT)
             return Pcd(header, _of_text(data[header.at :], header))
         if header.coding == "binary":
             if len(data) - header.at < size:
@@ -340,7 +332,7 @@ def read_pcd_header(data: bytes) -> PcdHeader:
     points = _whole(stated, "POINTS", width * height)
     if width * height != points:
         raise ValueError(f"its header counts {shown(points)} points of {shown(width)} x {shown(height)}")
-    viewpoint = split_numbers(" ".join(stated.get("VIEWPOINT", []))) or []
+    viewpoint = content.split_numbers(" ".join(stated.get("VIEWPOINT", []))) or []
     return PcdHeader(_fields(stated), width, height, points, viewpoint, coding, at)
 
 

@@ -25,7 +25,7 @@ from ..arrays.numpy_files import BROKEN, NUMPY, SURFACES, find_roles, is_named, 
 from ..arrays.ply_and_pcd import counts_faces, is_pcd
 from ..containers.array_frames import is_organised
 from ..frames.frame_parts import LoadOptions
-from . import cloud_arrays
+from . import cloud_arrays, placing
 from .cloud_columns import (
     COUNTS,
     MOST_PLACES,
@@ -42,23 +42,6 @@ from .cloud_columns import (
     shows_points,
 )  # fmt: skip
 from .mesh_files import read_mesh, read_obj_points
-from .placing import (
-    choices,
-    colors_of,
-    drop_invalid,
-    drop_strays,
-    drop_unreturned,
-    keep_box,
-    keep_most,
-    main_box,
-    placed,
-    places_of,
-    spacing_of,
-    strays_of,
-    to_metres,
-    units_of,
-    up_of,
-)  # fmt: skip
 from .scans import E57, LAS, is_ptx, read_e57_points, read_las_points, read_ptx_points
 from .splat_files import META, is_sog, is_splat, is_spz, read_sog_points, read_splat_points, read_spz_points
 
@@ -139,25 +122,25 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
     if is_mesh_head(head):
         note(f"{name}: it is a mesh with faces, only its vertices are read; load_scene and render show it whole")
     found.keep_field(options.color_by)
-    drop_invalid(found, name, note)
+    placing.drop_invalid(found, name, note)
     if not options.all_points:
-        drop_unreturned(found, name, note)
-    keep_box(found, options.crop, name, note)
+        placing.drop_unreturned(found, name, note)
+    placing.keep_box(found, options.crop, name, note)
     if options.clean:
-        drop_strays(found, name, note)
-    keep_most(found, options.most, name, note)
-    to_metres(found, name, note)
-    positions, origin = placed(found, name, note)
-    up = up_of(found, positions, origin, options.up, name, note)
-    colors = colors_of(found, options, up, name, note)
+        placing.drop_strays(found, name, note)
+    placing.keep_most(found, options.most, name, note)
+    placing.to_metres(found, name, note)
+    positions, origin = placing.placed(found, name, note)
+    up = placing.up_of(found, positions, origin, options.up, name, note)
+    colors = placing.colors_of(found, options, up, name, note)
     if options.seen_from is not None:
-        found.seen_from = places_of(positions + origin, np.reshape(options.seen_from, (-1, 3)))
+        found.seen_from = placing.places_of(positions + origin, np.reshape(options.seen_from, (-1, 3)))
     seen_from = None if found.seen_from is None else found.seen_from - origin
     front = found.front if up == found.up else None
     sizes, shares = found.sizes, None
     if sizes is not None:  # 0 where the file has none that can be drawn
         sizes = np.nan_to_num(sizes.astype(np.float32), posinf=0, neginf=0).clip(0, None)
-    normals = units_of(found, name, note)
+    normals = placing.units_of(found, name, note)
     if found.confidence is not None and found.normals is not None:  # how sure each normal is, 0 to 1
         shares = np.nan_to_num(found.confidence.astype(np.float32), posinf=1).clip(0, 1)
     cloud = PointCloud(positions, normals, colors, sizes, shares, origin, up, seen_from, front=front)
@@ -231,7 +214,7 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
     """
     notes: list[str] = []
     cloud, found = read_cloud(check_path(path), CloudOptions(**options), notes.append)
-    low, high = ((end + cloud.origin).tolist() for end in main_box(cloud.positions)) if len(cloud) else ([], [])
+    low, high = ((end + cloud.origin).tolist() for end in placing.main_box(cloud.positions)) if len(cloud) else ([], [])
     places = [] if cloud.seen_from is None else np.unique(sample_of(np.atleast_2d(cloud.seen_from)), axis=0)
     places = [place + cloud.origin for place in places[:: -(-len(places) // MOST_PLACES) or 1]]
     with_normal = 0.0 if cloud.normals is None else float(cloud.normals.any(1).mean())
@@ -241,8 +224,8 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
         "points": len(cloud),
         "extent": [_rounded(b - a) for a, b in zip(low, high, strict=True)],
         "box": [low, high],
-        "strays": int(np.count_nonzero(strays_of(cloud.positions))),  # points far from all others
-        "spacing": _rounded(spacing_of(cloud.positions)),
+        "strays": int(np.count_nonzero(placing.strays_of(cloud.positions))),  # points far from all others
+        "spacing": _rounded(placing.spacing_of(cloud.positions)),
         "stored_as": str(cloud.positions.dtype),
         "origin": cloud.origin.tolist(),
         "up": {"axis": cloud.up, "why": found.up_from},
@@ -251,7 +234,7 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
         "normals": round(with_normal, 4),  # the share of points that have one
         "sizes": cloud.sizes is not None,
         "seen_from": np.asarray(places).tolist(),  # where scanners stood, in the file's coordinates; of a path a part
-        "color_by": choices(found),
+        "color_by": placing.choices(found),
         "assumed": notes,
     }
 

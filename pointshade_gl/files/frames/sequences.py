@@ -35,16 +35,9 @@ from ..cameras.pose_files import FAILS, Reading, find_reading
 from ..containers.container_contents import Contents
 from ..depth.depth_kinds import Coding, Decoded
 from ..depth.scale_over_time import FilmScale, ScaledFrame
+from ..finding import folder_frames
 from ..finding.folder_cameras import Cameras, FoundPoses, find_poses, given_poses
-from ..finding.folder_frames import (
-    FrameFiles,
-    check_folder,
-    find_color,
-    find_frames,
-    find_photographs,
-    is_container,
-    numbers_of,
-)
+from ..finding.folder_frames import FrameFiles
 from .assembly import assemble, find_filed, read_colors_of
 from .frame_parts import Assembled, FrameParts, ReadOptions, is_path
 from .panoramas import OF_PANORAMA, as_pinholes, is_marked
@@ -201,10 +194,10 @@ def _end_video() -> None:
 def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: Note) -> FrameSequence:
     """Open the frames of a folder or file. Raises OSError if there are none, ValueError for impossible content."""
     if options.depth_model is not None:
-        folder = source.parent if source.is_file() else check_folder(source)
+        folder = source.parent if source.is_file() else folder_frames.check_folder(source)
         return open_photographs(Folder(folder, allow_outside), source, options, note)
     if not source.is_file():
-        return open_folder(Folder(check_folder(source), allow_outside), options, note)
+        return open_folder(Folder(folder_frames.check_folder(source), allow_outside), options, note)
     if _is_video(source):
         from ..finding.folder_films import find_film  # only here
 
@@ -217,9 +210,9 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
 
     if is_zip_folder(source, options.max_pixels):
         return open_folder(Folder(unpack_folder(source, options.max_pixels)), options, note)
-    place, source = Folder(source.parent, allow_outside, levels=0), numbers_of(source, note)
+    place, source = Folder(source.parent, allow_outside, levels=0), folder_frames.numbers_of(source, note)
     # a container may hold the colours itself, so it need not have any beside it
-    color = find_color(place, source, (lambda _: None) if is_container(source) else note)
+    color = folder_frames.find_color(place, source, (lambda _: None) if folder_frames.is_container(source) else note)
     return _from_files(place, [FrameFiles(source, color)], options, note)
 
 
@@ -244,7 +237,7 @@ def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequenc
     held = _open_container(place.path, note, options.max_pixels)  # of Record3D: its metadata know more than its files
     if held:
         return _from_container(place, place.path, held, options, note)
-    files = find_frames(place, note, options.max_pixels) or _photographs_with_depth(place)
+    files = folder_frames.find_frames(place, note, options.max_pixels) or _photographs_with_depth(place)
     files = files or _film_in(place, note, options.max_pixels)
     missed = place.listing.not_whole(place.path)
     if not files and missed:
@@ -300,7 +293,7 @@ def _open_container(path: Path, note: Note, max_pixels: float) -> Sequence[Conte
 def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions, note: Note) -> FrameSequence:
     limit, first = options.max_pixels, files[0].depth
     is_chosen = options.channel is not None and first.suffix.lower() == ".npz"  # one array alone
-    held = _open_container(first, note, limit) if is_container(first) and not is_chosen else None
+    held = _open_container(first, note, limit) if folder_frames.is_container(first) and not is_chosen else None
     if held is not None and len(files) == 1 < len(held):
         return _from_container(place, first, held, options, note)
     cameras = find_filed(place, files, options, note)
@@ -417,7 +410,7 @@ def _list(place: Folder, source: Any, options: ReadOptions, note: Note) -> list[
     if not is_path(source):
         return [FrameParts(None, source)]
     path = Path(source)
-    colors = find_photographs(place, note) if path == place.path else [path]
+    colors = folder_frames.find_photographs(place, note) if path == place.path else [path]
     if len(colors) == 1 and colors[0].suffix.lower() in VIDEO_SUFFIXES:
         from ..pictures.video import count_pictures  # only here
 

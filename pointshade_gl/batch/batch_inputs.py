@@ -92,11 +92,8 @@ def _named(paths: Iterable[str]) -> dict[str, PurePosixPath]:
 
 
 def _below(folder: Path, name: PurePosixPath, real: str, passed: set[str], listing: Listing) -> list[Source]:
-    """The sources of a folder: itself, if it holds a frame or a sequence, else those in its folders.
-
-    real    its path with links followed
-    passed  such paths of folders that are not entered: those above it, and that of the outputs
-    """
+    """The sources of a folder: itself, if it holds a frame or a sequence, else those in its folders. real: its path
+    with links followed. passed: such paths of folders that are not entered: those above it, and that of the outputs."""
     if real in passed:
         return []
     files, inside = listing.files(folder, 0), listing.folders(folder)

@@ -121,10 +121,8 @@ def run(job: Job, device: int = 0) -> Parts[Done]:
 
 
 def read(job: Job) -> Frame | Scene:
-    """The frame or the scene that a job draws; of a point cloud its scene.
-
-    A frame of a sequence is judged alone: it belongs to no stream.
-    """
+    """The frame or the scene that a job draws; of a point cloud its scene. A frame of a sequence is judged alone: it
+    belongs to no stream."""
     source, look = _load(job), job.view.look
     if job.reads is Kind.SCENE:
         return shaded(source, None if look.shading == Appearance().shading else look.shading)
@@ -150,10 +148,8 @@ def _load(job: Job) -> Any:
 def _opened(
     source: str, reading: tuple[tuple[str, Any], ...]
 ) -> tuple[FrameSequence, dict[int, int], dict[int, Frame]]:
-    """A sequence that is kept open, the places of its frames by their numbers, and the first frame by its place.
-
-    All are read as that one is, which need not be read again.
-    """
+    """A sequence that is kept open, the places of its frames by their numbers, and the first frame by its place. All
+    are read as that one is, which need not be read again."""
     sequence = _open(source, reading)
     index, read = first_readable(sequence)
     return sequence, {one.number: index for index, one in enumerate(sequence.parts)}, {index: read.frame}

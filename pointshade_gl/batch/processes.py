@@ -53,10 +53,8 @@ class Tasks:
         self._open: set[int] = set()  # what is taken, and not done
 
     def next(self, is_idle: bool = True) -> Task | None:
-        """None if there is none for now; and none at all if nothing is being done.
-
-        is_idle  its worker has no other: what is tried again may kill whom it is given to
-        """
+        """None if there is none for now; and none at all if nothing is being done. is_idle: its worker has no other:
+        what is tried again may kill whom it is given to."""
         if self._again and is_idle:
             return self._again.popleft()
         if self._ahead is not None and self._taken - min(self._open, default=self._taken) >= self._ahead:
@@ -249,10 +247,8 @@ def _serve(
     pipe: Connection, function: FunctionInParts, device: int, threads: int,
     inside: Callable[[], AbstractContextManager[Any]],
 ) -> None:  # fmt: skip
-    """What a worker does: a task after the other, until the parent closes the pipe, or is no more.
-
-    threads  of a software driver, which other workers need, too; unless the user has set how many
-    """
+    """What a worker does: a task after the other, until the parent closes the pipe, or is no more. threads: of a
+    software driver, which other workers need, too; unless the user has set how many."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # on Windows, where none can be held
     os.environ.setdefault("LP_NUM_THREADS", str(threads))
     coming: SimpleQueue[_Work | None] = SimpleQueue()

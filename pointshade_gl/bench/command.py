@@ -53,10 +53,8 @@ def bench(output: Path, quick: bool, only: Sequence[str], seed: int, device: int
 
 
 def bench_speed(output: Path, quick: bool, device: int) -> str:
-    """Writes speed.json and speed.png to a folder; prints tables. Returns one line about what was written.
-
-    In a clone speed.json has what `--against` compares with, too.
-    """
+    """Writes speed.json and speed.png to a folder; prints tables. Returns one line about what was written. In a clone
+    speed.json has what `--against` compares with, too."""
     from .speed import QUICK_SIZES, SIZES, measure_speed, show_speed, speed_chart, steps_of
 
     prepare(output)
@@ -71,10 +69,8 @@ def bench_speed(output: Path, quick: bool, device: int) -> str:
 
 
 def research(name: str, script: str) -> Any:
-    """The module of tests/benchmarks that does what an option asks for.
-
-    Raises ValueError where the package lies outside a clone of the repository.
-    """
+    """The module of tests/benchmarks that does what an option asks for. Raises ValueError where the package lies
+    outside a clone of the repository."""
     if not (RESEARCH / f"{script}.py").is_file():
         place = f"tests/benchmarks/{script}.py"
         raise ValueError(f"{option(name)} is research: run it in a clone of the repository ({place})")

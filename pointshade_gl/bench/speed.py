@@ -320,9 +320,7 @@ def measure_stages(renderer: Renderer, rounds: int, bandwidth: dict[str, float])
 
 def measure_overhead(renderer: Renderer, rounds: int) -> list[dict[str, Any]]:
     """What a picture of 32x24 points costs beside its pixels: [{change, calls of Python and C, microseconds}], medians.
-
-    change  what is another than in the picture before: nothing ("same"), the light, the view, or the frame ("new")
-    """
+    change: what is another than in the picture before: nothing ("same"), the light, the view, or the frame ("new")."""
     first, rows = hilly(32, 24), []
     poses, lights = [orbit_pose(None, (0, 0, 2), yaw=k) for k in range(3)], [Light((k, -1, 0)) for k in range(3)]
     for change in ("same", "light", "view", "new"):
@@ -429,10 +427,8 @@ def point_laps(renderer: Renderer, frame: Frame, camera: Camera, repeats: int) -
 
 
 def held_bytes(points: int, pixels: int, rasterizer: str) -> int:
-    """Bytes of the textures and buffers: depth, colour and surface of points, all results of the passes for pixels.
-
-    Of a frame that is drawn in tiles, those of one tile.
-    """
+    """Bytes of the textures and buffers: depth, colour and surface of points, all results of the passes for pixels. Of
+    a frame that is drawn in tiles, those of one tile."""
     points = points if points <= LARGEST_WHOLE else TILE_POINTS
     left = 4 if rasterizer == "compute" else 8
     return points * (4 + 3 + 16) + pixels * (left + 16 + 8 + 4)
@@ -457,10 +453,8 @@ def cold_start(device: int, rounds: int) -> float:
 
 
 def measure_merging(device: int, rounds: int) -> list[dict[str, Any]]:
-    """For each scene and tolerance: splats drawn, ms of the splats step, PSNR beside the picture without merging.
-
-    The view is turned by YAW; PSNR is None where the pictures are the same.
-    """
+    """For each scene and tolerance: splats drawn, ms of the splats step, PSNR beside the picture without merging. The
+    view is turned by YAW; PSNR is None where the pictures are the same."""
     camera = standard_camera(640, 480)
     source = trace(sphere_and_wall(), camera)
     frames = {"sphere and wall": as_frame(source, camera), "vase": load_frame("vase")}

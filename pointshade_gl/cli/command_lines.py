@@ -85,10 +85,8 @@ class Typed:
 
 
 def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
-    """Return the line that makes a saved picture, and what it leaves out, in words ("": nothing).
-
-    The line is "" if there is none. typed  for what the window was opened with; what was dropped onto it names itself
-    """
+    """Return the line that makes a saved picture, and what it leaves out, in words ("": nothing). The line is "" if
+    there is none. typed: what the window was opened with; what was dropped onto it names itself."""
     from ..viewer.state import Views, camera_of, clouds_of
 
     picture, camera, dropped = saved.picture, saved.picture.camera, saved.document.dropped
@@ -223,10 +221,8 @@ def _turn_words(picture: ShownPicture, unmoved: Any) -> list[str]:
 
 
 def page_line(inputs: Inputs, look: AppearanceGroup, picture: PictureOptions, unlight_all: bool = False) -> str:
-    """Return what was typed about what is read and how it looks, but for lights, shading, samples and exposure.
-
-    A page adds the words of what it shows: see page/command.js.
-    """
+    """Return what was typed about what is read and how it looks, but for lights, shading, samples and exposure. A page
+    adds the words of what it shows: see page/command.js."""
     named = inputs.frame.named
     named = replace(named, input=FRONT) if named.input == VASE else named  # a page shows no other side
     words = words_of(named) + words_of(inputs.others)

@@ -77,10 +77,8 @@ class Inputs:
         return Kind.of(self.frame.input) if len(kinds) == 1 else Kind.SCENE
 
     def load(self, look: Appearance, plain: Appearance, sequence: bool = False) -> Loaded:
-        """Read what is drawn; a scene and point clouds with the options of a look that were given.
-
-        plain  the look without options. Raises ValueError for options that the objects have not.
-        """
+        """Read what is drawn; a scene and point clouds with the options of a look that were given. plain: the look
+        without options. Raises ValueError for options that the objects have not."""
         names = [Path(str(path)).stem for path in self.paths]
         if self.kind is Kind.CLOUD:
             given, legends = graph.given_by(look, plain), list[Any]()
@@ -201,11 +199,8 @@ def is_front(frame: FrameOptions, others: MoreOptions) -> bool:
 
 
 def load(frame: FrameOptions, sequence: bool = False, scene: bool = False, pose: Any = None) -> Any:
-    """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing.
-
-    scene  whether it may be a scene or a point cloud
-    pose   (4, 4) of all frames; None: those in the files
-    """
+    """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing. scene:
+    whether it may be a scene or a point cloud. pose: (4, 4) of all frames; None: those in the files."""
     from ..files.clouds.load_cloud import check_frame_options
     from ..files.frame_sources import load_any, open_source
 
@@ -240,10 +235,8 @@ def check_frame(frame: FrameOptions) -> Kind:
 
 
 def numbers_and_names(frame: FrameOptions, inputs: Sequence[str]) -> tuple[list[int], list[str]]:
-    """Return which frame is read of each input, by default the first, and the names of these frames.
-
-    They are called like their inputs, with the number where one input is there twice.
-    """
+    """Return which frame is read of each input, by default the first, and the names of these frames. They are called
+    like their inputs, with the number where one input is there twice."""
     numbers = [0] * len(inputs) if frame.frame is None else frames_from(frame.frame, len(inputs))
     pairs = zip(inputs, numbers, strict=True)
     return numbers, [f"{path} {number}" if inputs.count(path) > 1 else path for path, number in pairs]
@@ -268,12 +261,8 @@ def _numbered(source: Any, number: int) -> Frame:
 
 
 def load_several(frame: FrameOptions, inputs: Sequence[str], names: Sequence[str] = ()) -> list[Any]:
-    """Sources of frames of one thing, all read with the same options.
-
-    names  by which their poses are found in a file; the inputs themselves by default
-
-    Raises ValueError without poses.
-    """
+    """Sources of frames of one thing, all read with the same options. names: by which their poses are found in a file;
+    the inputs themselves by default. Raises ValueError without poses."""
     from ..files.finding.folder_cameras import poses_of_inputs
     from ..files.frame_sources import check_posed
 
@@ -298,10 +287,8 @@ def view_of(
     kind: Kind, look: AppearanceGroup, place: ViewOptions, picture: PictureOptions, output: Path, *,
     is_film: bool, is_changed: bool,
 ) -> View:  # fmt: skip
-    """The View of what is drawn. Raises ValueError or OSError.
-
-    is_changed  whether something else than a single frame is seen by its own camera
-    """
+    """The View of what is drawn. Raises ValueError or OSError. is_changed: whether something else than a single frame
+    is seen by its own camera."""
     chosen, is_scene = look.look(), kind is not Kind.FRAMES
     lights = look.lights(shadow=picture.ground or is_scene)
     is_soft = picture.ground or any(light.is_soft for light in lights)
@@ -330,10 +317,8 @@ def check_align(aligns: bool, is_several: bool) -> None:
 
 
 def check_look(look: Appearance, plain: Appearance = PLAIN) -> str | None:
-    """The shading for all objects of a scene, None if each keeps its own. plain: of a command without options.
-
-    Raises ValueError for other options about the look of objects: those of a scene have their own.
-    """
+    """The shading for all objects of a scene, None if each keeps its own. plain: of a command without options. Raises
+    ValueError for other options about the look of objects: those of a scene have their own."""
     given, usual = ({**one.options, **vars(one.material)} for one in (look, plain))
     changed = [name for name in given if name not in ("material", "shading") and given[name] != usual[name]]
     if changed:

@@ -69,9 +69,7 @@ def _every_command(
 
 def main() -> None:
     """Runs the command line. Every error becomes one sentence: exit code 2, 1 without GL or memory, 70 for a bug.
-
-    POINTSHADE_DEBUG=1 shows the traceback before it, of expected errors, too.
-    """
+    POINTSHADE_DEBUG=1 shows the traceback before it, of expected errors, too."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # names of files may hold what an encoding lacks
             stream.reconfigure(errors="backslashreplace")

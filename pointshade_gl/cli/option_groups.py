@@ -57,11 +57,8 @@ def group_of(found: Iterable[TypedField]) -> Any:
 
 
 def typed(group: type, *panels: str, is_needed: bool = True, **defaults: Any) -> list[TypedField]:
-    """Return the options of a dataclass that stand in these panels of the help, panel by panel.
-
-    is_needed  False: what is not typed is None, as the command decides about it
-    defaults   others than those of the fields
-    """
+    """Return the options of a dataclass that stand in these panels of the help, panel by panel. is_needed: False: what
+    is not typed is None, as the command decides about it. defaults: others than those of the fields."""
     found: list[TypedField] = []
     for panel, one in product(panels, fields(group)):
         option, cli, is_switch = option_of(one), option_of(one).cli, one.default is False
@@ -192,10 +189,8 @@ class AppearanceGroup(
         return cls(**{one.name: values[one.name] for one in fields(cls) if one.name in values})
 
     def lights(self, shadow: bool = False) -> list[Light]:
-        """The lights in the order given. Raises ValueError for a text that is not a light.
-
-        shadow  whether those cast shadows whose words leave it open
-        """
+        """The lights in the order given. Raises ValueError for a text that is not a light. shadow: whether those cast
+        shadows whose words leave it open."""
         return [light_from(text, shadow=shadow) for text in self.light or []]
 
 
@@ -243,12 +238,8 @@ def check_input(text: str | None) -> str | None:
 
 
 def check_exist(folder: str | None = None, **given: str | Path | None) -> None:
-    """Raises FileNotFoundError for an option whose value is a path to nothing. Numbers of a camera pass.
-
-    The error names the option, and a near name or else what there is.
-
-    folder  in which the file may have been meant to lie
-    """
+    """Raises FileNotFoundError for an option whose value is a path to nothing. Numbers of a camera pass. The error
+    names the option, and a near name or else what there is. folder: in which the file may have been meant to lie."""
     for name, value in given.items():
         if value is None or (name == "intrinsics" and split_numbers(str(value)) is not None):
             continue
@@ -261,9 +252,7 @@ def check_exist(folder: str | None = None, **given: str | Path | None) -> None:
 
 def check_folders(inputs: Sequence[str]) -> None:
     """Raises ValueError for an INPUT after the first that is no folder, cloud or scene: it was meant for an option.
-
-    FileNotFoundError if it does not exist.
-    """
+    FileNotFoundError if it does not exist."""
     for path in inputs:
         is_path = split_numbers(path) is None and not _LIGHT_WORD.search(path) and path not in (*FRAMES, *SCENES)
         if is_path and not Path(path).exists():
@@ -273,10 +262,8 @@ def check_folders(inputs: Sequence[str]) -> None:
 
 
 def sentence_of(error: Any, every: Callable[[], Mapping[str, Any]]) -> str:
-    """Return what was typed wrong, and which command explains more; empty if all the help was printed already.
-
-    every  returns all commands by their names: an option may be another's
-    """
+    """Return what was typed wrong, and which command explains more; empty if all the help was printed already. every:
+    returns all commands by their names: an option may be another's."""
     message, parameter = error.format_message().strip().rstrip("."), getattr(error, "param", None)
     if parameter and error.message:
         message = f"{_name_of(parameter)} {_fact(error.message.rstrip('.'))} ({parameter.help.rstrip('.')})"
@@ -332,10 +319,8 @@ def size_from(text: str | None, name: str, names: Sequence[str] = ()) -> Any:
 
 
 def views_from(text: str) -> int | tuple[int, ...] | None:
-    """How many views are merged; None for all; or the numbers of the frames.
-
-    Raises ValueError for anything but 'all', a number of 2 or more, and numbers with commas between them.
-    """
+    """How many views are merged; None for all; or the numbers of the frames. Raises ValueError for anything but 'all',
+    a number of 2 or more, and numbers with commas between them."""
     if text == "all":
         return None
     parts = text.split(",")

@@ -195,10 +195,8 @@ RATE = 30.0  # pictures per second of a film
 
 
 class Recorder:
-    """Feeds a Film in real time, at the film's rate, whatever the window's rate is.
-
-    Raises what `Film` raises if it cannot be written.
-    """
+    """Feeds a Film in real time, at the film's rate, whatever the window's rate is. Raises what `Film` raises if it
+    cannot be written."""
 
     def __init__(self, path: Path, fps: float = RATE):
         from ..files.writing.film import Film

@@ -84,10 +84,8 @@ class Mouse:
     def handle(
         self, event: Event, state: State, stage: OrbitStage, camera: Camera, scale: float = 1.0
     ) -> tuple[Mouse, State]:
-        """Return mouse and state after the event, in a picture of this camera.
-
-        scale  pixels are so much smaller than usual
-        """
+        """Return mouse and state after the event, in a picture of this camera. scale: pixels are so much smaller than
+        usual."""
         mouse = replace(self, clicks=0)
         if event.kind == "wheel":
             return mouse, state.light_reached(event.steps) if event.shift else state.zoomed(event.steps)
@@ -160,10 +158,8 @@ def kind_of(light: Light) -> str:
 
 
 def as_kind(light: Light, kind: str, side: float) -> Light:
-    """A light of another kind, as the mouse holds it: its place and direction come from the State.
-
-    side  width and height of a new area light, world units
-    """
+    """A light of another kind, as the mouse holds it: its place and direction come from the State. side: width and
+    height of a new area light, world units."""
     if kind == "directional":
         return replace(light, position=None, direction=_FORWARD, radius=0.0, size=None)
     made = replace(light, position=_SOMEWHERE, direction=None if kind == "point" else _FORWARD, angle=0.0, size=None)
@@ -260,10 +256,8 @@ Answer = tuple[Control, tuple[Effect, ...]]
 
 
 def controller(control: Control, place: ControllerInputs, event: Event, is_taken: bool = False) -> Answer:
-    """Return what is there after an event, and what else is to be done, in this order.
-
-    is_taken  by the timeline (`is_for_timeline`) or the panel: for keys and mouse it does not count
-    """
+    """Return what is there after an event, and what else is to be done, in this order. is_taken: by the timeline
+    (`is_for_timeline`) or the panel: for keys and mouse it does not count."""
     is_scrubbing, scrubbed = _is_scrubbing(control, place, event), []
     if is_scrubbing and place.total and event.kind in ("press", "move"):  # the frame below the mouse is shown
         index = int(event.x / max(place.width, 1) * place.total)

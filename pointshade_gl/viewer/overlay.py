@@ -229,9 +229,7 @@ def draw_marker(
     radius: float, color: tuple[float, float, float], degrees: float | None, is_behind: bool
 ) -> NDArray[np.uint8]:
     """A disc, or a ring if the light comes from behind, and an arrow: light goes that way. (side, side, 4) uint8.
-
-    degrees  of the arrow, from the right to below; None: the light comes from the viewer, and goes straight ahead
-    """
+    degrees: of the arrow, from the right to below; None: the light comes from the viewer, and goes straight ahead."""
     r, middle = radius * FINER, 4 * radius * FINER
     image = Image.new("RGBA", (round(2 * middle), round(2 * middle)), (0, 0, 0, 0))
     draw, fill = ImageDraw.Draw(image), tuple(round(255 * min(max(c, 0.0), 1.0)) for c in color)
@@ -336,9 +334,7 @@ RAMP = 120.0  # width of the colours, pixels at scale 1
 
 def values_of(picture: ShownPicture, column: int, row: int, surface: NDArray[np.float32] | None) -> tuple[str, ...]:
     """Return where a pixel's surface lies in the world, how far away, which way it faces; of a frame also its pixel.
-
-    surface  as of `Renderer.read_surface`
-    """
+    surface: as of `Renderer.read_surface`."""
     if surface is None:
         return (NOTHING,)
     camera, pose, shown = picture.camera, picture.pose, picture.shown

@@ -53,11 +53,8 @@ class Overlay(NamedTuple):
 
 
 class Screen:
-    """Owns all OpenGL objects of a window.
-
-    The renderer has a context of its own, so that a thread can have it for a while: `lend`. Meanwhile the window shows
-    the last picture.
-    """
+    """Owns all OpenGL objects of a window. The renderer has a context of its own, so that a thread can have it for a
+    while: `lend`. Meanwhile the window shows the last picture."""
 
     def __init__(self, window: Window):
         self.window = window

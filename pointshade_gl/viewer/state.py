@@ -244,10 +244,8 @@ class History:
         self._now = now
 
     def act(self, now: Snapshot, kind: Hashable = None, time: float = 0.0, pause: float = PAUSE) -> None:
-        """Something may have changed by a step. Changes of one kind with no longer pause (seconds) are one step.
-
-        kind  None: a step of its own; "place": it takes the light back to where it was after the step before
-        """
+        """Something may have changed by a step. Changes of one kind with no longer pause (seconds) are one step. kind:
+        None: a step of its own; "place": it takes the light back to where it was after the step before."""
         if now.shows(self._now):
             return
         if kind is None or kind != self._kind or time > self._until:

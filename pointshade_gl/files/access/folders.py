@@ -130,9 +130,7 @@ class Listing:
 
     def files(self, folder: Path, levels: int, suffixes: Collection[str] | None = None) -> list[ListedFile]:
         """Return all files up to so many folders deep, in natural order, without hidden ones; only those with suffixes.
-
-        Suffixes are in lower case, "" for none.
-        """
+        Suffixes are in lower case, "" for none."""
         found = self._walk(self._look(folder), "", levels)
         return sorted((item for item in found if suffixes is None or item.suffix in suffixes), key=_ORDER)
 

@@ -266,10 +266,8 @@ SCENES = {"demo": "scene/scene.gltf"}
 
 
 def builtin_name(source: object) -> str | None:
-    """The built-in frame or scene that a source names; None for any other.
-
-    A text always is the built-in name, as "./vase" is the folder of that name; a Path only where no such file exists.
-    """
+    """The built-in frame or scene that a source names; None for any other. A text always is the built-in name, as
+    "./vase" is the folder of that name; a Path only where no such file exists."""
     name = os.fspath(source) if isinstance(source, str | os.PathLike) else None
     if name not in (*FRAMES, *SCENES) or (not isinstance(source, str) and Path(name).exists()):
         return None

@@ -110,9 +110,7 @@ def read_exactly(stream: BufferedIOBase, size: int) -> NDArray[np.uint8]:
 
 def read_header(stream: BufferedIOBase, kinds: str = "biuf") -> tuple[tuple[int, ...], bool, np.dtype]:
     """Shape, whether columns come first, and type of an .npy file. Raises ValueError for anything but plain numbers.
-
-    kinds  of types, as NumPy calls them; with V also records of plain numbers
-    """
+    kinds: of types, as NumPy calls them; with V also records of plain numbers."""
     version = npy.read_magic(stream)
     if version not in ((1, 0), (2, 0)):
         raise ValueError(f"its version is {version[0]}.{version[1]}, known are 1.0 and 2.0")
@@ -251,9 +249,7 @@ class NpzArray:
 
 def npz_arrays(archive: Archive, kinds: str = "biuf") -> dict[str, Stored]:
     """The arrays of numbers of an .npz archive by name. Raises ValueError for other content under a name of ROLES.
-
-    kinds  of their types, see `read_header`
-    """
+    kinds: of their types, see `read_header`."""
     arrays: dict[str, Stored] = {}
     for member in archive.names:
         name = member.removesuffix(".npy")

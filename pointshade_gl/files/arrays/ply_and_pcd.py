@@ -87,10 +87,8 @@ def write_ply(file: BufferedIOBase, elements: Elements, comments: Sequence[str] 
 
 
 def read_ply(path: FilePath, max_pixels: float = MAX_PIXELS, last: str = "") -> Ply:
-    """The elements of a PLY file up to the last one that is wanted, and their lists, such as corners of faces.
-
-    Raises OSError if the path is not a file, ValueError for one that is broken, truncated or too large.
-    """
+    """The elements of a PLY file up to the last one that is wanted, and their lists, such as corners of faces. Raises
+    OSError if the path is not a file, ValueError for one that is broken, truncated or too large."""
     data = content.read_bytes(path, max_pixels)
     with content.naming(path, "is a broken PLY file", (ValueError,)):
         header = _read_header(data)
@@ -244,9 +242,7 @@ def _truncated(element: _Element) -> ValueError:
 @np.errstate(over="ignore", invalid="ignore")  # of texts: what no float holds is infinite
 def _as_declared(rows: NDArray[Any], element: _Element, is_text: bool) -> NDArray[Any]:
     """The rows with the types of the header, in native byte order. Raises ValueError for numbers that do not fit.
-
-    Floats of a text stay as they were parsed: those of a map have more digits than the type that is declared.
-    """
+    Floats of a text stay as they were parsed: those of a map have more digits than the type that is declared."""
     declared = np.dtype([(name, one.kind) for name, one in element.properties.items() if not one.length])
     if is_text:
         floats = [(name, "f8" if declared[name].kind == "f" else declared[name]) for name in declared.names or ()]

@@ -72,9 +72,7 @@ _EXPECTED = "a file, 'fx,fy,cx,cy', four numbers, a 3x3 or 4x4 matrix or a Camer
 
 def read_intrinsics(source: Any, note: Note, max_pixels: float = MAX_PIXELS, of_color: bool = False) -> Intrinsics:
     """Intrinsics from a path, 'fx,fy,cx,cy', numbers, a matrix or a Camera. Raises ValueError, OSError for others.
-
-    of_color  of several cameras in a file take that of the colour picture: the depth was brought to it
-    """
+    of_color: of several cameras in a file take that of the colour picture: the depth was brought to it."""
     if isinstance(source, Intrinsics):
         return source
     if isinstance(source, Camera):
@@ -211,10 +209,8 @@ _SAME_SHAPE = 0.02
 
 
 def camera_from_exif(path: FilePath, max_pixels: float = MAX_PIXELS) -> Intrinsics | None:
-    """The camera of a picture with EXIF FocalLengthIn35mmFilm, upright; None if it has none, or was cropped.
-
-    Its principal point is the middle. Whole millimetres make it right to a few per cent.
-    """
+    """The camera of a picture with EXIF FocalLengthIn35mmFilm, upright; None if it has none, or was cropped. Its
+    principal point is the middle. Whole millimetres make it right to a few per cent."""
     head = content.read_head(path)
     with content.open_regular(path) as file:
         content.check_size(file, path, max_pixels)

@@ -208,10 +208,8 @@ def _is_bare_splats(path: Path, head: bytes) -> bool:
 
 
 def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
-    """What was found; numbers are plain, lengths in the file's units, so that programs can read it as JSON.
-
-    Options are those of `load_cloud`, except notes. Raises as it does.
-    """
+    """What was found; numbers are plain, lengths in the file's units, so that programs can read it as JSON. Options are
+    those of `load_cloud`, except notes. Raises as it does."""
     notes: list[str] = []
     cloud, found = read_cloud(check_path(path), CloudOptions(**options), notes.append)
     low, high = ((end + cloud.origin).tolist() for end in placing.main_box(cloud.positions)) if len(cloud) else ([], [])

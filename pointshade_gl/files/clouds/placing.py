@@ -82,10 +82,8 @@ _UNEVEN = 10  # times as uneven as chance are runs of files that hold one scan a
 
 
 def places_of(positions: NDArray[np.floating], places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """From which of several places (k, 3) each point is seen, (n, 3): the nearest that nothing hides. Of one (3,).
-
-    In a file that holds one scan after the other it is the one from which most points beside it are.
-    """
+    """From which of several places (k, 3) each point is seen, (n, 3): the nearest that nothing hides. Of one (3,). In a
+    file that holds one scan after the other it is the one from which most points beside it are."""
     if len(places) == 1:
         return places[0].astype(np.float64)
     chosen, best = np.zeros(len(positions), np.int64), np.full(len(positions), np.inf)
@@ -206,9 +204,7 @@ def _degrees_in(positions: NDArray[Any]) -> tuple[tuple[str, str] | None, bool]:
 
 def placed(found: FoundPoints, name: str, note: Note) -> tuple[NDArray[np.floating], NDArray[np.float64]]:
     """Positions (n, 3), and the origin (3,) that they count from: zero, where float32 distinguishes points from there.
-
-    Else the origin is the middle, in whole units. Positions stay float64 only where float32 loses points even so.
-    """
+    Else the origin is the middle, in whole units. Positions stay float64 only where float32 loses points even so."""
     at, origin = found.positions, _origin(found)
     if origin.any() and at.dtype == np.float32 and found.origin is None:
         step = 2 * _HALF_STEP * np.abs(main_box(at)).max()

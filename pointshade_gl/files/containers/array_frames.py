@@ -37,10 +37,8 @@ _OPENGL = np.array([1, -1, -1], np.float32)
 
 
 def fit_pinhole(points: NDArray[np.floating]) -> tuple[tuple[float, float, float, float], float]:
-    """(fx, fy, cx, cy) by least squares from (h, w, 3) points in the camera's axes, and how far pixels are from it.
-
-    The distance is the root mean square, as a share of the width; infinite if hardly any point is before the camera.
-    """
+    """(fx, fy, cx, cy) by least squares from (h, w, 3) points in the camera's axes, and how far pixels are from it. The
+    distance is the root mean square, as a share of the width; infinite if hardly any point is before the camera."""
     height, width = points.shape[:2]
     step = max(1, int(np.sqrt(height * width / _LOOKED_AT)))
     some = points[::step, ::step].astype(np.float64)

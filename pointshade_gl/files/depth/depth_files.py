@@ -126,9 +126,7 @@ def read_raw(path: FilePath, width: int, height: int, max_pixels: float = MAX_PI
 
 def one_channel(array: NDArray[Any], name: str, channel: str | None = None) -> NDArray[Any]:
     """(h, w) of an array (h, w), (h, w, 1), (1, h, w) or equal channels; differing (h, w, 3|4) uint8 and points stay.
-
-    channel  the one to take: red, green, blue or alpha, or its number from 0
-    """
+    channel: the one to take: red, green, blue or alpha, or its number from 0."""
     if array.dtype.kind not in "iuf":
         raise ValueError(f"{name} must hold integer or floating point depth, got {array.dtype}")
     shape = array.shape

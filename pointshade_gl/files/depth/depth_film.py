@@ -57,10 +57,8 @@ class FilmCoding(NamedTuple):
 
 
 def film_coding(path: FilePath, is_depth: bool, max_pixels: float = MAX_PIXELS) -> FilmCoding | None:
-    """How a film holds depth, by its first picture; None for a film of photographs.
-
-    is_depth  it is depth by its name, or said to be: else a film of greys is one of photographs
-    """
+    """How a film holds depth, by its first picture; None for a film of photographs. is_depth: it is depth by its name,
+    or said to be: else a film of greys is one of photographs."""
     state = Path(path).stat()
     return _coding(Path(path), (state.st_mtime_ns, state.st_size), is_depth, max_pixels)
 

@@ -27,10 +27,8 @@ def blocks(raw: NDArray[Any]) -> Iterator[slice]:
 
 
 def known_values(raw: NDArray[Any], kind: str, note: Note) -> Callable[[slice], Values]:
-    """Return a function that gives the raw values of some rows, 0 where they mean "missing".
-
-    So do values that are not finite and above 0, 16-bit markers from FAR on, and the one value of a background.
-    """
+    """Return a function that gives the raw values of some rows, 0 where they mean "missing". So do values that are not
+    finite and above 0, 16-bit markers from FAR on, and the one value of a background."""
     if raw.dtype.kind in "iu" and raw.dtype.itemsize <= 2:
         codes = raw.view(f"u{raw.dtype.itemsize}")
         table = _judge(codes, raw.dtype, kind, note)
@@ -150,10 +148,8 @@ def is_whole(raw: NDArray[Any]) -> bool:
 
 
 def scale_of_file(filed: float, median: float) -> float | None:
-    """Return raw values per metre, if a file gives the scale the other way round, else None.
-
-    0.001 is metres a value. From 0.01 to 2 it is millimetres a value, as in BOP: its 1.0 is 1000, its 0.1 is 10000.
-    """
+    """Return raw values per metre, if a file gives the scale the other way round, else None. 0.001 is metres a value.
+    From 0.01 to 2 it is millimetres a value, as in BOP: its 1.0 is 1000, its 0.1 is 10000."""
     scale = 1 / filed if filed < 0.01 else 1000 / filed
     return scale if filed <= 2 and not is_plausible(median / filed) and is_plausible(median / scale) else None
 

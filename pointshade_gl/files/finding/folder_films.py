@@ -18,10 +18,8 @@ _ROLE = re.compile(r"(?<![a-z])(depth(map|s)?|disp(arity)?|vis|src|input|rgb|col
 
 
 def find_film(place: Folder, source: Path | None, note: Note, max_pixels: float = MAX_PIXELS) -> list[FrameFiles]:
-    """The pictures of a film of depth, or of one that holds depth beside its colours; none without any.
-
-    source  one of the two films; None is the first of the folder. Raises ValueError for a broken film of depth.
-    """
+    """The pictures of a film of depth, or of one that holds depth beside its colours; none without any. source: one of
+    the two films; None is the first of the folder. Raises ValueError for a broken film of depth."""
     films = place.listing.files(place.path, 0 if source else 1, known_names.VIDEO_SUFFIXES)
     named = [ListedFile(source, source.name.lower())] if source else films
     if source and words_of(place.path.name) & (known_names.DEPTH | known_names.COLOR):  # depth/clip.mp4, rgb/clip.mp4
@@ -47,10 +45,8 @@ def find_film(place: Folder, source: Path | None, note: Note, max_pixels: float 
 def film_pictures(
     depth: Path, color: Path | None, is_depth: bool, note: Note, max_pixels: float = MAX_PIXELS
 ) -> list[FrameFiles]:
-    """The pictures of a film of depth with those of a film of colours, or one picture of colours for all.
-
-    is_depth  it is depth by its name, or said to be
-    """
+    """The pictures of a film of depth with those of a film of colours, or one picture of colours for all. is_depth: it
+    is depth by its name, or said to be."""
     coding = film_coding(depth, is_depth, max_pixels)
     if coding is not None:
         coding.note(depth.name, note)

@@ -337,9 +337,7 @@ def _holds_color(depth: Path) -> bool:
 
 def find_photographs(place: Folder, note: Note) -> list[Path]:
     """The photographs of a folder in their order, or its video; those of one folder of it if it has none itself.
-
-    Pictures that are named as anything but colours are left out, and those that this package drew.
-    """
+    Pictures that are named as anything but colours are left out, and those that this package drew."""
     folder = place.path
     for levels in range(1, LEVELS + 1):
         items = [item for item in place.listing.files(folder, levels) if item.role in ("color", "")]

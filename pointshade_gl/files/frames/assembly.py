@@ -87,10 +87,8 @@ def find_filed(place: Folder, files: Sequence[FrameFiles], options: ReadOptions,
 
 
 def assumed_camera(size: Size, is_of_sensor: bool, missing: str, note: Note) -> Intrinsics:
-    """Return a camera that is usual for a picture of this size, with a note, and why no file has one.
-
-    is_of_sensor  whether depth has a unit, so that it may be a depth camera's; else it is seen as by a phone
-    """
+    """Return a camera that is usual for a picture of this size, with a note, and why no file has one. is_of_sensor:
+    whether depth has a unit, so that it may be a depth camera's; else it is seen as by a phone."""
     width, height = size
     way_out = f"pass {option('intrinsics')} (fx,fy,cx,cy or a file) or {option('fov')} (vertical degrees)"
     if width == 2 * height:
@@ -110,9 +108,7 @@ def make_camera(
     source: Intrinsics | None, options: ReadOptions, depth: Size, color: Size | None, note: Note
 ) -> tuple[Camera, Lens | None]:
     """The camera, known but for a field of view, of depth under colours of these sizes, and what bends its picture.
-
-    Raises ValueError for none, and for a lens that cannot be taken out.
-    """
+    Raises ValueError for none, and for a lens that cannot be taken out."""
     if color and not shows_the_same(color, depth):
         is_turned = shows_the_same((color[1], color[0]), depth)
         what = "turned by 90 degrees against each other" if is_turned else "of another aspect ratio"

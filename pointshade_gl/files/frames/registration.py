@@ -92,10 +92,8 @@ def _find_shift(steps: Map, edges: Map) -> tuple[tuple[int, int], bool]:
 
 
 def _find_turn(edges: Map, maps: list[Map]) -> tuple[str | None, bool]:
-    """Return the turn of colours by which their edges lie on those of the depth, "" if they do as they are.
-
-    None if that is unclear. The second is whether nothing else is possible.
-    """
+    """Return the turn of colours by which their edges lie on those of the depth, "" if they do as they are. None if
+    that is unclear. The second is whether nothing else is possible."""
     color, details = _detail(edges), [_detail(one) for one in maps if np.count_nonzero(one) >= _FEW]
     both = np.zeros_like(color)
     for depth in details:

@@ -50,10 +50,8 @@ _COMPARED = 3
 
 
 class FrameSequence(Sequence[Frame]):
-    """Frames, each read when it is asked for; slices are sequences too.
-
-    [k] raises ValueError or OSError, in one sentence, for a frame that cannot be read.
-    """
+    """Frames, each read when it is asked for; slices are sequences too. [k] raises ValueError or OSError, in one
+    sentence, for a frame that cannot be read."""
 
     def __init__(
         self, place: Folder, parts: Sequence[FrameParts], options: ReadOptions, note: Note, poses_from: str = ""

@@ -113,10 +113,8 @@ KEYS = (*FRAME_KEYS, "frames", *OBJECT_KEYS, *SWITCHES, "material")
 
 
 def read_points(ours: dict[str, Any], parts: GltfParts, frames: dict[str, Frame]) -> PointObject | None:
-    """The point object that a node's extras describe; None without one. Raises ValueError or OSError.
-
-    frames  those that the file has named before, so that none is loaded twice
-    """
+    """The point object that a node's extras describe; None without one. Raises ValueError or OSError. frames: those
+    that the file has named before, so that none is loaded twice."""
     described = _describe(ours)
     if not described:
         alone = [key for key in ours if key in KEYS]

@@ -45,10 +45,8 @@ _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0
 def in_srgb(
     image: Image.Image, info: Mapping[Any, Any], name: str, note: Note, cicp: tuple[int, int] | None = None
 ) -> Image.Image:
-    """The picture of a file in sRGB, with a note if that changes it, and one if its colours cannot be converted.
-
-    info is Pillow's of the file, cicp that of `read_cicp`.
-    """
+    """The picture of a file in sRGB, with a note if that changes it, and one if its colours cannot be converted. info
+    is Pillow's of the file, cicp that of `read_cicp`."""
     if cicp is not None and _UNSTATED not in cicp:
         return _by_codes(image, cicp, name, note)
     if profile := info.get("icc_profile"):

@@ -34,10 +34,8 @@ _REPEATED = b"\1\1\1"  # a colour that states how often the one before is repeat
 
 
 def read_radiance(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.float32]:
-    """Return (h, w, 3) linear RGB; EXPOSURE is not undone, as in most programs.
-
-    Raises OSError if the path is not a file, ValueError for a broken or too large picture, and for colours in XYZ.
-    """
+    """Return (h, w, 3) linear RGB; EXPOSURE is not undone, as in most programs. Raises OSError if the path is not a
+    file, ValueError for a broken or too large picture, and for colours in XYZ."""
     data = content.read_bytes(path, max_pixels)
     header, end, _ = data[:_HEADER].partition(b"\n\n")
     size = _SIZE.match(data, len(header) + 2)
@@ -210,10 +208,8 @@ def check_exr(path: FilePath) -> None:
 def write_exr(
     path: FilePath, channels: Mapping[str, NDArray[Any]], attributes: Mapping[str, Any] | None = None
 ) -> None:
-    """Writes arrays by the names of their channels: (h, w), or (h, w, 4) for RGBA. Raises OSError if it cannot.
-
-    float16 stays so, all else becomes float32. attributes: further ones of the header
-    """
+    """Writes arrays by the names of their channels: (h, w), or (h, w, 4) for RGBA. Raises OSError if it cannot. float16
+    stays so, all else becomes float32. attributes: further ones of the header"""
     import OpenEXR  # only here: an optional extra
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
@@ -290,9 +286,7 @@ _UNREAL = re.compile(rb"(?i)unreal|worlddepth|scenedepth|moviepipeline|movierend
 
 def _pick_channel(channels: dict[str, NDArray[Any]], name: str, wanted: str | None = None) -> str:
     """Depth among EXR channels: the only one, one called depth or Z (not beside X: those are normals), Y or V, grey.
-
-    Alpha is none, nor is what has one value everywhere beside another that varies. wanted: a channel, or its layer
-    """
+    Alpha is none, nor is what has one value everywhere beside another that varies. wanted: a channel, or its layer"""
     if wanted is not None:
         return _wanted_channel(channels, wanted, name)
     keys = [key for key in channels if key.rpartition(".")[2].lower() not in _ALPHA] or list(channels)

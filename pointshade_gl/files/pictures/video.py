@@ -64,9 +64,7 @@ def read_video_frame(
     path: FilePath, number: int, max_pixels: float = MAX_PIXELS, is_deep: bool = False
 ) -> NDArray[Any]:
     """(h, w, 3) picture of this number, from 0, quick in order. Raises ValueError without it, or the extra `video`.
-
-    is_deep  (h, w) uint16 of its brightness instead
-    """
+    is_deep: (h, w) uint16 of its brightness instead."""
     with _lock:
         return _opened(Path(path), number, max_pixels, is_deep).read(number)
 

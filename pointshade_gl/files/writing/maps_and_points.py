@@ -354,9 +354,7 @@ def check_found_path(path: Path) -> Path:
 
 def save_found_poses(path: Path, poses: Mapping[str, NDArray[np.float64] | None]) -> None:
     """Write poses (4, 4), camera-to-world in OpenCV's axes and metres, completely or not at all; None is left out.
-
-    .json is `{"name": [[...], ...], ...}`, .txt as `save_poses` writes it.
-    """
+    .json is `{"name": [[...], ...], ...}`, .txt as `save_poses` writes it."""
     known = [(k, name, pose) for k, (name, pose) in enumerate(poses.items()) if pose is not None]
     if path.suffix.lower() == ".json":
         rows = (f" {json.dumps(name, ensure_ascii=False)}: {json.dumps(pose.tolist())}" for _, name, pose in known)

@@ -134,7 +134,6 @@ def _real(path: Path, above: str) -> str:
 
 
 def _filled(folders: list[Path], listing: Listing) -> list[Path]:
-    """Those of the folders that hold files."""
     return [path for path in folders if listing.files(path, LEVELS - 1)]
 
 
@@ -159,7 +158,6 @@ def _has_depth(items: Iterable[ListedFile]) -> bool:
 
 
 def _is_listed(folder: Path, files: list[ListedFile], listing: Listing) -> bool:
-    """Whether a list in the folder names the pictures."""
     names = [item.name for item in files]
     lists = known.TRANSFORMS, known.PAIR_LISTS
     is_list = any(name in _LISTS or any(pattern.fullmatch(name) for pattern in lists) for name in names)
@@ -219,7 +217,6 @@ def whole_of(source: Source, parts: list[SourcePart]) -> SourcePart:
 
 
 def _frames_of(path: Path, reading: dict[str, Any], listing: Listing) -> list[tuple[int, list[Path]]]:
-    """The number of each frame, and its files."""
     outside = reading.pop("allow_outside", False)
     options = ReadOptions(**reading)
     if path.is_dir() and options.depth_model is None:
@@ -231,7 +228,6 @@ def _frames_of(path: Path, reading: dict[str, Any], listing: Listing) -> list[tu
 
 
 def _beside_frames(path: Path, output: Path, listing: Listing) -> list[Path]:
-    """Files of cameras and poses, and lists."""
     folder, levels = (path, LEVELS) if path.is_dir() else (path.parent, 0)
     items = listing.files(folder, levels, {*known.CAMERA_SUFFIXES, *known.POSE_SUFFIXES})
     return [item.path for item in items if is_about_frames(item.name) and not _is_in(output, item.path)]
@@ -249,7 +245,6 @@ def _is_in(folder: Path, path: Path) -> bool:
 
 
 def _state(files: Iterable[Path], more: str = "") -> str:
-    """A digest of names, sizes and times."""
     stated = []
     for path in files:
         try:

@@ -60,7 +60,6 @@ class Job:
 
     @cached_property
     def reads(self) -> Kind:
-        """What the source is."""
         return Kind.of(self.source)
 
     @property

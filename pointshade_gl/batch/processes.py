@@ -193,7 +193,6 @@ def on_processes(
 
 
 def usable_cores() -> int:
-    """How many this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -281,7 +280,6 @@ class _Work:
         self._parts, self._context = parts, copy_context()
 
     def go_on(self) -> None:
-        """Does the next part, if there is one."""
         try:
             self._context.run(next, self._parts)
         except StopIteration as end:

@@ -120,7 +120,6 @@ def select(only: Sequence[str]) -> Names:
 
 
 def measure(renderer: Renderer, plan: Plan, names: Names, seed: int) -> dict[str, Any]:
-    """All measurements, with a progress bar on stderr."""
     methods, conditions, stresses = names
     if renderer.context.is_software:
         name = renderer.context.renderer

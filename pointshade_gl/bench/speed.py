@@ -203,7 +203,6 @@ def measure_speed(device: int, rounds: int, sizes: Sequence[tuple[int, int]], ad
 
 
 def steps_of(sizes: Sequence[tuple[int, int]]) -> int:
-    """How often `measure_speed` advances."""
     return len(sizes) + 3
 
 

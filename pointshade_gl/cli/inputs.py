@@ -48,13 +48,11 @@ class Loaded(NamedTuple):
 
     @classmethod
     def merged(cls, frames: Sequence[Frame], look: Appearance, names: Sequence[str], numbers: Sequence[int]) -> Loaded:
-        """Return frames as one object."""
         scene = Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
         return cls(scene, frames, names, numbers)
 
     @property
     def plays(self) -> bool:
-        """Whether it is a sequence."""
         return isinstance(self.source, Sequence)
 
 
@@ -67,7 +65,6 @@ class Inputs:
 
     @property
     def paths(self) -> list[str | None]:
-        """INPUT and MORE."""
         return [self.frame.input, *(self.others.more or [])]
 
     @cached_property
@@ -168,7 +165,6 @@ class Inputs:
         return Loaded.merged(found, look, every, range(len(every)))
 
     def _load_views(self, look: Appearance, views: str) -> Loaded:
-        """Frames of a sequence."""
         from ..files.frame_sources import views_of
 
         count = views_from(views)

@@ -97,7 +97,6 @@ def main() -> None:
 
 
 def _every_one() -> Mapping[str, Any]:
-    """Return all commands by their names."""
     return get_command(command_line()).commands  # type: ignore[attr-defined]
 
 

@@ -339,7 +339,6 @@ def frames_from(text: str, count: int) -> list[int]:
 
 
 def range_from(text: str, name: str) -> tuple[float, float]:
-    """The lower and the upper number."""
     expected = f"{option(name)} takes two numbers, the lower first, such as 0,1"
     low, high = _numbers(text, 2, ",", expected)
     if not low < high:

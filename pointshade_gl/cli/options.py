@@ -252,7 +252,6 @@ class FrameOptions(CloudGroup, ReadingOptions, InputOptions):
 
     @property
     def kind(self) -> Kind:
-        """What INPUT is."""
         return Kind.of(self.input)
 
     @property

@@ -30,7 +30,6 @@ def complain(text: str) -> None:
 
 
 def print_line(text: str) -> None:
-    """Prints lines to stdout."""
     print(printable(text))
 
 

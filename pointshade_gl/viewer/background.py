@@ -83,7 +83,6 @@ class Background:
         self.poll()
 
     def poll(self) -> None:
-        """See whether the work has ended."""
         if self.work is None or not self._outcome:
             return
         work, (result, error) = self.work, self._outcome[0]
@@ -101,7 +100,6 @@ class Background:
             self.poll()
 
     def finish(self) -> None:
-        """Wait until nothing runs."""
         while self.work:
             self.join()
             self.poll()
@@ -126,7 +124,6 @@ class Background:
             self._thread.join(seconds)
 
     def _run(self, work: Work, is_ended: threading.Event, outcome: list[tuple[Any, BaseException | None]]) -> None:
-        """In the thread."""
 
         def progress(done: int, total: int) -> None:
             self._steps = done, total
@@ -175,7 +172,6 @@ class OpenDialog:
 
     @property
     def is_done(self) -> bool:
-        """Whether the user has chosen, or not."""
         return not self._starting.is_alive() and (self._dialog is None or self._dialog.ready(0))
 
     @property
@@ -185,7 +181,6 @@ class OpenDialog:
         return tuple(filter(None, [found] if isinstance(found, str) else found))
 
     def close(self) -> None:
-        """Take the dialog away."""
         self._starting.join()
         if not self.is_done:
             self._dialog.kill()

@@ -49,8 +49,6 @@ PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
 
 
 class Dropped(NamedTuple):
-    """What was dropped onto a window."""
-
     sources: Sequence[Any]  # the frame, the sequence or the scene; or several sources of frames of the same thing
     inputs: tuple[str, ...]  # paths of the folders or of the file
     # of a single frame, by the names of `load_frame`'s options, where they were dropped one by one

@@ -47,8 +47,6 @@ def when_seen(state: State) -> str:
 
 
 class Key(NamedTuple):
-    """Keys with the same action."""
-
     names: tuple[str, ...]  # of the keys
     label: str  # how the help shows them
     help: str  # what the help has beside them

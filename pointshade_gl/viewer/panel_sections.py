@@ -59,7 +59,6 @@ class Widgets:
         return self._number(name, value, low, high, lambda v: draw(f"##{name}", v, step, low, high, "%.3f"))
 
     def choose(self, name: str, value: str, default: str, known: Sequence[str], why: str = "") -> str:
-        """One of several texts."""
         imgui, chosen = self.imgui, value
         if self._is_reset(name, why):
             return default
@@ -81,7 +80,6 @@ class Widgets:
         return tuple(picked) if changed else value
 
     def tick(self, name: str, value: bool, why: str = "") -> bool:
-        """A switch."""
         new = self.imgui.checkbox(name, value)[1]
         self.explain(why)
         return new
@@ -112,7 +110,6 @@ class Widgets:
         return self.slide(name, value, default, **{"low": 0.0, "high": 1.0, **slider}, why=why)
 
     def row(self, name: str, text: str) -> None:
-        """A name, and beside it a text."""
         self._name(name)
         self.imgui.text_unformatted(text)
 
@@ -122,7 +119,6 @@ class Widgets:
         return self.imgui.collapsing_header(name, flags.default_open if opened else flags.none)
 
     def note(self, text: str) -> None:
-        """A grey sentence."""
         imgui = self.imgui
         imgui.push_style_color(imgui.Col_.text, imgui.get_style_color_vec4(imgui.Col_.text_disabled))
         imgui.text_wrapped(text)
@@ -368,7 +364,6 @@ def _held(ui: Widgets, held: Light, reach: float, shadows: bool) -> Light:
 
 
 def _extent(ui: Widgets, light: Light, reach: float) -> dict[str, Any]:
-    """How large a light is."""
     why = "How large the light is, {}. Large lights cast soft shadows, which become exact once nothing moves.{}"
     if light.size is not None:
         sides = zip(("width", "height"), light.size, strict=True)
@@ -450,7 +445,6 @@ def show_clouds(ui: Widgets, scene: Scene, opened: bool) -> list[Effect]:
 
 
 def show_nodes(ui: Widgets, scene: Scene) -> list[Effect]:
-    """Show a switch for each node of a scene."""
     effects: list[Effect] = []
     for path, node in scene.every_node() if ui.section("scene") else ():
         depth = 0.7 * ui.em * min(len(path), DEEPEST)

@@ -176,7 +176,6 @@ class Screen:
             )
 
     def _show(self, drawn: Any, picture: ShownPicture, over: Overlay) -> None:
-        """Markers and text over what was drawn."""
         self._present.draw(self.window.framebuffer, drawn, (picture.camera.width, picture.camera.height))
         if over.is_marked and (self._kept is None or self._last):  # not where nothing was drawn yet
             self._mark(picture)
@@ -333,7 +332,6 @@ class Panel:
         return chosen
 
     def _resize(self, size: float) -> None:
-        """Text and everything else in this scale."""
         if size == self._size:
             return
         self._size, self._widgets.em = size, POINTS * size

@@ -47,7 +47,6 @@ class Views:
 
     @cached_property
     def shown(self) -> tuple[Frame, ...]:
-        """The frames that are on."""
         return tuple(frame for frame, on in zip(self.frames, self.on, strict=True) if on)
 
     @property
@@ -87,7 +86,6 @@ Shown = Frame | Scene | Views
 
 
 def scene_in(shown: Shown | None) -> Scene | None:
-    """Return what is shown if it is a scene."""
     return shown if isinstance(shown, Scene) else None
 
 
@@ -108,7 +106,6 @@ def frame_in(shown: Shown) -> Frame | None:
 
 
 def camera_of(shown: Shown) -> Camera:
-    """Return its own camera, in its own size."""
     camera = shown.picture_camera
     assert camera is not None  # `framed` gave scenes a camera
     return camera

@@ -198,7 +198,6 @@ class Window(GLContext):
         self.glfw.set_window_should_close(self.handle, True)
 
     def name(self, title: str) -> None:
-        """Gives the window another title."""
         self.glfw.set_window_title(self.handle, title)
 
     @property
@@ -229,7 +228,6 @@ class Window(GLContext):
         return math.prod(max(span, 0) for span in spans)
 
     def copy(self, text: str) -> None:
-        """Puts a text into the clipboard."""
         self.glfw.set_clipboard_string(None, text.replace("\0", ""))
 
     def pasted(self) -> str:

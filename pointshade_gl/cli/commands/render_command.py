@@ -84,12 +84,10 @@ class RenderCommand:
 
     @property
     def suffix(self) -> str:
-        """The kind of file that is written."""
         return self.output.suffix.lower()
 
     @cached_property
     def inputs(self) -> Inputs:
-        """What INPUT and MORE name."""
         return Inputs(self.frame, self.others)
 
     def check_inputs(self) -> None:

@@ -53,7 +53,6 @@ class ListedFile:
 
     @cached_property
     def order(self) -> tuple[tuple[int, str], ...]:
-        """By which 2.png comes before 10.png."""
         return natural(self.path.name)
 
     @cached_property
@@ -101,7 +100,6 @@ class ListedFile:
 
     @cached_property
     def time(self) -> float | None:
-        """The time stamp, if the name is one."""
         return float(self.key) if re.fullmatch(r"\d{1,18}(\.\d{0,18})?", self.key) else None
 
 

@@ -193,8 +193,6 @@ def plain(name: str) -> str:
 
 
 class Stored(Protocol):
-    """An array in a file."""
-
     shape: tuple[int, ...]
     dtype: np.dtype
 
@@ -262,8 +260,6 @@ def npz_arrays(archive: Archive, kinds: str = "biuf") -> dict[str, Stored]:
 
 
 class HeldArray:
-    """An array that is in memory."""
-
     def __init__(self, array: NDArray[Any]):
         self.shape, self.dtype, self._array = array.shape, array.dtype, array
 

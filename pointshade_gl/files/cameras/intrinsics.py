@@ -315,7 +315,6 @@ class _Bends:
         return kalibr_words(words, self._texts.get(group, {})) if self._texts else words
 
     def lens(self, group: str) -> Lens | None:
-        """The lens of a group's camera."""
         if not (self._numbers or self._texts):
             return None
         # ORB-SLAM 3 has Camera.type beside Camera1.fx

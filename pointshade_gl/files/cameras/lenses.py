@@ -68,7 +68,6 @@ class Lens:
 
     @property
     def is_pinhole(self) -> bool:
-        """Return whether nothing is bent."""
         return self.curve == "pinhole" and not any((*self.radial, *self.divisor, *self.tangential, *self.prism))
 
     @property

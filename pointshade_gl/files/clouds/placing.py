@@ -395,7 +395,6 @@ def colors_of(found: FoundPoints, options: CloudOptions, up: Up, name: str, note
 
 
 def choices(found: FoundPoints) -> list[str]:
-    """What a file's points can be coloured by."""
     columns = {"rgb": found.colors, "intensity": found.intensity, "class": found.classes, "height": found.positions}
     known = [one for one in COLOR_BY if columns[one] is not None]
     return known + [name for name in found.fields if name not in known]

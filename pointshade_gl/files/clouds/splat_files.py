@@ -74,7 +74,6 @@ def is_trained(columns: Mapping[str, Any]) -> bool:
 def splats_in(
     columns: Mapping[str, NDArray[Any]], form: str, comments: list[str], name: object, note: Note
 ) -> FoundPoints:
-    """The splats of the columns of a .ply."""
     scales = np.stack([_exp(columns[one]) for one in _SCALE if one in columns], -1)
     if scales.shape[1] == 2:
         scales = np.concatenate([scales, _THIN * scales.min(1, keepdims=True)], 1)
@@ -280,7 +279,6 @@ def _cut(data: bytes, sizes: list[int]) -> list[bytes]:
 
 
 def _streams(data: bytes, count: int, name: FilePath) -> list[bytes]:
-    """What the streams of version 4 unpack to."""
     zstandard = import_extra("zstandard", "spz", f"{name} is an .spz of version 4")
     (table,) = struct.unpack("<I", data[16:20])
     sizes = struct.unpack(f"<{2 * count}Q", data[table : table + 16 * count])
@@ -323,7 +321,6 @@ _FIRST_OF_QUATS = 252
 
 
 def is_sog(archive: Archive) -> bool:
-    """Whether an archive holds splats as pictures."""
     return META in archive.names
 
 

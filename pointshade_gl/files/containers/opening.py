@@ -104,7 +104,6 @@ def _is_in_centimetres(depth: NDArray[Any]) -> bool:
 
 
 def holds_color(path: Path) -> bool:
-    """Whether a depth file has colours in it."""
     suffix = path.suffix.lower()
     if suffix == ".npy":
         array = NpyArray(path, "biufV")

@@ -171,7 +171,6 @@ def read_gdepth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> C
 
 
 def has_gdepth(path: FilePath) -> bool:
-    """Whether it is a JPEG with Google's GDepth."""
     head = content.read_head(path, 2**16)
     return head.startswith(_START) and b"GDepth:" in head
 

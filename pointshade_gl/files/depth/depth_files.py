@@ -216,7 +216,6 @@ def count_codes(raw: Codes) -> Counts:
 
 
 def is_swapped(raw: Codes) -> bool:
-    """Return whether the low byte came first."""
     raw = _some_rows(raw)
     if not (raw & 255).any():
         return False  # 8 bits stored in the high byte: swapped they would be smoother and wrong

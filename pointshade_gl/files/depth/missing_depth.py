@@ -20,7 +20,6 @@ _End = tuple[float, int, float]  # the largest or the smallest value, how many p
 
 
 def blocks(raw: NDArray[Any]) -> Iterator[slice]:
-    """All rows of a picture, some at a time."""
     step = max(1, _BLOCK // raw.shape[1])
     for start in range(0, raw.shape[0], step):
         yield slice(start, start + step)

@@ -139,7 +139,6 @@ def _detail(edges: Map) -> Map:
 
 
 def _reduced(depth: NDArray[np.float32], height: int) -> NDArray[np.float32]:
-    """Return the depth of some pixels."""
     sizes = zip((height, _WIDTH), depth.shape, strict=True)
     rows, columns = (((np.arange(n) + 0.5) * size / n).astype(int) for n, size in sizes)
     return depth[np.ix_(rows, columns)]

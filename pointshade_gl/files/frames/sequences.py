@@ -229,7 +229,6 @@ def open_given_film(depth: Any, color: Any, options: ReadOptions, note: Note) ->
 
 
 def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequence:
-    """Open the frames of a folder, likewise."""
     if options.depth_model is not None:
         return open_frames(place.path, place.allow_outside, options, note)
     held = _open_container(place.path, note, options.max_pixels)  # of Record3D: its metadata know more than its files
@@ -347,7 +346,6 @@ def _from_container(
 
 
 def _only(path: Path, max_pixels: float) -> Contents:
-    """What a container with one frame holds."""
     held = _open_container(path, lambda _: None, max_pixels)
     if not held:
         raise ValueError(f"{path} holds no depth, unlike the first file beside it")
@@ -404,7 +402,6 @@ def open_photographs(place: Folder, source: Any, options: ReadOptions, note: Not
 
 
 def _list(place: Folder, source: Any, options: ReadOptions, note: Note) -> list[FrameParts]:
-    """Return a part for each photograph, without its depth."""
     if not is_path(source):
         return [FrameParts(None, source)]
     path = Path(source)

@@ -261,7 +261,6 @@ class GltfDocument:
         return self.add("accessors", bufferView=view, componentType=component, count=len(values), type=kind, **beside)
 
     def view(self, data: bytes, target: int | None) -> int:
-        """Return the buffer view of some bytes."""
         self._blob += bytes(-len(self._blob) % 4)
         start = len(self._blob)
         self._blob += data

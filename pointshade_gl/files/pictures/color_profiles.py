@@ -150,7 +150,6 @@ def _by_numbers(
 
 
 def _is_same(convert: Any) -> bool:
-    """Whether a conversion leaves colours alone, up to rounding."""
     levels = np.linspace(0, 255, 9).astype(np.uint8)
     probe = np.stack(np.meshgrid(levels, levels, levels), -1).reshape(27, 27, 3)
     return int(np.abs(convert(probe).astype(int) - probe).max()) <= _SAME

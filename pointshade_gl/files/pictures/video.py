@@ -34,7 +34,6 @@ class _Open:
         check_pixels(self._width, self._height, str(path), max_pixels)
 
     def can_read(self, number: int) -> bool:
-        """Whether it need not begin anew."""
         return number >= self.next or number in self.kept
 
     def read(self, number: int) -> NDArray[Any]:
@@ -105,7 +104,6 @@ def count_pictures(path: FilePath, max_pixels: float = MAX_PIXELS) -> int:
 
 
 def close_video() -> None:
-    """Ends the decoding of all videos."""
     with _lock:
         while _open:
             _open.pop().close()

@@ -111,7 +111,7 @@ def _below(folder: Path, name: PurePosixPath, real: str, passed: set[str], listi
     ]
     if clouds := _clouds(files, name):
         return clouds + found
-    if len(found) > 1 or (found and not files and len(_filled(inside, listing)) <= 1):
+    if len(found) > 1 or (found and not files and sum(bool(listing.files(path, LEVELS - 1)) for path in inside) <= 1):
         return found
     if _UNPACKED & {item.name for item in files} or _has_frames(folder, listing):
         return [Source(str(folder), name)]
@@ -131,10 +131,6 @@ def _clouds(files: list[ListedFile], name: PurePosixPath) -> list[Source]:
 def _real(path: Path, above: str) -> str:
     """The path with links followed, for that of the folder above."""
     return os.path.realpath(path) if path.is_symlink() else os.path.join(above, path.name)  # noqa: PTH118 - it is text
-
-
-def _filled(folders: list[Path], listing: Listing) -> list[Path]:
-    return [path for path in folders if listing.files(path, LEVELS - 1)]
 
 
 def _of(parts: list[Path], folder: Path, listing: Listing) -> Iterator[ListedFile]:

@@ -243,9 +243,8 @@ def check_different(inputs: Sequence[str], numbers: Sequence[int]) -> None:
     found = [(Path(path).resolve(), number) for path, number in zip(inputs, numbers, strict=True)]
     twice = next((path for k, path in enumerate(inputs) if found[k] in found[:k]), None)
     if twice is not None:
-        raise ValueError(
-            f"{twice} is given twice: pass folders that differ, or {option('views', 'N')} for frames of one folder"
-        )
+        way_out = f"pass folders that differ, or {option('views', 'N')} for frames of one folder"
+        raise ValueError(f"{twice} is given twice: {way_out}")
 
 
 def _numbered(source: Any, number: int) -> Frame:
@@ -297,19 +296,17 @@ def view_of(
 def check_stream(look: Appearance, is_stream: bool) -> None:
     """Raises ValueError for a filter over time where only one frame is drawn."""
     if look.temporal and not is_stream:
-        raise ValueError(
-            f"{option('temporal', True)} filters the frames of a sequence over time, and here is a single one: "
-            "leave it out, or pass a sequence, and write its frames to a film or to numbered files, such as %04d.png"
-        )
+        fact = f"{option('temporal', True)} filters the frames of a sequence over time, and here is a single one"
+        way_out = "pass a sequence, and write its frames to a film or to numbered files, such as %04d.png"
+        raise ValueError(f"{fact}: leave it out, or {way_out}")
 
 
 def check_align(aligns: bool, is_several: bool) -> None:
     """Raises ValueError for poses that are to be corrected of a single frame."""
     if aligns and not is_several:
-        raise ValueError(
-            f"{option('align', True)} corrects the poses of several frames of one thing, and here is a single one: "
-            f"pass {option('views', 'N')} or several INPUTs, or write the frames of a sequence to a film"
-        )
+        fact = f"{option('align', True)} corrects the poses of several frames of one thing, and here is a single one"
+        way_out = f"pass {option('views', 'N')} or several INPUTs, or write the frames of a sequence to a film"
+        raise ValueError(f"{fact}: {way_out}")
 
 
 def check_look(look: Appearance, plain: Appearance = PLAIN) -> str | None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, fields, make_dataclass
 from itertools import product
 from pathlib import Path
@@ -18,6 +18,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 
 from ..checks.arguments import check_path
 from ..files.access.content import split_numbers
@@ -222,9 +223,8 @@ class CliCommands(_OwnHelp, TyperGroup):
         if name in self.commands or name.startswith("-"):
             return super().resolve_command(ctx, args)
         if name in (*FRAMES, *SCENES) or Path(name).exists():
-            raise ValueError(
-                f"{name} is not a command: pass `pointshade render {name} -o out.png` or `pointshade view {name}`"
-            )
+            way_out = f"pass `pointshade render {name} -o out.png` or `pointshade view {name}`"
+            raise ValueError(f"{name} is not a command: {way_out}")
         near = did_you_mean(name, self.commands)
         known = f"known are {', '.join(self.commands)}; `pointshade --help` explains them"
         raise ValueError(f"unknown command {name!r}{near}: {known}")
@@ -261,28 +261,25 @@ def check_folders(inputs: Sequence[str]) -> None:
             raise ValueError(f"more INPUTs must be folders of frames, clouds or scenes, got {path}: {_way_out(path)}")
 
 
-def sentence_of(error: Any, every: Callable[[], Mapping[str, Any]]) -> str:
+def sentence_of(error: Any, every: Callable[[], typer.Typer]) -> str:
     """Return what was typed wrong, and which command explains more; empty if all the help was printed already. every:
-    returns all commands by their names: an option may be another's."""
+    returns all commands: an option may be another's."""
     message, parameter = error.format_message().strip().rstrip("."), getattr(error, "param", None)
     if parameter and error.message:
-        message = f"{_name_of(parameter)} {_fact(error.message.rstrip('.'))} ({parameter.help.rstrip('.')})"
+        own = flag_of(parameter.name)  # other programs may have an option of the same name, too
+        name = own if own in parameter.opts else parameter.opts[-1]
+        message = f"{name} {_fact(error.message.rstrip('.'))} ({parameter.help.rstrip('.')})"
     elif parameter:
         message = f"{parameter.opts[0]} is missing: {parameter.help[:1].lower()}{parameter.help[1:].rstrip('.')}"
     elif hasattr(error, "possibilities"):  # an option that does not exist
         name, near = error.option_name, meant_option(error.option_name, _options(error.ctx.command))
-        others = [f"`pointshade {other}`" for other, one in every().items() if not near and name in _options(one)]
+        commands: Any = {} if near else get_command(every()).commands  # type: ignore[attr-defined]
+        others = [f"`pointshade {other}`" for other, one in commands.items() if name in _options(one)]
         message = f"there is no option {name}{near}" + (f", only in {', '.join(others)}" if others else "")
     elif (extra := _EXTRA.search(message)) and "input" in _options(error.ctx.command):
         message = f"there is one INPUT, got also {extra[1]}: {_way_out(extra[1])}"
     more = f"; `{error.ctx.command_path} --help` lists the options" if message and error.ctx else ""
     return f"{message[:1].lower()}{message[1:]}{more}"
-
-
-def _name_of(parameter: Any) -> str:
-    """The name of an option, of which other programs may have another, too."""
-    own = f"--{parameter.name.replace('_', '-')}"
-    return own if own in parameter.opts else parameter.opts[-1]
 
 
 def _fact(message: str) -> str:
@@ -325,9 +322,8 @@ def views_from(text: str) -> int | tuple[int, ...] | None:
         return None
     parts = text.split(",")
     if not all(part.isdecimal() for part in parts) or (len(parts) == 1 and int(text) < 2):
-        raise ValueError(
-            f"{option('views')} takes a whole number of 2 or more, or 'all', or frames such as 0,5,9, got {text!r}"
-        )
+        expected = "a whole number of 2 or more, or 'all', or frames such as 0,5,9"
+        raise ValueError(f"{option('views')} takes {expected}, got {text!r}")
     return int(text) if len(parts) == 1 else tuple(map(int, parts))
 
 

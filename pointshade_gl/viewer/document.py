@@ -38,6 +38,7 @@ from .state import (
     ShownPicture,
     Snapshot,
     as_switched,
+    camera_of,
     frame_in,
     home_of,
     scene_in,
@@ -258,9 +259,7 @@ class Session:
     @property
     def own_camera(self) -> Camera:
         """The frame's or the scene's own camera."""
-        camera = self.frame.picture_camera
-        assert camera is not None  # `framed` gave scenes a camera
-        return camera
+        return camera_of(self.frame)
 
     @property
     def pose(self) -> NDArray[np.float64]:

@@ -98,10 +98,8 @@ class RenderCommand:
         if turntable is not None:
             check_turntable(turntable)
         if others.more and (others.views is not None or is_sequence):
-            raise ValueError(
-                "several INPUTs are drawn as one object, in a picture, a turntable or a file of points: pass one INPUT "
-                f"to {self.output}"
-            )
+            fact = "several INPUTs are drawn as one object, in a picture, a turntable or a file of points"
+            raise ValueError(f"{fact}: pass one INPUT to {self.output}")
         if self.inputs.kind is Kind.CLOUD and (others.views is not None or self.unlight_all):
             name = "unlight_all" if self.unlight_all else "views"
             raise ValueError(f"{option(name)} is about frames, and {self.frame.input} is a point cloud: leave it out")
@@ -345,9 +343,8 @@ def _write_points(asked: RenderCommand, view: View) -> None:
     """The points or the surface of a frame, or of each of a sequence, in world coordinates; a cloud's, with normals."""
     output, film, is_set = asked.output, asked.film, asked.others.is_set
     if asked.save_poses is not None and not is_set:
-        raise ValueError(
-            f"{option('save_poses')} is for several views, pictures and films; {output} holds one thing: leave it out"
-        )
+        fact = f"{option('save_poses')} is for several views, pictures and films"
+        raise ValueError(f"{fact}; {output} holds one thing: leave it out")
     asked.picture.check_none(output)
     asked.page.check_none(output)
     files.check_points_path(names.first_of(output), asked.axes)

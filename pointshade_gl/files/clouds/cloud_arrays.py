@@ -83,9 +83,8 @@ def read_npz_points(path: FilePath, note: Note, options: CloudOptions) -> FoundP
         if named is None:
             columns = {name: read(name) for name in singles}
             if len({len(one) for one in columns.values()}) > 1:
-                raise ValueError(
-                    f"its columns differ in length: {list_arrays({n: a.shape for n, a in arrays.items()})}"
-                )
+                listed = list_arrays({name: array.shape for name, array in arrays.items()})
+                raise ValueError(f"its columns differ in length: {listed}")
             cloud_columns.check_points(len(next(iter(columns.values()))), path, options.max_pixels)
             return cloud_columns.found_in(columns, "NumPy archive, columns by their names", options)
         found = _found_in_array(read(named), "NumPy archive", path, note, options)
@@ -131,10 +130,8 @@ def read_lidar_points(path: FilePath, note: Note, options: CloudOptions) -> Foun
     data = read_bytes(path, options.max_pixels)
     columns = lidar_columns(data[:HEAD], len(data))
     if columns is None:
-        way_out = "other numbers without a header can be saved as .npy"
-        raise ValueError(
-            f"{path} is no scan of a lidar: expected float32 x, y, z and intensity, as in KITTI; {way_out}"
-        )
+        expected = "float32 x, y, z and intensity, as in KITTI; other numbers without a header can be saved as .npy"
+        raise ValueError(f"{path} is no scan of a lidar: expected {expected}")
     table = np.frombuffer(data, "<f4").reshape(-1, columns)
     cloud_columns.check_points(len(table), path, options.max_pixels)
     if options.columns is not None:

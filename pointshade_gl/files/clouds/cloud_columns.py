@@ -382,9 +382,8 @@ def read_text_points(path: FilePath, note: Note, options: CloudOptions) -> Found
         if has_positions(head.names) and options.columns is None:
             names = [*head.names, *(f"column{k + 1}" for k in range(len(head.names), head.columns))]
             if len(names) > head.columns:
-                raise ValueError(
-                    f"it names {len(names)} columns, and has {head.columns}: pass {option('columns', 'x,y,z')}"
-                )
+                way_out = f"pass {option('columns', 'x,y,z')}"
+                raise ValueError(f"it names {len(names)} columns, and has {head.columns}: {way_out}")
             columns = dict[str, NDArray[Any]]()
             for k, name in enumerate(names):
                 columns[name if name not in columns else f"{name}{k + 1}"] = table[:, k]
@@ -405,7 +404,7 @@ def read_text_head(data: bytes) -> Head | None:
     for line in data.splitlines(keepends=True):
         comment = _COMMENT.match(line)
         line_names = _names(line[comment.end() :] if comment else line)
-        has_commas = _has_decimal_commas(line)
+        has_commas = (b";" in line and b"," in line) or _DECIMAL_COMMAS.fullmatch(line) is not None
         numbers = None if comment else _numbers(line, has_commas)
         if numbers is not None and len(numbers) >= 3:
             return Head(at, len(numbers), names, count, has_commas)
@@ -436,10 +435,6 @@ def are_points(rows: NDArray[Any]) -> bool:
 
 
 _DECIMAL_COMMAS = re.compile(rb"\s*(?:[-+]?\d+,\d+(?:[eE][-+]?\d+)?(?:[\s|]+|$)){3,}")
-
-
-def _has_decimal_commas(line: bytes) -> bool:
-    return (b";" in line and b"," in line) or _DECIMAL_COMMAS.fullmatch(line) is not None
 
 
 def _spaced(text: bytes, has_decimal_commas: bool) -> bytes:

@@ -115,9 +115,8 @@ class Assembly:
                 points, fitted, off = points * _OPENGL, fitted_turned, off_turned
         if off >= MOST_OFF:
             axes = "x right, y down and z forward, in the camera's axes or with the camera's pose beside them"
-            raise ValueError(
-                f"{self.name}: no pinhole camera sees its points where they are in the picture: expected {axes}"
-            )
+            fact = "no pinhole camera sees its points where they are in the picture"
+            raise ValueError(f"{self.name}: {fact}: expected {axes}")
         return points, fitted
 
     def _pose(self, k: int) -> NDArray[np.float64] | None:

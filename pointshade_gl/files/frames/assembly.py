@@ -125,9 +125,8 @@ def make_camera(
     camera, lens = place_lens(source, depth, color, note)
     if options.projection == "fisheye":
         if source.name == ASSUMED:
-            raise ValueError(
-                f"a fisheye needs its camera: pass {option('intrinsics', 'FILE')} or {option('fov', 'DEG')}"
-            )
+            way_out = f"pass {option('intrinsics', 'FILE')} or {option('fov', 'DEG')}"
+            raise ValueError(f"a fisheye needs its camera: {way_out}")
         return camera, fisheye(()) if lens is None else lens.as_fisheye()
     if lens is None or options.projection == "pinhole":
         return camera, None

@@ -33,9 +33,6 @@ class _Open:
         self.kept: dict[int, NDArray[Any]] = {}
         check_pixels(self._width, self._height, str(path), max_pixels)
 
-    def can_read(self, number: int) -> bool:
-        return number >= self.next or number in self.kept
-
     def read(self, number: int) -> NDArray[Any]:
         while number not in self.kept:
             try:
@@ -76,7 +73,7 @@ def pixel_format(path: FilePath) -> str:
 
 def _opened(path: Path, number: int, max_pixels: float, is_deep: bool) -> _Open:
     same = [one for one in _open if (one.path, one.is_deep) == (path, is_deep)]
-    if same and same[0].can_read(number):
+    if same and (number >= same[0].next or number in same[0].kept):
         return same[0]
     for one in same or _open[: len(_open) - _MOST_OPEN + 1]:
         _open.remove(one)

@@ -436,7 +436,7 @@ class BenchOptions:
     images: bool = cli_option(
         "Also measure lit pictures: estimators, forms, samples. In a clone only.", Cli(), default=False
     )
-    speed: bool = cli_option("Measure speed instead: stages, points, merging.", Cli(), default=False)
+    speed: bool = cli_option("Measure speed instead: stages, points; in a clone merging, too.", Cli(), default=False)
     against: str | None = cli_option(
         "With --speed: only compare with a commit, or with an older speed.json. In a clone only.", Cli("", "REV|FILE")
     )

@@ -41,12 +41,10 @@ class Task(NamedTuple):
 
 
 class Tasks:
-    """The items of an iterable as tasks, those first whose worker has died.
-
-    ahead  no item is taken that comes so many after the first one that is not done; None: no limit
-    """
+    """The items of an iterable as tasks, those first whose worker has died."""
 
     def __init__(self, items: Iterable[Any], ahead: int | None):
+        # no item is taken that comes so many after the first one that is not done; None: no limit
         self._coming, self._ahead, self._taken = iter(items), ahead, 0
         self._count = len(items) if isinstance(items, Sized) else None
         self._again: deque[Task] = deque()

@@ -280,17 +280,13 @@ REACH = 2  # pixels this near to a depth edge count as its surroundings
 
 @dataclass(frozen=True)
 class KnownScene:
-    """What a perfect camera would see.
-
-    depth (h, w) float32 metres, 0 = nothing; normals (h, w, 3) float32, unit, camera axes, towards the camera;
-    edge (h, w), pixels within 2 of a jump in depth. Where a surface borders on nothing is no edge.
-    """
+    """What a perfect camera would see."""
 
     name: str
     camera: Camera
-    depth: NDArray[np.float32]
-    normals: NDArray[np.float32]
-    edge: NDArray[np.bool_]
+    depth: NDArray[np.float32]  # (h, w) metres, 0 = nothing
+    normals: NDArray[np.float32]  # (h, w, 3) unit, camera axes, towards the camera
+    edge: NDArray[np.bool_]  # (h, w) within 2 pixels of a jump in depth; where a surface borders on nothing is none
 
 
 def standard_camera(width: int, height: int) -> Camera:

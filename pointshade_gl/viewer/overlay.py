@@ -32,10 +32,9 @@ POINTS = 14  # height of a letter's box, pixels at scale 1
 
 
 class Messages:
-    """Keeps the text that is shown. What threads skip waits until the window's own thread shows it.
+    """Keeps the text that is shown. What threads skip waits until the window's own thread shows it."""
 
-    kept  what stays until the user has read it; "" if nothing does
-    """
+    kept: str  # what stays until the user has read it; "" if nothing does
 
     def __init__(self) -> None:
         self._skipped: deque[str] = deque()  # from the threads that read streams
@@ -150,12 +149,9 @@ SeenButtons = tuple[float, tuple[tuple[str, str, bool], ...], str]  # how opaque
 
 
 class Buttons:
-    """A bar at the upper edge, for those who know no keys yet. It is there at first, and while the mouse is near.
+    """A bar at the upper edge, for those who know no keys yet. It is there at first, and while the mouse is near."""
 
-    saves  whether pictures can be saved
-    """
-
-    def __init__(self, until: float, saves: bool):
+    def __init__(self, until: float, saves: bool):  # saves: whether pictures can be saved
         self._until, self.over = until, ""
         self._words = tuple(pair for pair in BUTTONS if saves or pair[1] != "P")
         self._scale, self._fits = 1.0, False

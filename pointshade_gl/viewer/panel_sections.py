@@ -31,15 +31,11 @@ NAMES_WIDTH = 6.4  # width of the names' column, in sizes of the messages' font
 
 
 class Widgets:
-    """Draws them by Dear ImGui, and gives what the user made of their values.
-
-    em         size of the font as the messages count it, pixels
-    explained  what merged views agree on, after what that depends on
-    """
+    """Draws them by Dear ImGui, and gives what the user made of their values."""
 
     def __init__(self, imgui: Any):
-        self.imgui, self.em = imgui, 1.0
-        self.explained: tuple[Any, list[str]] = None, []
+        self.imgui, self.em = imgui, 1.0  # size of the font as the messages count it, pixels
+        self.explained: tuple[Any, list[str]] = None, []  # what merged views agree on, after what that depends on
         self._held = "", 0.0  # the number that was pressed last, and what it was before
 
     def slide(

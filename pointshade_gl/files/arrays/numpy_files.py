@@ -202,12 +202,9 @@ class Stored(Protocol):
 
 
 class NpyArray:
-    """The array of an .npy file. Raises ValueError for a broken one, and for one with Python objects.
+    """The array of an .npy file. Raises ValueError for a broken one, and for one with Python objects."""
 
-    kinds  of its type, see `read_header`
-    """
-
-    def __init__(self, path: FilePath, kinds: str = "biuf"):
+    def __init__(self, path: FilePath, kinds: str = "biuf"):  # kinds: of its type, see `read_header`
         with content.open_regular(path) as file, content.naming(path, BROKEN):
             self.shape, is_fortran, self.dtype = read_header(file, kinds)
             start, order = file.tell(), "F" if is_fortran else "C"

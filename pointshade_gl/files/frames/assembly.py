@@ -147,7 +147,7 @@ def read_colors_of(
             raise ValueError(f"{expected}, got {array.shape}{way_to(array.shape, 'color', parts.color, (3, 4))}")
         return array
     if _is_film(parts.color):
-        from ..depth.depth_film import read_film_color  # only here
+        from ..finding.folder_films import read_film_color  # only here
         from ..pictures.video import read_video_frame
 
         is_shared = is_path(parts.depth) and parts.color == parts.depth
@@ -337,7 +337,7 @@ def read_raw_depth(parts: FrameParts, source: Intrinsics | None, options: ReadOp
     depth: Any = parts.depth
     max_pixels, channel = options.max_pixels, options.channel if parts.contents is None else None  # there it is chosen
     if _is_film(depth):
-        from ..depth.depth_film import read_film_depth  # only here
+        from ..finding.folder_films import read_film_depth  # only here
 
         return read_film_depth(depth, parts.number, max_pixels)
     if not is_path(depth):
@@ -390,7 +390,7 @@ def hints_of(
         check_positive(scale, f"{source.name}: depth_scale")
     levels = 0
     if _is_film(parts.depth):
-        from ..depth.depth_film import film_coding  # only here
+        from ..finding.folder_films import film_coding  # only here
 
         if film := film_coding(parts.name, True, options.max_pixels):
             kind, scale, levels = kind or film.kind, scale or film.scale, film.levels

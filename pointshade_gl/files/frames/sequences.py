@@ -310,13 +310,20 @@ def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions
     good = [one for one in parts if one.pose is None or np.isfinite(one.pose).all()] or parts
     if lost := len(parts) - len(good):
         note(f"{place.path}: {lost} of {len(parts)} frames have lost their pose (it is not finite): left out")
-    unrolled, options = as_pinholes(good, options, note)
-    if len(unrolled) > len(good):
-        return FrameSequence(place, unrolled, options, note, poses.source or OF_PANORAMA)
-    sequence = FrameSequence(place, unrolled, options, note, poses.source)
     known = cameras.of(0)
     guessed = options.depth_scale is None and (known is None or known.depth_scale is None)
-    sequence.settle(may_scale=guessed, metric_poses=poses.metric)
+    return _settled(place, good, options, note, poses, may_scale=guessed)
+
+
+def _settled(
+    place: Folder, parts: Sequence[FrameParts], options: ReadOptions, note: Note, poses: FoundPoses, may_scale: bool
+) -> FrameSequence:
+    """The frames of these parts; of panoramas six for each, whose poses are taken as they are."""
+    unrolled, options = as_pinholes(parts, options, note)
+    if len(unrolled) > len(parts):
+        return FrameSequence(place, unrolled, options, note, poses.source or OF_PANORAMA)
+    sequence = FrameSequence(place, unrolled, options, note, poses.source)
+    sequence.settle(may_scale, poses.metric)
     return sequence
 
 
@@ -337,12 +344,7 @@ def _from_container(
     for k, pose in enumerate(poses.poses):
         known = cameras.of(k), pose, None, cameras.missing, k
         parts.append(FrameParts(None, None, *known, partial(held.__getitem__, k), path))
-    unrolled, options = as_pinholes(parts, options, note)
-    if len(unrolled) > len(parts):
-        return FrameSequence(place, unrolled, options, note, poses.source or OF_PANORAMA)
-    sequence = FrameSequence(place, unrolled, options, note, poses.source)
-    sequence.settle(may_scale=False, metric_poses=poses.metric)
-    return sequence
+    return _settled(place, parts, options, note, poses, may_scale=False)
 
 
 def _only(path: Path, max_pixels: float) -> Contents:

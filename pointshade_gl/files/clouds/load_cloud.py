@@ -25,22 +25,8 @@ from ..arrays.numpy_files import BROKEN, NUMPY, SURFACES, find_roles, is_named, 
 from ..arrays.ply_and_pcd import counts_faces, is_pcd
 from ..containers.array_frames import is_organised
 from ..frames.frame_parts import LoadOptions
-from . import cloud_arrays, placing
-from .cloud_columns import (
-    COUNTS,
-    MOST_PLACES,
-    TEXTS,
-    UTF_16,
-    CloudOptions,
-    ColorLegend,
-    FoundPoints,
-    are_points,
-    has_points,
-    has_positions,
-    read_text_head,
-    read_text_points,
-    shows_points,
-)  # fmt: skip
+from . import cloud_arrays, cloud_columns, placing
+from .cloud_columns import COUNTS, MOST_PLACES, TEXTS, UTF_16, CloudOptions, ColorLegend, FoundPoints
 from .mesh_files import read_mesh, read_obj_points
 from .scans import E57, LAS, is_ptx, read_e57_points, read_las_points, read_ptx_points
 from .splat_files import META, is_sog, is_splat, is_spz, read_sog_points, read_splat_points, read_spz_points
@@ -117,7 +103,7 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
         read = read_obj_points
     if _is_of_splats(path, head):
         read = read_splat_points if not head.startswith(ZIP) and path.name != META else read_sog_points
-    read = read or (cloud_arrays.read_lidar_points if is_bare else read_text_points)
+    read = read or (cloud_arrays.read_lidar_points if is_bare else cloud_columns.read_text_points)
     found = read(path, note, options)
     if is_mesh_head(head):
         note(f"{name}: it is a mesh with faces, only its vertices are read; load_scene and render show it whole")
@@ -333,13 +319,13 @@ def is_mesh_head(head: bytes) -> bool:
 
 
 def _has_no_faces(path: Path) -> bool:
-    has_points = False
+    has_vertices = False
     with path.open("rb") as file:
         for line in file:
             if line.startswith((b"f ", b"f\t")):
                 return False
-            has_points = has_points or line.startswith((b"v ", b"v\t"))
-    return has_points
+            has_vertices = has_vertices or line.startswith((b"v ", b"v\t"))
+    return has_vertices
 
 
 def _is_cloud(path: Path, head: bytes) -> bool:
@@ -360,9 +346,11 @@ def _is_cloud(path: Path, head: bytes) -> bool:
         return numbers is not None and bool(numbers.reshape(-1, columns)[:, :3].min() < 0)
     if suffix not in _MAYBE_TEXTS and _is_bare_splats(path, head):
         return True
-    if suffix in _MAYBE_TEXTS and (found := read_text_head(head)):
+    if suffix in _MAYBE_TEXTS and (found := cloud_columns.read_text_head(head)):
         is_long = head.count(b"\n") > _MANY
-        return has_positions(found.names) or (is_long and (found.columns in COUNTS or shows_points(head, found)))
+        return cloud_columns.has_positions(found.names) or (
+            is_long and (found.columns in COUNTS or cloud_columns.shows_points(head, found))
+        )
     return False
 
 
@@ -370,14 +358,14 @@ def _is_table(path: Path) -> bool:
     with path.open("rb") as file, naming(path, BROKEN):  # NumPy raises of everything for broken bytes
         shape, is_by_column, dtype = read_header(file, "biufV")
         if dtype.names:
-            return has_points(dtype) and len(shape) < 2
+            return cloud_columns.has_points(dtype) and len(shape) < 2
         if dtype.kind not in "iuf" or len(shape) != 2 or _is_of_points(shape):
             return dtype.kind in "iuf" and _is_of_points(shape)
         if is_by_column or not COUNTS[0] < shape[1] <= _WIDE or shape[0] <= max(_MANY, _NARROW * shape[1]):
             return False
         row = dtype.itemsize * shape[1]
         data = file.read(_LOOKED_AT * row)
-        return are_points(np.frombuffer(data[: len(data) // row * row], dtype).reshape(-1, shape[1]))
+        return cloud_columns.are_points(np.frombuffer(data[: len(data) // row * row], dtype).reshape(-1, shape[1]))
 
 
 def _has_points(path: Path) -> bool:
@@ -387,10 +375,10 @@ def _has_points(path: Path) -> bool:
         is_of_pixels = role in SURFACES and math.prod(shape) and sum(side != 1 for side in shape) > 2
         if is_of_pixels or role in ("depth", "inverse", "ray"):
             return False
-    if has_positions(name for name, one in arrays.items() if len(one.shape) == 1):
+    if cloud_columns.has_positions(name for name, one in arrays.items() if len(one.shape) == 1):
         return True
     named = [one for name, one in arrays.items() if is_named(name, cloud_arrays.POSITIONS)]
-    return any(has_points(one.dtype) if one.dtype.names else _is_of_points(one.shape) for one in named)
+    return any(cloud_columns.has_points(one.dtype) if one.dtype.names else _is_of_points(one.shape) for one in named)
 
 
 def _is_of_points(shape: tuple[int, ...]) -> bool:

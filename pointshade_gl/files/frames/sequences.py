@@ -17,17 +17,9 @@ from ...notes.notes import Note, once
 from ...notes.words import counted, option
 from ...scene.camera import Camera
 from ...scene.frame import Frame
+from ..access import known_names as names
 from ..access.content import FilePath, note_read
 from ..access.folders import LEVELS, Folder, Listing
-from ..access.known_names import (
-    BUILT_IN_MIDDLE,
-    BUILT_IN_UP,
-    COLOR_SUFFIXES,
-    DEPTH_SUFFIXES,
-    VIDEO_SUFFIXES,
-    is_built_in,
-    what_else,
-)
 from ..cameras.camera_files import camera_from_exif, read_intrinsics
 from ..cameras.intrinsics import Intrinsics, Size, place_camera
 from ..cameras.lenses import PANORAMA
@@ -59,7 +51,7 @@ class FrameSequence(Sequence[Frame]):
         self.folder, self.note, self.poses_from = place.path, note, poses_from
         self.reading: Reading | None = None  # how poses and cameras are to be understood
         self._place, self._options = replace(place, listing=Listing()), options  # what was listed is not kept
-        self._is_built_in = is_built_in(place.path) and options.pose is None
+        self._is_built_in = names.is_built_in(place.path) and options.pose is None
         self._stream = object() if len(parts) > 1 else None  # what its frames have in common
         self._coding: Coding | None = None  # of the first depth that was read: the others are read like it
         self._hold(parts)
@@ -132,7 +124,7 @@ class FrameSequence(Sequence[Frame]):
         read = assemble(parts, self._options, note, self.reading, self._coding, self._stream, scale_of)
         if not self._is_built_in:
             return read
-        return read._replace(frame=read.frame.with_up(BUILT_IN_UP, BUILT_IN_MIDDLE))
+        return read._replace(frame=read.frame.with_up(names.BUILT_IN_UP, names.BUILT_IN_MIDDLE))
 
     def _scale_of(self, index: int, decoded: Decoded, colors: Any, camera: Camera) -> ScaledFrame:
         """Return how a frame is laid, after those before it in the film."""
@@ -202,7 +194,7 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
         beside = Folder(source.parent, allow_outside, levels=0)
         if film := find_film(beside, source, note, options.max_pixels):
             return _from_files(beside, film, options, note)
-    if unread := what_else(source):
+    if unread := names.what_else(source):
         raise ValueError(f"{source} is {unread}")
     from ..containers.opening import is_zip_folder, unpack_folder  # only here
 
@@ -243,7 +235,7 @@ def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequenc
         more = f" (and {counted(len(missed) - 1, 'more folder')} likewise)" if len(missed) > 1 else ""
         note(f"{missed[0]}{more}")
     if not files:
-        expected = f"expected depth.png (or {', '.join(DEPTH_SUFFIXES[:6])}...) or a folder depth/ in it"
+        expected = f"expected depth.png (or {', '.join(names.DEPTH_SUFFIXES[:6])}...) or a folder depth/ in it"
         way_out = f"or pass {option('depth', 'FILE')}{_instead(place)}"
         raise FileNotFoundError(f"{place.path} has no depth picture: {expected}, {way_out}")
     return _from_files(place, files, options, note)
@@ -259,7 +251,7 @@ def _photographs_with_depth(place: Folder) -> list[FrameFiles]:
 
 def _film_in(place: Folder, note: Note, max_pixels: float) -> list[FrameFiles]:
     """The pictures of a folder's film of depth, where it has one."""
-    if not place.listing.files(place.path, 1, VIDEO_SUFFIXES):
+    if not place.listing.files(place.path, 1, names.VIDEO_SUFFIXES):
         return []
     from ..finding.folder_films import find_film  # only here
 
@@ -270,9 +262,9 @@ def _instead(place: Folder) -> str:
     """What a folder holds instead of depth, and what to do with it, to end a sentence; "" if nothing is known."""
     folder, files = place.path, [item.path for item in place.listing.files(place.path, 1)]
     for path in files:
-        if found := what_else(path):
+        if found := names.what_else(path):
             return f"; {path.relative_to(folder)} is {found}"
-    photo = next((path for path in files if path.suffix.lower() in COLOR_SUFFIXES), None)
+    photo = next((path for path in files if path.suffix.lower() in names.COLOR_SUFFIXES), None)
     if photo is None:
         is_deep = not files and bool(place.listing.folders(folder))
         return f"; look into its folders, more than {LEVELS} deep" if is_deep else "" if files else "; it is empty"
@@ -408,12 +400,12 @@ def _list(place: Folder, source: Any, options: ReadOptions, note: Note) -> list[
         return [FrameParts(None, source)]
     path = Path(source)
     colors = folder_frames.find_photographs(place, note) if path == place.path else [path]
-    if len(colors) == 1 and colors[0].suffix.lower() in VIDEO_SUFFIXES:
+    if len(colors) == 1 and colors[0].suffix.lower() in names.VIDEO_SUFFIXES:
         from ..pictures.video import count_pictures  # only here
 
         return [FrameParts(None, colors[0], number=k) for k in range(count_pictures(colors[0], options.max_pixels))]
     if not colors:
-        photographs = f"photographs ({', '.join(COLOR_SUFFIXES[:4])}...)"
+        photographs = f"photographs ({', '.join(names.COLOR_SUFFIXES[:4])}...)"
         raise FileNotFoundError(f"{path} has no {photographs} of which {option('depth_model')} could make depth")
     return [FrameParts(None, color, number=k) for k, color in enumerate(colors)]
 
@@ -462,7 +454,7 @@ class _Shown:
 
 
 def _is_video(path: FilePath) -> bool:
-    return Path(path).suffix.lower() in VIDEO_SUFFIXES
+    return Path(path).suffix.lower() in names.VIDEO_SUFFIXES
 
 
 def _unheard(_: str) -> None:

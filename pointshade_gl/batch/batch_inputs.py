@@ -216,10 +216,10 @@ def _frames_of(path: Path, reading: dict[str, Any], listing: Listing) -> list[tu
     outside = reading.pop("allow_outside", False)
     options = ReadOptions(**reading)
     if path.is_dir() and options.depth_model is None:
-        found = find_frames(Folder(path, outside, listing=listing), _no_note, options.max_pixels)
+        found = find_frames(Folder(path, outside, listing=listing), lambda _: None, options.max_pixels)
         if len(found) > 1 or (found and not is_container(found[0].depth)):
             return [(one.number, [file for file in (one.depth, one.color, one.valid) if file]) for one in found]
-    opened = open_frames(path, outside, options, _no_note).parts
+    opened = open_frames(path, outside, options, lambda _: None).parts
     return [(one.number, [file for file in (one.path, one.color) if isinstance(file, Path)]) for one in opened]
 
 
@@ -254,7 +254,3 @@ def _state(files: Iterable[Path], more: str = "") -> str:
 
 def _digest(texts: Iterable[str]) -> str:
     return hashlib.sha256("\n".join(texts).encode(errors="surrogateescape")).hexdigest()[:16]
-
-
-def _no_note(_: str) -> None:
-    """Notes are printed when frames are read."""

@@ -442,20 +442,16 @@ class _Shown:
             raise type(error)(f"{where}{error}") from error
 
     def _focal(self, parts: FrameParts, size: Size) -> float | None:
-        options = self._options
+        options = self._options  # what a camera needs is noted when the frame is put together
         if options.fov is not None:
             return Camera.from_fov(options.fov, *size).fx
         source = parts.filed
         if options.intrinsics is not None:
-            source = read_intrinsics(options.intrinsics, _unheard, options.max_pixels)
+            source = read_intrinsics(options.intrinsics, lambda _: None, options.max_pixels)
         elif source is None and is_path(parts.color) and not _is_video(parts.color):
             source = camera_from_exif(parts.color, options.max_pixels)
-        return None if source is None else abs(place_camera(source, size, size, _unheard).fx)
+        return None if source is None else abs(place_camera(source, size, size, lambda _: None).fx)
 
 
 def _is_video(path: FilePath) -> bool:
     return Path(path).suffix.lower() in names.VIDEO_SUFFIXES
-
-
-def _unheard(_: str) -> None:
-    """What a camera needs is noted when the frame is put together."""

@@ -124,12 +124,9 @@ class RenderCommand:
         is_drawn = self.suffix not in names.POINTS and not self.unlight_all and self.look.splat != "mesh"
         turns = self.suffix in names.PAGES or moves_camera(self.film.turntable) or inputs.is_turned(self.place)
         frame, others = inputs.with_all_sides(self.frame, self.others, is_drawn and turns)
-        page = replace(self.page, title=Path(self.frame.title).stem) if self._needs_title else self.page
+        needs_title = self.suffix in names.PAGES and self.page.title is None
+        page = replace(self.page, title=Path(self.frame.title).stem) if needs_title else self.page
         return replace(self, frame=frame, others=others, page=page, written=self.output)
-
-    @property
-    def _needs_title(self) -> bool:
-        return self.suffix in names.PAGES and self.page.title is None
 
     def view(self) -> View:
         """From where, under which lights and how it is drawn. Raises ValueError or OSError."""

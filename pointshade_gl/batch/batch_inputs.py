@@ -28,14 +28,10 @@ _UNPACKED = {"metadata", "metadata.json"}  # Record3D's
 
 
 class Source(NamedTuple):
-    """A scene, a sequence, a single frame or a point cloud.
+    """A scene, a sequence, a single frame or a point cloud."""
 
-    path  absolute, or a built-in name
-    name  of its output, or of the folder of its outputs, relative to the batch's folder
-    """
-
-    path: str
-    name: PurePosixPath
+    path: str  # absolute, or a built-in name
+    name: PurePosixPath  # of its output, or of the folder of its outputs, relative to the batch's folder
 
     @property
     def kind(self) -> Kind:
@@ -96,11 +92,8 @@ def _named(paths: Iterable[str]) -> dict[str, PurePosixPath]:
 
 
 def _below(folder: Path, name: PurePosixPath, real: str, passed: set[str], listing: Listing) -> list[Source]:
-    """The sources of a folder: itself, if it holds a frame or a sequence, else those in its folders.
-
-    real    its path with links followed
-    passed  such paths of folders that are not entered: those above it, and that of the outputs
-    """
+    """The sources of a folder: itself, if it holds a frame or a sequence, else those in its folders. real: its path
+    with links followed. passed: such paths of folders that are not entered: those above it, and that of the outputs."""
     if real in passed:
         return []
     files, inside = listing.files(folder, 0), listing.folders(folder)
@@ -118,7 +111,7 @@ def _below(folder: Path, name: PurePosixPath, real: str, passed: set[str], listi
     ]
     if clouds := _clouds(files, name):
         return clouds + found
-    if len(found) > 1 or (found and not files and len(_filled(inside, listing)) <= 1):
+    if len(found) > 1 or (found and not files and sum(bool(listing.files(path, LEVELS - 1)) for path in inside) <= 1):
         return found
     if _UNPACKED & {item.name for item in files} or _has_frames(folder, listing):
         return [Source(str(folder), name)]
@@ -138,11 +131,6 @@ def _clouds(files: list[ListedFile], name: PurePosixPath) -> list[Source]:
 def _real(path: Path, above: str) -> str:
     """The path with links followed, for that of the folder above."""
     return os.path.realpath(path) if path.is_symlink() else os.path.join(above, path.name)  # noqa: PTH118 - it is text
-
-
-def _filled(folders: list[Path], listing: Listing) -> list[Path]:
-    """Those of the folders that hold files."""
-    return [path for path in folders if listing.files(path, LEVELS - 1)]
 
 
 def _of(parts: list[Path], folder: Path, listing: Listing) -> Iterator[ListedFile]:
@@ -166,7 +154,6 @@ def _has_depth(items: Iterable[ListedFile]) -> bool:
 
 
 def _is_listed(folder: Path, files: list[ListedFile], listing: Listing) -> bool:
-    """Whether a list in the folder names the pictures."""
     names = [item.name for item in files]
     lists = known.TRANSFORMS, known.PAIR_LISTS
     is_list = any(name in _LISTS or any(pattern.fullmatch(name) for pattern in lists) for name in names)
@@ -181,16 +168,11 @@ def _has_frames(folder: Path, listing: Listing) -> bool:
 
 
 class SourcePart(NamedTuple):
-    """What one output is made of.
+    """What one output is made of."""
 
-    number  of the frame in its sequence; None: all of it, or a scene
-    input   its main file, such as its depth picture
-    state   a digest of the names, sizes and times of the files that it is made of
-    """
-
-    number: int | None
-    input: str
-    state: str
+    number: int | None  # of the frame in its sequence; None: all of it, or a scene
+    input: str  # its main file, such as its depth picture
+    state: str  # a digest of the names, sizes and times of the files that it is made of
 
 
 def parts_of(source: Source, reading: dict[str, Any], output: Path, listing: Listing) -> list[SourcePart]:
@@ -231,19 +213,17 @@ def whole_of(source: Source, parts: list[SourcePart]) -> SourcePart:
 
 
 def _frames_of(path: Path, reading: dict[str, Any], listing: Listing) -> list[tuple[int, list[Path]]]:
-    """The number of each frame, and its files."""
     outside = reading.pop("allow_outside", False)
     options = ReadOptions(**reading)
     if path.is_dir() and options.depth_model is None:
-        found = find_frames(Folder(path, outside, listing=listing), _no_note, options.max_pixels)
+        found = find_frames(Folder(path, outside, listing=listing), lambda _: None, options.max_pixels)
         if len(found) > 1 or (found and not is_container(found[0].depth)):
             return [(one.number, [file for file in (one.depth, one.color, one.valid) if file]) for one in found]
-    opened = open_frames(path, outside, options, _no_note).parts
+    opened = open_frames(path, outside, options, lambda _: None).parts
     return [(one.number, [file for file in (one.path, one.color) if isinstance(file, Path)]) for one in opened]
 
 
 def _beside_frames(path: Path, output: Path, listing: Listing) -> list[Path]:
-    """Files of cameras and poses, and lists."""
     folder, levels = (path, LEVELS) if path.is_dir() else (path.parent, 0)
     items = listing.files(folder, levels, {*known.CAMERA_SUFFIXES, *known.POSE_SUFFIXES})
     return [item.path for item in items if is_about_frames(item.name) and not _is_in(output, item.path)]
@@ -261,7 +241,6 @@ def _is_in(folder: Path, path: Path) -> bool:
 
 
 def _state(files: Iterable[Path], more: str = "") -> str:
-    """A digest of names, sizes and times."""
     stated = []
     for path in files:
         try:
@@ -275,7 +254,3 @@ def _state(files: Iterable[Path], more: str = "") -> str:
 
 def _digest(texts: Iterable[str]) -> str:
     return hashlib.sha256("\n".join(texts).encode(errors="surrogateescape")).hexdigest()[:16]
-
-
-def _no_note(_: str) -> None:
-    """Notes are printed when frames are read."""

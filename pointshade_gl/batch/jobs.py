@@ -39,37 +39,27 @@ OPENED = 2  # sequences that a process keeps open
 
 @dataclass(frozen=True)
 class Job:
-    """One output: what is read, how it is drawn, where it is written. Small, and may be sent to another process.
+    """One output: what is read, how it is drawn, where it is written. Small, and may be sent to another process."""
 
-    source   a folder, a file or a built-in name, as for `load_frame` and `load_scene`; absolute, as a worker may stand
-             in another folder
-    number   of the frame in its sequence; None: the whole sequence for a film, else the first frame, or the scene
-    path     the file to write; folders are made
-    kind     one of BATCH (files/access/known_names.py): what the name ends with
-    view     from where, under which lights and how it is drawn
-    reading  options of `load_frame` by name, as pairs
-    turntable, frames, fps  of a film, as for `pointshade render`
-    axes, bits              of normals, as for `save_normals`
-    quality, title          of a page, as for `save_page`
-    """
-
+    # a folder, a file or a built-in name, as for `load_frame` and `load_scene`; absolute, as a worker may stand in
+    # another folder
     source: str
-    path: Path
-    kind: str = "png"
+    path: Path  # the file to write; folders are made
+    kind: str = "png"  # one of BATCH (files/access/known_names.py): what the name ends with
+    # of the frame in its sequence; None: the whole sequence for a film, else the first frame, or the scene
     number: int | None = None
-    view: View = field(default_factory=View)
-    reading: tuple[tuple[str, Any], ...] = ()
-    turntable: str | None = None
+    view: View = field(default_factory=View)  # from where, under which lights and how it is drawn
+    reading: tuple[tuple[str, Any], ...] = ()  # options of `load_frame` by name, as pairs
+    turntable: str | None = None  # as frames and fps of a film, see `pointshade render`
     frames: int | None = None
     fps: float = 25.0
-    axes: AxesName | None = None
+    axes: AxesName | None = None  # as bits of normals, see `save_normals`
     bits: Literal[8, 16] = 8
-    quality: QualityName = "exact"
+    quality: QualityName = "exact"  # as title of a page, see `save_page`
     title: str | None = None
 
     @cached_property
     def reads(self) -> Kind:
-        """What the source is."""
         return Kind.of(self.source)
 
     @property
@@ -83,21 +73,14 @@ class LeftOut(ValueError):
 
 
 class Done(NamedTuple):
-    """What became of a job.
-
-    seconds   reading, drawing and writing took together
-    size      of the file in bytes
-    sha256    of its bytes, hexadecimal
-    renderer  the driver that drew it
-    notes     sentences about what was guessed
-    """
+    """What became of a job."""
 
     path: Path
-    seconds: float
-    size: int
-    sha256: str
-    renderer: str
-    notes: tuple[str, ...]
+    seconds: float  # reading, drawing and writing took together
+    size: int  # of the file in bytes
+    sha256: str  # of its bytes, hexadecimal
+    renderer: str  # the driver that drew it
+    notes: tuple[str, ...]  # sentences about what was guessed
 
 
 _Result = TypeVar("_Result")
@@ -137,10 +120,8 @@ def run(job: Job, device: int = 0) -> Parts[Done]:
 
 
 def read(job: Job) -> Frame | Scene:
-    """The frame or the scene that a job draws; of a point cloud its scene.
-
-    A frame of a sequence is judged alone: it belongs to no stream.
-    """
+    """The frame or the scene that a job draws; of a point cloud its scene. A frame of a sequence is judged alone: it
+    belongs to no stream."""
     source, look = _load(job), job.view.look
     if job.reads is Kind.SCENE:
         return shaded(source, None if look.shading == Appearance().shading else look.shading)
@@ -166,10 +147,8 @@ def _load(job: Job) -> Any:
 def _opened(
     source: str, reading: tuple[tuple[str, Any], ...]
 ) -> tuple[FrameSequence, dict[int, int], dict[int, Frame]]:
-    """A sequence that is kept open, the places of its frames by their numbers, and the first frame by its place.
-
-    All are read as that one is, which need not be read again.
-    """
+    """A sequence that is kept open, the places of its frames by their numbers, and the first frame by its place. All
+    are read as that one is, which need not be read again."""
     sequence = _open(source, reading)
     index, read = first_readable(sequence)
     return sequence, {one.number: index for index, one in enumerate(sequence.parts)}, {index: read.frame}

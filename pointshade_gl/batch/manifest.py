@@ -61,10 +61,8 @@ class Manifest:
         return self.entries.get(self._name(output))
 
     def add(self, done: Done, made_from: Entry) -> None:
-        """Appends the line of an output. made_from: input, options and version, as `differs` compares them.
-
-        Raises OSError if the line cannot be written, such as on a full disk.
-        """
+        """Appends the line of an output. made_from: input, options and version, as `differs` compares them. Raises
+        OSError if the line cannot be written, such as on a full disk."""
         seconds = round(done.seconds, 3)
         measured = {"size": done.size, "sha256": done.sha256, "seconds": seconds, "renderer": done.renderer}
         now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
@@ -97,9 +95,7 @@ def differs(entry: Entry, made_from: Entry) -> str:
 
 def is_whole(output: Path, entry: Entry | None, thoroughly: bool = False) -> bool:
     """Whether the file is there and ends as files of its format do; of other formats, has the manifest's size.
-
-    thoroughly  each byte is compared with the manifest: it must have a line for the file
-    """
+    thoroughly: each byte is compared with the manifest: it must have a line for the file."""
     try:
         size = output.stat().st_size
         if thoroughly:
@@ -209,9 +205,7 @@ def split_done(
     planned: Sequence[Planned], manifest: Manifest, thoroughly: bool
 ) -> tuple[list[Planned], list[tuple[Path, str]]]:
     """What is to be done, as its output is not there or not whole; and outputs that were made otherwise, and how so.
-
-    thoroughly  whole is what the manifest proves: a line for the file, and the same bytes
-    """
+    thoroughly: whole is what the manifest proves: a line for the file, and the same bytes."""
     missing: list[Planned] = []
     changed: list[tuple[Path, str]] = []
     for one in planned:

@@ -12,17 +12,8 @@ from typing import Any, Literal, NamedTuple, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks.arguments import (
-    Count,
-    Progress,
-    as_given,
-    check_count,
-    check_flag,
-    check_number,
-    check_numbers,
-    check_type,
-    is_a,
-)
+from ..checks import arguments as checks
+from ..checks.arguments import Count, Progress
 from ..checks.foreign_arrays import way_to
 from ..files.access.known_names import builtin_folder, builtin_name
 from ..files.frame_sources import open_source
@@ -120,19 +111,19 @@ def map(
     """
     view = check_view(look, view)
     if workers is not None:
-        check_count(workers, "workers", 1)
-    check_count(device, "device")
-    check_flag(return_exceptions, "return_exceptions")
-    if not is_a(ray, str, type(None)):
+        checks.check_count(workers, "workers", 1)
+    checks.check_count(device, "device")
+    checks.check_flag(return_exceptions, "return_exceptions")
+    if not checks.is_a(ray, str, type(None)):
         raise TypeError(f"ray must be 'local' or an address, got {shown(ray)}")
-    if check_number(num_gpus, "num_gpus", 0) and ray is None:
+    if checks.check_number(num_gpus, "num_gpus", 0) and ray is None:
         raise ValueError("num_gpus is of a Ray cluster: pass ray='local' or an address")
-    if not is_a(frames, str, PathLike, Iterable):
+    if not checks.is_a(frames, str, PathLike, Iterable):
         raise TypeError(f"frames must be an iterable of frames, or the path of a sequence, got {shown(frames)}")
     note, count = once(print_note if notes is None else check_function(notes, "notes")), Count(progress)
     drawings = (Drawing(source, view) for source in _counted(_sources(frames, note, count), count))
     if ray is None:
-        if isinstance(frames, Sized) and not is_a(frames, str):
+        if isinstance(frames, Sized) and not checks.is_a(frames, str):
             workers = max(1, min(workers or usable_cores(), len(frames)))
         results = on_processes(_in_parts, drawings, workers, device, AHEAD)
     else:
@@ -142,8 +133,8 @@ def map(
 
 def check_view(look: Appearance | None, view: View | None) -> View:
     """The view, with this look if there is one. Raises TypeError or ValueError for what no single picture can have."""
-    view = check_type(View() if view is None else view, View, "view")
-    view = view if look is None else replace(view, look=check_type(look, Appearance, "look"))
+    view = checks.check_type(View() if view is None else view, View, "view")
+    view = view if look is None else replace(view, look=checks.check_type(look, Appearance, "look"))
     if view.look.temporal:
         raise ValueError("temporal averages a stream from frame to frame, and here each is drawn alone: leave it out")
     return view
@@ -197,7 +188,7 @@ def draw(drawing: Drawing, device: int) -> Parts[Drawn]:
         source = drawing.source
         if isinstance(source, Job):
             source = read(source)
-        elif is_a(source, str, PathLike) and Kind.of(source) is Kind.FRAMES:
+        elif checks.is_a(source, str, PathLike) and Kind.of(source) is Kind.FRAMES:
             source = loaded(source)  # others, which may be large, are read when it is their turn
         yield
         source = loaded(source)
@@ -232,7 +223,7 @@ def _counted(sources: Iterable[Any], count: Count) -> Iterator[Any]:
 
 def _sources(frames: Iterable[Any] | FilePath, note: Note, count: Count) -> Iterator[Any]:
     """What is drawn, one after the other. `count` gets how many they are, if that is known."""
-    count.all = len(frames) if isinstance(frames, Sized) and not is_a(frames, str) else 1
+    count.all = len(frames) if isinstance(frames, Sized) and not checks.is_a(frames, str) else 1
     if isinstance(frames, str | PathLike):
         opened = open_source(frames, notes=note) if Kind.of(frames) is Kind.FRAMES else frames
         if isinstance(opened, FrameSequence):
@@ -250,7 +241,7 @@ def _sendable(source: Any) -> Any:
     """A source as workers can take it: paths from the root, as they may stand in another folder."""
     if isinstance(source, FrameSequence):
         return _or_error(list, source)
-    if is_a(source, str, PathLike) and builtin_name(source) is None:
+    if checks.is_a(source, str, PathLike) and builtin_name(source) is None:
         return str(Path(source).absolute())
     return source
 
@@ -289,7 +280,7 @@ class Stage:
 
     def __init__(self, look: Appearance | None = None, view: View | None = None, camera: Camera | None = None):
         self._view = check_view(look, view)
-        self._camera = None if camera is None else check_type(camera, Camera, "camera")
+        self._camera = None if camera is None else checks.check_type(camera, Camera, "camera")
 
     def __call__(self, batch: dict[str, Any]) -> dict[str, Any]:
         device = device_here()
@@ -310,13 +301,13 @@ class Stage:
             return str(row["path"])
         if "depth" not in row:
             raise ValueError(f"it has {', '.join(row)}: expected path or depth")
-        depth = as_given(row["depth"], "depth must have shape (h, w)")
+        depth = checks.as_given(row["depth"], "depth must have shape (h, w)")
         if depth.ndim != 2:
             raise ValueError(f"depth must have shape (h, w), got {depth.shape}{way_to(depth.shape, 'depth', depth)}")
         camera = self._camera
         if "intrinsics" in row:
             complaint = "intrinsics must be four numbers (fx, fy, cx, cy)"
-            fx, fy, cx, cy = check_numbers(row["intrinsics"], 4, complaint)
+            fx, fy, cx, cy = checks.check_numbers(row["intrinsics"], 4, complaint)
             camera = Camera(fx, fy, cx, cy, depth.shape[1], depth.shape[0])
         if camera is None:
             raise ValueError("it has no intrinsics: add a column (fx, fy, cx, cy), or pass camera to the stage")

@@ -74,10 +74,8 @@ def silence_ray() -> None:
 
 @contextmanager
 def settings_of_local() -> Iterator[None]:
-    """A Ray of our own starts inside, with settings about which the user has not decided.
-
-    It sends its makers nothing over the network. Its token lies in the home, or nowhere if that cannot be written.
-    """
+    """A Ray of our own starts inside, with settings about which the user has not decided. It sends its makers nothing
+    over the network. Its token lies in the home, or nowhere if that cannot be written."""
     home = Path(os.path.expanduser("~"))  # noqa: PTH111 - without a home it stays ~
     settings = {"RAY_USAGE_STATS_ENABLED": "0"}
     if not (home / ".ray").exists() and not os.access(home, os.W_OK):

@@ -41,22 +41,18 @@ class Task(NamedTuple):
 
 
 class Tasks:
-    """The items of an iterable as tasks, those first whose worker has died.
-
-    ahead  no item is taken that comes so many after the first one that is not done; None: no limit
-    """
+    """The items of an iterable as tasks, those first whose worker has died."""
 
     def __init__(self, items: Iterable[Any], ahead: int | None):
+        # no item is taken that comes so many after the first one that is not done; None: no limit
         self._coming, self._ahead, self._taken = iter(items), ahead, 0
         self._count = len(items) if isinstance(items, Sized) else None
         self._again: deque[Task] = deque()
         self._open: set[int] = set()  # what is taken, and not done
 
     def next(self, is_idle: bool = True) -> Task | None:
-        """None if there is none for now; and none at all if nothing is being done.
-
-        is_idle  its worker has no other: what is tried again may kill whom it is given to
-        """
+        """None if there is none for now; and none at all if nothing is being done. is_idle: its worker has no other:
+        what is tried again may kill whom it is given to."""
         if self._again and is_idle:
             return self._again.popleft()
         if self._ahead is not None and self._taken - min(self._open, default=self._taken) >= self._ahead:
@@ -195,7 +191,6 @@ def on_processes(
 
 
 def usable_cores() -> int:
-    """How many this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -249,10 +244,8 @@ def _serve(
     pipe: Connection, function: FunctionInParts, device: int, threads: int,
     inside: Callable[[], AbstractContextManager[Any]],
 ) -> None:  # fmt: skip
-    """What a worker does: a task after the other, until the parent closes the pipe, or is no more.
-
-    threads  of a software driver, which other workers need, too; unless the user has set how many
-    """
+    """What a worker does: a task after the other, until the parent closes the pipe, or is no more. threads: of a
+    software driver, which other workers need, too; unless the user has set how many."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # on Windows, where none can be held
     os.environ.setdefault("LP_NUM_THREADS", str(threads))
     coming: SimpleQueue[_Work | None] = SimpleQueue()
@@ -285,7 +278,6 @@ class _Work:
         self._parts, self._context = parts, copy_context()
 
     def go_on(self) -> None:
-        """Does the next part, if there is one."""
         try:
             self._context.run(next, self._parts)
         except StopIteration as end:
@@ -329,12 +321,10 @@ _ENDS = {"no GL": ContextError, "no room": OSError}  # what is raised where no o
 
 
 class Failed(NamedTuple):
-    """Why there is no output.
-
-    kind  "failed"; "left out" by its sequence; "no GL", or "no room" on the disk: then no job can be done
-    """
+    """Why there is no output."""
 
     sentence: str
+    # "failed"; "left out" by its sequence; "no GL", or "no room" on the disk: then no job can be done
     kind: str = "failed"
 
 

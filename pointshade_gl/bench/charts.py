@@ -166,7 +166,6 @@ def pareto_front(times: Sequence[float], errors: Sequence[float]) -> list[int]:
 
 
 def new_figure(height: float) -> Figure:
-    """An empty figure, `height` inches high."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -176,7 +175,6 @@ def new_figure(height: float) -> Figure:
 
 
 def new_panels(count: int, height: float, shared: bool = False) -> tuple[Figure, list[Axes]]:
-    """A figure of `count` logarithmic panels, `height` inches each."""
     columns = min(COLUMNS, count)
     rows = -(-count // columns)
     figure = new_figure(height * rows + 0.9)
@@ -253,7 +251,6 @@ def legend(figure: Figure, methods: Sequence[str], text: str, last: dict[str, An
 
 
 def headline(figure: Figure, text: str, entries: Sequence[Line2D], columns: int = 4) -> None:
-    """The headline, and below it what the lines mean."""
     style: Any = {"fontsize": 8, "frameon": False, "columnspacing": 1.6, "handlelength": 1.4, "alignment": "left"}
     style["title_fontproperties"] = {"size": 12, "weight": "bold"}
     figure.legend(handles=entries, loc="outside upper left", title=text, ncols=columns, **style)

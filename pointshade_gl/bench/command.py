@@ -53,28 +53,29 @@ def bench(output: Path, quick: bool, only: Sequence[str], seed: int, device: int
 
 
 def bench_speed(output: Path, quick: bool, device: int) -> str:
-    """Writes speed.json and speed.png to a folder; prints tables. Returns one line about what was written.
-
-    In a clone speed.json has what `--against` compares with, too.
-    """
-    from .speed import QUICK_SIZES, SIZES, measure_speed, show_speed, speed_chart, steps_of
+    """Writes speed.json and speed.png to a folder; prints tables. Returns one line about what was written. In a clone
+    there are also what `--against` compares with and, of a software renderer, the merging of splats."""
+    from .speed import QUICK_SIZES, SIZES, measure_speed, show_speed, speed_chart
 
     prepare(output)
     sizes, rounds = (SIZES[:QUICK_SIZES], 3) if quick else (SIZES, 9)
-    with progress(steps_of(sizes)) as advance:
+    merging = research("speed", "merging") if (RESEARCH / "merging.py").is_file() else None
+    with progress(len(sizes) + 2) as advance:
         results = measure_speed(device, rounds, sizes, advance)
-        if (RESEARCH / "speed_against.py").is_file():
+        if merging:
+            results["merging"] = merging.measure_merging(device, rounds) if results["is_software"] else []  # GPUs: none
             results["jobs"] = research("against", "speed_against").measure_jobs(device, rounds)
-    write(output, {"speed.png": speed_chart(results)}, results, "speed.json")
+    panels = [merging.panel_of(results["merging"])] if merging and results["merging"] else []
+    write(output, {"speed.png": speed_chart(results, *panels)}, results, "speed.json")
     show_speed(results, wide_console())
+    if merging and panels:
+        merging.show_merging(results["merging"], wide_console())
     return f"{output}: speed.png, speed.json: {results['gl']['renderer']}"
 
 
 def research(name: str, script: str) -> Any:
-    """The module of tests/benchmarks that does what an option asks for.
-
-    Raises ValueError where the package lies outside a clone of the repository.
-    """
+    """The module of tests/benchmarks that does what an option asks for. Raises ValueError where the package lies
+    outside a clone of the repository."""
     if not (RESEARCH / f"{script}.py").is_file():
         place = f"tests/benchmarks/{script}.py"
         raise ValueError(f"{option(name)} is research: run it in a clone of the repository ({place})")
@@ -124,7 +125,6 @@ def select(only: Sequence[str]) -> Names:
 
 
 def measure(renderer: Renderer, plan: Plan, names: Names, seed: int) -> dict[str, Any]:
-    """All measurements, with a progress bar on stderr."""
     methods, conditions, stresses = names
     if renderer.context.is_software:
         name = renderer.context.renderer

@@ -302,10 +302,8 @@ class Measurement:
 
 
 def time_normals(renderer: Renderer, frame: Frame, method: Method, laps: int) -> tuple[list[float], list[float]]:
-    """Milliseconds of the surface pass alone, by the GPU's timer ([] without one) and by the wall clock.
-
-    The first run, which may compile shaders, is not counted.
-    """
+    """Milliseconds of the surface pass alone, by the GPU's timer ([] without one) and by the wall clock. The first run,
+    which may compile shaders, is not counted."""
     steps, found = renderer.steps, []
     steps.timed = True
     for _ in range(laps + 1):

@@ -38,10 +38,8 @@ def ellipsoid(p: Array, radii: Vector) -> Array:
 def solid(
     shape: Callable[[Array], Sample], hull: Array, margin: float, caution: float = 0.4, paint: Paint = grey
 ) -> TracedSurface:
-    """A sphere-traced surface that stays within `margin` of the points `hull`.
-
-    Each step is `caution` times the distance, because the distance of most shapes is only approximate.
-    """
+    """A sphere-traced surface that stays within `margin` of the points `hull`. Each step is `caution` times the
+    distance, because the distance of most shapes is only approximate."""
     centre = np.mean(hull, 0)
     radius = np.linalg.norm(hull - centre, axis=-1).max() + margin
 
@@ -282,17 +280,13 @@ REACH = 2  # pixels this near to a depth edge count as its surroundings
 
 @dataclass(frozen=True)
 class KnownScene:
-    """What a perfect camera would see.
-
-    depth (h, w) float32 metres, 0 = nothing; normals (h, w, 3) float32, unit, camera axes, towards the camera;
-    edge (h, w), pixels within 2 of a jump in depth. Where a surface borders on nothing is no edge.
-    """
+    """What a perfect camera would see."""
 
     name: str
     camera: Camera
-    depth: NDArray[np.float32]
-    normals: NDArray[np.float32]
-    edge: NDArray[np.bool_]
+    depth: NDArray[np.float32]  # (h, w) metres, 0 = nothing
+    normals: NDArray[np.float32]  # (h, w, 3) unit, camera axes, towards the camera
+    edge: NDArray[np.bool_]  # (h, w) within 2 pixels of a jump in depth; where a surface borders on nothing is none
 
 
 def standard_camera(width: int, height: int) -> Camera:
@@ -328,10 +322,8 @@ def stairs(_: Camera) -> list[TracedSurface]:
 
 
 def rods(camera: Camera) -> list[TracedSurface]:
-    """Ribbons 1, 2 and 3 pixels wide in five directions, tilted along their length, and 3-pixel rods.
-
-    No estimator can find the normal of a rod of 1 or 2 pixels from its depth: such rods would measure luck.
-    """
+    """Ribbons 1, 2 and 3 pixels wide in five directions, tilted along their length, and 3-pixel rods. No estimator can
+    find the normal of a rod of 1 or 2 pixels from its depth: such rods would measure luck."""
     pixel = MIDDLE / camera.fx
     parts = [wall()]
     for k in range(15):
@@ -389,10 +381,8 @@ def make_scene(name: str, standard: Camera, camera: Camera | None = None, pose: 
 
 
 def near_depth_edge(depth: Array, normals: Array, camera: Camera, reach: int = REACH) -> NDArray[np.bool_]:
-    """Pixels within `reach` of a jump in depth: two neighbours, each off the other's tangent plane.
-
-    Creases and grazing planes, where depth only changes fast, do not count.
-    """
+    """Pixels within `reach` of a jump in depth: two neighbours, each off the other's tangent plane. Creases and grazing
+    planes, where depth only changes fast, do not count."""
     rays = camera.rays()
     jump = np.zeros(depth.shape, bool)
     off = (normals * rays).sum(-1) * depth  # distance of the tangent plane from the eye

@@ -14,10 +14,8 @@ from typing import Any
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 
-from ..files.frames.frame_files import load_frame
 from ..files.pictures.picture_files import save_image
 from ..gpu.core.steps import Timing
 from ..gpu.points.tiles import LARGEST_WHOLE, TILE_POINTS
@@ -26,7 +24,6 @@ from ..renderer.renderer import Renderer
 from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame
 from ..scene.light import Light
-from ..scene.visible import MERGE
 from .charts import INK, PALE, brief, new_figure, new_table, png
 from .measure import clocked
 from .scenes import standard_camera
@@ -59,24 +56,18 @@ def show_speed(results: dict[str, Any], console: Console) -> None:
         cells = [row["live_ms"], rate, row["view_ms"], row["light_ms"], row["splats_ms"], row["memory_mb"]]
         table.add_row(f"{row['points']:,}".replace(",", " "), row["rasterizer"], *map(brief, cells))
     console.print(table)
-    columns = "tolerance", "splats", "share", "splats ms", "PSNR dB"
-    table = new_table("merging pixels of one plane, seen from 15 degrees to the side", "scene", *columns)
-    for row in results["merging"]:
-        share = f"{100 * row['splats'] / row['points']:.3g} %"
-        cells = f"{row['tolerance']:g}", str(row["splats"]), share, brief(row["splats_ms"]), brief(row["psnr"])
-        table.add_row(row["scene"], *cells, style="bold" if row["is_default"] else None)
-    console.print(table)
     console.print(f"cold start: `pointshade render` of the vase takes {results['cold_start_s']:.2f} s")
 
 
-def speed_chart(results: dict[str, Any]) -> bytes:
-    """A PNG of three panels: stages with their limits, time over points, merging."""
+def speed_chart(results: dict[str, Any], *more: Callable[[Any], None]) -> bytes:
+    """A PNG of two panels: stages with their limits, time over points. more: draw further ones, given their axes."""
     figure = new_figure(3.4)
-    stages, points, merging = figure.subplots(1, 3)
+    stages, points, *others = panels = figure.subplots(1, 2 + len(more))
     _draw_stages(stages, results["stages"])
     _draw_points(points, results["points"])
-    _draw_merging(merging, results["merging"])
-    for axes in (stages, points, merging):
+    for draw, axes in zip(more, others, strict=True):
+        draw(axes)
+    for axes in panels:
         axes.tick_params(labelsize=7, color=INK, labelcolor=INK)
         axes.spines[["top", "right"]].set_visible(False)
         axes.xaxis.label.set_size(8)
@@ -108,71 +99,12 @@ def _draw_points(axes: Any, rows: list[dict[str, Any]]) -> None:
     axes.legend(fontsize=6, frameon=False)
 
 
-def _draw_merging(axes: Any, rows: list[dict[str, Any]]) -> None:
-    other = axes.twinx()
-    for k, scene in enumerate(dict.fromkeys(row["scene"] for row in rows)):
-        own = [row for row in rows if row["scene"] == scene]
-        at = [max(row["tolerance"], 1e-7) for row in own]
-        style = ("-", "--", ":")[k]
-        shares = [100 * row["splats"] / row["points"] for row in own]
-        axes.plot(at, shares, style, color=COLORS["stage"], lw=1, label=scene)
-        other.plot(at, [row["psnr"] or np.nan for row in own], style, color=COLORS["compute"], lw=1)
-    axes.set(xscale="log", xlabel="tolerance of merging, share of 1/z (left end: 0)")
-    axes.set_ylabel("splats, % of the points", color=COLORS["stage"])
-    other.set_ylabel("PSNR, dB", color=COLORS["compute"], fontsize=8)
-    other.tick_params(labelsize=7)
-    other.spines[["top"]].set_visible(False)
-    axes.legend(fontsize=6, frameon=False)
-
-
-F = np.float32
-SIDES = 4, 2  # pixels of the blocks that are merged, the larger first
-SLANTED = F(0.05)  # least cosine between a normal and the ray, as in shaders/common/splat.glsl
-Floats = NDArray[np.float32]
-
-
-def count_splats(depth: Floats, normals: Floats, camera: Camera, tolerance: float) -> int:
-    """Return the number of splats: one for each block of pixels on one plane, one for each other pixel.
-
-    depth      (h, w), 0 = nothing
-    normals    (h, w, 3), 0 where missing
-    tolerance  how far off the plane pixels may lie, as a share of 1/z
-    """
-    pad = (0, -depth.shape[0] % SIDES[0]), (0, -depth.shape[1] % SIDES[0])
-    depth, normals = np.pad(depth, pad), np.pad(normals, (*pad, (0, 0)))
-    rest, count = depth > 0, 0
-    for side in SIDES:
-        merged = rest[::side, ::side] & _on_plane(depth, normals, camera, side, tolerance)
-        count += int(merged.sum())
-        rest &= ~merged.repeat(side, 0).repeat(side, 1)
-    return count + int(rest.sum())
-
-
-def _on_plane(depth: Floats, normals: Floats, camera: Camera, side: int, tolerance: float) -> NDArray[np.bool_]:
-    """Return which blocks lie on the plane of their first pixel: there 1/z changes linearly."""
-    first, normal = depth[::side, ::side], normals[::side, ::side]
-    known = first > 0
-    v, u = np.indices(first.shape).astype(F) * F(side)
-    fx, fy, cx, cy = np.array(camera.intrinsics, F)
-    x, y = (u - cx) / fx, (v - cy) / fy
-    cosine = np.minimum(normal[..., 0] * x + normal[..., 1] * y + normal[..., 2], -SLANTED * np.sqrt(x * x + y * y + 1))
-    z = np.where(known, first, F(1))
-    slope_u, slope_v = normal[..., 0] / (fx * (cosine * z)), normal[..., 1] / (fy * (cosine * z))
-    for j, i in np.ndindex(side, side):
-        there = depth[j::side, i::side]
-        known &= there > 0
-        error = np.abs(F(1) / np.where(known, there, F(1)) - (F(1) / z + (slope_u * F(i) + slope_v * F(j))))
-        known &= error < F(tolerance) * (F(1) / z)
-    return known
-
-
 # 80 thousand to 100 million points
 SIZES = ((320, 250), (640, 480), (1920, 1080), (3840, 2160), (7680, 4320), (12288, 8192))
 QUICK_SIZES = 3
 WIDEST = 1920  # of the pictures drawn
 YAW = 15  # degrees by which views are turned
 PATIENCE = 60.0  # seconds for one size and rasteriser; a slower one is left out, with a note
-TOLERANCES = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 PACKAGES = Path(__file__).resolve().parents[2]  # the folder that holds the package
 COPY = 64 * 2**20  # bytes of the copy that measures a bandwidth
 COPIED_BY_GROUP = 256 * 16
@@ -195,16 +127,9 @@ def measure_speed(device: int, rounds: int, sizes: Sequence[tuple[int, int]], ad
         results["overhead"] = measure_overhead(renderer, rounds)
         advance()
     results["points"] = measure_points(device, rounds, sizes, advance)
-    results["merging"] = measure_merging(device, rounds) if results["is_software"] else []  # GPUs merge none
-    advance()
     results["cold_start_s"] = cold_start(device, rounds)
     advance()
     return results
-
-
-def steps_of(sizes: Sequence[tuple[int, int]]) -> int:
-    """How often `measure_speed` advances."""
-    return len(sizes) + 3
 
 
 def bandwidths(renderer: Renderer) -> dict[str, float]:
@@ -320,9 +245,7 @@ def measure_stages(renderer: Renderer, rounds: int, bandwidth: dict[str, float])
 
 def measure_overhead(renderer: Renderer, rounds: int) -> list[dict[str, Any]]:
     """What a picture of 32x24 points costs beside its pixels: [{change, calls of Python and C, microseconds}], medians.
-
-    change  what is another than in the picture before: nothing ("same"), the light, the view, or the frame ("new")
-    """
+    change: what is another than in the picture before: nothing ("same"), the light, the view, or the frame ("new")."""
     first, rows = hilly(32, 24), []
     poses, lights = [orbit_pose(None, (0, 0, 2), yaw=k) for k in range(3)], [Light((k, -1, 0)) for k in range(3)]
     for change in ("same", "light", "view", "new"):
@@ -429,10 +352,8 @@ def point_laps(renderer: Renderer, frame: Frame, camera: Camera, repeats: int) -
 
 
 def held_bytes(points: int, pixels: int, rasterizer: str) -> int:
-    """Bytes of the textures and buffers: depth, colour and surface of points, all results of the passes for pixels.
-
-    Of a frame that is drawn in tiles, those of one tile.
-    """
+    """Bytes of the textures and buffers: depth, colour and surface of points, all results of the passes for pixels. Of
+    a frame that is drawn in tiles, those of one tile."""
     points = points if points <= LARGEST_WHOLE else TILE_POINTS
     left = 4 if rasterizer == "compute" else 8
     return points * (4 + 3 + 16) + pixels * (left + 16 + 8 + 4)
@@ -454,40 +375,3 @@ def cold_start(device: int, rounds: int) -> float:
         command = [sys.executable, "-m", "pointshade_gl", "render", "-o", output, "--device", str(device)]
         run = partial(subprocess.run, command, cwd=PACKAGES, check=True, capture_output=True)
         return median([clocked(run)[1] for _ in range(rounds + 1)][1:]) / 1e3
-
-
-def measure_merging(device: int, rounds: int) -> list[dict[str, Any]]:
-    """For each scene and tolerance: splats drawn, ms of the splats step, PSNR beside the picture without merging.
-
-    The view is turned by YAW; PSNR is None where the pictures are the same.
-    """
-    camera = standard_camera(640, 480)
-    source = trace(sphere_and_wall(), camera)
-    frames = {"sphere and wall": as_frame(source, camera), "vase": load_frame("vase")}
-    noise = np.random.default_rng(0).normal(0, 0.002, source.depth.shape)
-    frames["sphere and wall, 2 mm noise"] = Frame(None, np.where(source.depth > 0, source.depth + noise, 0), camera)
-    try:
-        renderers = [Renderer(device=device, rasterizer="compute", merge=tolerance) for tolerance in TOLERANCES]
-    except ContextError:
-        return []
-    rows = []
-    for scene, frame in frames.items():
-        pose = orbit_pose(None, frame.pivot, YAW)
-        laps: list[list[float]] = [[] for _ in renderers]
-        for _ in range(rounds + 1):
-            for times, renderer in zip(laps, renderers, strict=True):
-                renderer.steps.timed = True
-                renderer.steps.forget("splats")
-                renderer.draw(frame, pose=pose)
-                times.append(timed(renderer.steps.laps["splats"]))
-        exact = renderers[0].render(frame, pose=pose)
-        normals = np.nan_to_num(renderers[0].estimate_normals(frame))
-        for tolerance, times, renderer in zip(TOLERANCES, laps, renderers, strict=True):
-            error = (renderer.render(frame, pose=pose).astype(float) - exact)[exact[..., 3] > 0]
-            psnr = float(10 * np.log10(255**2 / (error**2).mean())) if error.any() else None
-            splats = count_splats(frame.depth, normals, frame.camera, tolerance)
-            row = {"scene": scene, "tolerance": tolerance, "splats": splats, "points": frame.points_known}
-            rows.append(row | {"splats_ms": median(times[1:]), "psnr": psnr, "is_default": tolerance == MERGE})
-    for renderer in renderers:
-        renderer.release()
-    return rows

@@ -71,14 +71,10 @@ CLOSE = 1e-9  # share of the distance: poses that differ by less are the same
 
 @dataclass(frozen=True)
 class Typed:
-    """How the command line names what a window shows.
+    """How the command line names what a window shows."""
 
-    inputs   one INPUT, or several; none where the options name the files
-    options  words for how it is read, such as ("--depth-scale", "1000")
-    """
-
-    inputs: tuple[str, ...]
-    options: tuple[str, ...] = ()
+    inputs: tuple[str, ...]  # one INPUT, or several; none where the options name the files
+    options: tuple[str, ...] = ()  # words for how it is read, such as ("--depth-scale", "1000")
 
     @classmethod
     def of(cls, frame: FrameOptions, more: Sequence[str] = ()) -> Typed:
@@ -89,10 +85,8 @@ class Typed:
 
 
 def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
-    """Return the line that makes a saved picture, and what it leaves out, in words ("": nothing).
-
-    The line is "" if there is none. typed  for what the window was opened with; what was dropped onto it names itself
-    """
+    """Return the line that makes a saved picture, and what it leaves out, in words ("": nothing). The line is "" if
+    there is none. typed: what the window was opened with; what was dropped onto it names itself."""
     from ..viewer.state import Views, camera_of, clouds_of
 
     picture, camera, dropped = saved.picture, saved.picture.camera, saved.document.dropped
@@ -227,10 +221,8 @@ def _turn_words(picture: ShownPicture, unmoved: Any) -> list[str]:
 
 
 def page_line(inputs: Inputs, look: AppearanceGroup, picture: PictureOptions, unlight_all: bool = False) -> str:
-    """Return what was typed about what is read and how it looks, but for lights, shading, samples and exposure.
-
-    A page adds the words of what it shows: see page/command.js.
-    """
+    """Return what was typed about what is read and how it looks, but for lights, shading, samples and exposure. A page
+    adds the words of what it shows: see page/command.js."""
     named = inputs.frame.named
     named = replace(named, input=FRONT) if named.input == VASE else named  # a page shows no other side
     words = words_of(named) + words_of(inputs.others)

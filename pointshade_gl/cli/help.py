@@ -185,7 +185,6 @@ def _text_of(one: Any, everything: bool) -> str:
 
 
 def _first(text: str | None) -> str:
-    """Return the first sentence."""
     return _SENTENCE_END.split(" ".join((text or "").split()))[0]
 
 

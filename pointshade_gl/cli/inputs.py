@@ -16,22 +16,12 @@ from ..files.input_kinds import Kind
 from ..notes.notes import print_note
 from ..notes.words import option
 from ..renderer.renderer import Renderer
-from ..scene import viewpoint
+from ..scene import graph, viewpoint
 from ..scene.appearance import Appearance
 from ..scene.camera import check_pose
 from ..scene.cloud import PointCloud
 from ..scene.frame import Frame
-from ..scene.graph import (
-    Scene,
-    beside,
-    check_of_clouds,
-    dressed,
-    given_by,
-    is_of_clouds,
-    scene_of,
-    shaded,
-    styled,
-)  # fmt: skip
+from ..scene.graph import Scene
 from ..scene.node import Node
 from ..scene.objects import PointObject
 from ..scene.settings import FILM, STILL
@@ -47,30 +37,22 @@ PLAIN = Appearance()
 
 
 class Loaded(NamedTuple):
-    """What is drawn.
+    """What is drawn."""
 
-    source   a frame, a sequence of frames or a scene
-    frames   that are drawn as one object, whose scene is the source; who looks is the first one's camera
-    names    of these frames
-    numbers  of these frames in a file of their poses
-    legend   what the colours of a cloud mean that numbers were turned into
-    """
-
-    source: Any
+    source: Any  # a frame, a sequence of frames or a scene
+    # that are drawn as one object, whose scene is the source; who looks is the first one's camera
     frames: Sequence[Frame] = ()
-    names: Sequence[str] = ()
-    numbers: Sequence[int] = ()
-    legend: ColorLegend | None = None
+    names: Sequence[str] = ()  # of these frames
+    numbers: Sequence[int] = ()  # of these frames in a file of their poses
+    legend: ColorLegend | None = None  # what the colours of a cloud mean that numbers were turned into
 
     @classmethod
     def merged(cls, frames: Sequence[Frame], look: Appearance, names: Sequence[str], numbers: Sequence[int]) -> Loaded:
-        """Return frames as one object."""
         scene = Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
         return cls(scene, frames, names, numbers)
 
     @property
     def plays(self) -> bool:
-        """Whether it is a sequence."""
         return isinstance(self.source, Sequence)
 
 
@@ -83,7 +65,6 @@ class Inputs:
 
     @property
     def paths(self) -> list[str | None]:
-        """INPUT and MORE."""
         return [self.frame.input, *(self.others.more or [])]
 
     @cached_property
@@ -93,15 +74,15 @@ class Inputs:
         return Kind.of(self.frame.input) if len(kinds) == 1 else Kind.SCENE
 
     def load(self, look: Appearance, plain: Appearance, sequence: bool = False) -> Loaded:
-        """Read what is drawn; a scene and point clouds with the options of a look that were given.
-
-        plain  the look without options. Raises ValueError for options that the objects have not.
-        """
+        """Read what is drawn; a scene and point clouds with the options of a look that were given. plain: the look
+        without options. Raises ValueError for options that the objects have not."""
         names = [Path(str(path)).stem for path in self.paths]
         if self.kind is Kind.CLOUD:
-            given, legends = given_by(look, plain), list[Any]()
-            clouds = [styled(self._load_beside(replace(self.frame, input=path), legends), given) for path in self.paths]
-            return Loaded(scene_of(*clouds, names=names), legend=next(iter(legends), None))
+            given, legends = graph.given_by(look, plain), list[Any]()
+            clouds = [
+                graph.styled(self._load_beside(replace(self.frame, input=path), legends), given) for path in self.paths
+            ]
+            return Loaded(graph.scene_of(*clouds, names=names), legend=next(iter(legends), None))
         if self.kind is Kind.SCENE and self.others.more:
             return self._load_kinds(look, plain, names)
         if self.others.more:
@@ -110,10 +91,10 @@ class Inputs:
             return self._load_views(look, self.others.views)
         if self._is_mesh(self.frame.input):
             legends = list[Any]()
-            mesh = dressed(self._load_beside(self.frame, legends), given_by(look, plain))
+            mesh = graph.dressed(self._load_beside(self.frame, legends), graph.given_by(look, plain))
             return Loaded(mesh, legend=next(iter(legends), None))
         found = load(self.frame, sequence, scene=True)
-        return Loaded(shaded(found, check_look(look, plain)) if self.kind is Kind.SCENE else found)
+        return Loaded(graph.shaded(found, check_look(look, plain)) if self.kind is Kind.SCENE else found)
 
     @staticmethod
     def _is_mesh(path: str | None) -> bool:
@@ -142,14 +123,14 @@ class Inputs:
             raise ValueError(f"{option('views')} merges the frames of one sequence: leave it out, or pass one INPUT")
         if self.frame.frame is not None:
             raise ValueError(f"{option('frame')} is of frames alone: leave it out, or pass the frame's own file")
-        given, legends, parts = given_by(look, plain), list[Any](), list[Any]()
+        given, legends, parts = graph.given_by(look, plain), list[Any](), list[Any]()
         kinds = [Kind.of(path) for path in self.paths]
         shading = None if look.shading == plain.shading else look.shading
         of_clouds = {one.name: one.default for one in fields(CloudGroup)}
         kept = (*of_clouds, "input", "max_pixels", "allow_outside")
         of_frames = {one.name: one.default for one in fields(self.frame) if one.name not in kept}
         if Kind.FRAMES not in kinds:
-            check_of_clouds(given)
+            graph.check_of_clouds(given)
             check_cloud_options([one for one in of_frames if getattr(self.frame, one) not in (None, False)], names[0])
         meshes = [self._is_mesh(path) for path in self.paths]
         if Kind.CLOUD not in kinds and not any(meshes):
@@ -157,22 +138,22 @@ class Inputs:
         for path, kind, is_mesh in zip(self.paths, kinds, meshes, strict=True):
             alone = replace(self.frame, input=path, **of_frames)
             if kind is Kind.CLOUD:
-                own = {name: one for name, one in given.items() if is_of_clouds(name) and name != "shading"}
-                part: Any = styled(self._load_beside(alone, legends), own)
+                own = {name: one for name, one in given.items() if graph.is_of_clouds(name) and name != "shading"}
+                part: Any = graph.styled(self._load_beside(alone, legends), own)
                 parts.append(part if shading is None else part._shaded(shading))
             elif is_mesh:
                 own = {name: one for name, one in given.items() if name in ("material", "shading")}
                 if Kind.CLOUD in kinds:  # a field is that of the clouds
                     alone = replace(alone, color_by=None, color_range=None)
-                parts.append(dressed(self._load_beside(alone, legends), own))
+                parts.append(graph.dressed(self._load_beside(alone, legends), own))
             elif kind is Kind.SCENE:
-                parts.append(shaded(load(replace(alone, **of_clouds), scene=True), shading))
+                parts.append(graph.shaded(load(replace(alone, **of_clouds), scene=True), shading))
             else:
                 found = load(replace(self.frame, input=path, frame=None, **of_clouds), sequence=True)
                 if not isinstance(found, Frame):
                     print_note(f"{path}: the first of its {len(found)} frames is drawn, the others are left out")
                 parts.append(PointObject(_numbered(found, 0), look=look))
-        return Loaded(beside(parts, names), legend=next(iter(legends), None))
+        return Loaded(graph.beside(parts, names), legend=next(iter(legends), None))
 
     def _load_together(self, look: Appearance) -> Loaded:
         """One frame of each of several inputs, the first or that with the number given."""
@@ -184,7 +165,6 @@ class Inputs:
         return Loaded.merged(found, look, every, range(len(every)))
 
     def _load_views(self, look: Appearance, views: str) -> Loaded:
-        """Frames of a sequence."""
         from ..files.frame_sources import views_of
 
         count = views_from(views)
@@ -215,11 +195,8 @@ def is_front(frame: FrameOptions, others: MoreOptions) -> bool:
 
 
 def load(frame: FrameOptions, sequence: bool = False, scene: bool = False, pose: Any = None) -> Any:
-    """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing.
-
-    scene  whether it may be a scene or a point cloud
-    pose   (4, 4) of all frames; None: those in the files
-    """
+    """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing. scene:
+    whether it may be a scene or a point cloud. pose: (4, 4) of all frames; None: those in the files."""
     from ..files.clouds.load_cloud import check_frame_options
     from ..files.frame_sources import load_any, open_source
 
@@ -254,10 +231,8 @@ def check_frame(frame: FrameOptions) -> Kind:
 
 
 def numbers_and_names(frame: FrameOptions, inputs: Sequence[str]) -> tuple[list[int], list[str]]:
-    """Return which frame is read of each input, by default the first, and the names of these frames.
-
-    They are called like their inputs, with the number where one input is there twice.
-    """
+    """Return which frame is read of each input, by default the first, and the names of these frames. They are called
+    like their inputs, with the number where one input is there twice."""
     numbers = [0] * len(inputs) if frame.frame is None else frames_from(frame.frame, len(inputs))
     pairs = zip(inputs, numbers, strict=True)
     return numbers, [f"{path} {number}" if inputs.count(path) > 1 else path for path, number in pairs]
@@ -268,9 +243,8 @@ def check_different(inputs: Sequence[str], numbers: Sequence[int]) -> None:
     found = [(Path(path).resolve(), number) for path, number in zip(inputs, numbers, strict=True)]
     twice = next((path for k, path in enumerate(inputs) if found[k] in found[:k]), None)
     if twice is not None:
-        raise ValueError(
-            f"{twice} is given twice: pass folders that differ, or {option('views', 'N')} for frames of one folder"
-        )
+        way_out = f"pass folders that differ, or {option('views', 'N')} for frames of one folder"
+        raise ValueError(f"{twice} is given twice: {way_out}")
 
 
 def _numbered(source: Any, number: int) -> Frame:
@@ -282,12 +256,8 @@ def _numbered(source: Any, number: int) -> Frame:
 
 
 def load_several(frame: FrameOptions, inputs: Sequence[str], names: Sequence[str] = ()) -> list[Any]:
-    """Sources of frames of one thing, all read with the same options.
-
-    names  by which their poses are found in a file; the inputs themselves by default
-
-    Raises ValueError without poses.
-    """
+    """Sources of frames of one thing, all read with the same options. names: by which their poses are found in a file;
+    the inputs themselves by default. Raises ValueError without poses."""
     from ..files.finding.folder_cameras import poses_of_inputs
     from ..files.frame_sources import check_posed
 
@@ -312,10 +282,8 @@ def view_of(
     kind: Kind, look: AppearanceGroup, place: ViewOptions, picture: PictureOptions, output: Path, *,
     is_film: bool, is_changed: bool,
 ) -> View:  # fmt: skip
-    """The View of what is drawn. Raises ValueError or OSError.
-
-    is_changed  whether something else than a single frame is seen by its own camera
-    """
+    """The View of what is drawn. Raises ValueError or OSError. is_changed: whether something else than a single frame
+    is seen by its own camera."""
     chosen, is_scene = look.look(), kind is not Kind.FRAMES
     lights = look.lights(shadow=picture.ground or is_scene)
     is_soft = picture.ground or any(light.is_soft for light in lights)
@@ -328,26 +296,22 @@ def view_of(
 def check_stream(look: Appearance, is_stream: bool) -> None:
     """Raises ValueError for a filter over time where only one frame is drawn."""
     if look.temporal and not is_stream:
-        raise ValueError(
-            f"{option('temporal', True)} filters the frames of a sequence over time, and here is a single one: "
-            "leave it out, or pass a sequence, and write its frames to a film or to numbered files, such as %04d.png"
-        )
+        fact = f"{option('temporal', True)} filters the frames of a sequence over time, and here is a single one"
+        way_out = "pass a sequence, and write its frames to a film or to numbered files, such as %04d.png"
+        raise ValueError(f"{fact}: leave it out, or {way_out}")
 
 
 def check_align(aligns: bool, is_several: bool) -> None:
     """Raises ValueError for poses that are to be corrected of a single frame."""
     if aligns and not is_several:
-        raise ValueError(
-            f"{option('align', True)} corrects the poses of several frames of one thing, and here is a single one: "
-            f"pass {option('views', 'N')} or several INPUTs, or write the frames of a sequence to a film"
-        )
+        fact = f"{option('align', True)} corrects the poses of several frames of one thing, and here is a single one"
+        way_out = f"pass {option('views', 'N')} or several INPUTs, or write the frames of a sequence to a film"
+        raise ValueError(f"{fact}: {way_out}")
 
 
 def check_look(look: Appearance, plain: Appearance = PLAIN) -> str | None:
-    """The shading for all objects of a scene, None if each keeps its own. plain: of a command without options.
-
-    Raises ValueError for other options about the look of objects: those of a scene have their own.
-    """
+    """The shading for all objects of a scene, None if each keeps its own. plain: of a command without options. Raises
+    ValueError for other options about the look of objects: those of a scene have their own."""
     given, usual = ({**one.options, **vars(one.material)} for one in (look, plain))
     changed = [name for name in given if name not in ("material", "shading") and given[name] != usual[name]]
     if changed:

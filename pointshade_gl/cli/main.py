@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from importlib import import_module
 from io import TextIOWrapper
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, NoReturn
 
 import typer
-from typer.main import get_command
 
 from ..files.access.content import noting_reads
 from ..notes.errors import ContextError, error_text, is_expected
@@ -69,9 +68,7 @@ def _every_command(
 
 def main() -> None:
     """Runs the command line. Every error becomes one sentence: exit code 2, 1 without GL or memory, 70 for a bug.
-
-    POINTSHADE_DEBUG=1 shows the traceback before it, of expected errors, too.
-    """
+    POINTSHADE_DEBUG=1 shows the traceback before it, of expected errors, too."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # names of files may hold what an encoding lacks
             stream.reconfigure(errors="backslashreplace")
@@ -92,15 +89,10 @@ def main() -> None:
         sys.stdout = None  # or Python would try again
         raise SystemExit(CLOSED) from None
     except UsageError as error:
-        fail(sentence_of(error, _every_one), error.exit_code)
+        fail(sentence_of(error, command_line), error.exit_code)
     except Exception as error:
         is_machine = isinstance(error, MemoryError | ContextError)
         fail(error_text(error), SOFTWARE if not is_expected(error) else 1 if is_machine else 2)
-
-
-def _every_one() -> Mapping[str, Any]:
-    """Return all commands by their names."""
-    return get_command(command_line()).commands  # type: ignore[attr-defined]
 
 
 def _asked(typed: Sequence[str]) -> Sequence[str]:
@@ -110,10 +102,6 @@ def _asked(typed: Sequence[str]) -> Sequence[str]:
 
 def _interrupt(*_: object) -> NoReturn:
     """Ends the work as Ctrl-C does, so that nothing is left half-written; only once, or cleaning up would end, too."""
-    for ending in _ENDINGS:
-        signal.signal(ending, _no_more)
+    for ending in _ENDINGS:  # to ignore a signal that has come already, Python would print a traceback
+        signal.signal(ending, lambda *_: None)
     raise KeyboardInterrupt
-
-
-def _no_more(*_: object) -> None:
-    """Ends nothing twice. To ignore a signal that has come already, Python would print a traceback."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, fields, make_dataclass
 from itertools import product
 from pathlib import Path
@@ -18,6 +18,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 
 from ..checks.arguments import check_path
 from ..files.access.content import split_numbers
@@ -57,11 +58,8 @@ def group_of(found: Iterable[TypedField]) -> Any:
 
 
 def typed(group: type, *panels: str, is_needed: bool = True, **defaults: Any) -> list[TypedField]:
-    """Return the options of a dataclass that stand in these panels of the help, panel by panel.
-
-    is_needed  False: what is not typed is None, as the command decides about it
-    defaults   others than those of the fields
-    """
+    """Return the options of a dataclass that stand in these panels of the help, panel by panel. is_needed: False: what
+    is not typed is None, as the command decides about it. defaults: others than those of the fields."""
     found: list[TypedField] = []
     for panel, one in product(panels, fields(group)):
         option, cli, is_switch = option_of(one), option_of(one).cli, one.default is False
@@ -192,10 +190,8 @@ class AppearanceGroup(
         return cls(**{one.name: values[one.name] for one in fields(cls) if one.name in values})
 
     def lights(self, shadow: bool = False) -> list[Light]:
-        """The lights in the order given. Raises ValueError for a text that is not a light.
-
-        shadow  whether those cast shadows whose words leave it open
-        """
+        """The lights in the order given. Raises ValueError for a text that is not a light. shadow: whether those cast
+        shadows whose words leave it open."""
         return [light_from(text, shadow=shadow) for text in self.light or []]
 
 
@@ -227,9 +223,8 @@ class CliCommands(_OwnHelp, TyperGroup):
         if name in self.commands or name.startswith("-"):
             return super().resolve_command(ctx, args)
         if name in (*FRAMES, *SCENES) or Path(name).exists():
-            raise ValueError(
-                f"{name} is not a command: pass `pointshade render {name} -o out.png` or `pointshade view {name}`"
-            )
+            way_out = f"pass `pointshade render {name} -o out.png` or `pointshade view {name}`"
+            raise ValueError(f"{name} is not a command: {way_out}")
         near = did_you_mean(name, self.commands)
         known = f"known are {', '.join(self.commands)}; `pointshade --help` explains them"
         raise ValueError(f"unknown command {name!r}{near}: {known}")
@@ -243,12 +238,8 @@ def check_input(text: str | None) -> str | None:
 
 
 def check_exist(folder: str | None = None, **given: str | Path | None) -> None:
-    """Raises FileNotFoundError for an option whose value is a path to nothing. Numbers of a camera pass.
-
-    The error names the option, and a near name or else what there is.
-
-    folder  in which the file may have been meant to lie
-    """
+    """Raises FileNotFoundError for an option whose value is a path to nothing. Numbers of a camera pass. The error
+    names the option, and a near name or else what there is. folder: in which the file may have been meant to lie."""
     for name, value in given.items():
         if value is None or (name == "intrinsics" and split_numbers(str(value)) is not None):
             continue
@@ -261,9 +252,7 @@ def check_exist(folder: str | None = None, **given: str | Path | None) -> None:
 
 def check_folders(inputs: Sequence[str]) -> None:
     """Raises ValueError for an INPUT after the first that is no folder, cloud or scene: it was meant for an option.
-
-    FileNotFoundError if it does not exist.
-    """
+    FileNotFoundError if it does not exist."""
     for path in inputs:
         is_path = split_numbers(path) is None and not _LIGHT_WORD.search(path) and path not in (*FRAMES, *SCENES)
         if is_path and not Path(path).exists():
@@ -272,30 +261,25 @@ def check_folders(inputs: Sequence[str]) -> None:
             raise ValueError(f"more INPUTs must be folders of frames, clouds or scenes, got {path}: {_way_out(path)}")
 
 
-def sentence_of(error: Any, every: Callable[[], Mapping[str, Any]]) -> str:
-    """Return what was typed wrong, and which command explains more; empty if all the help was printed already.
-
-    every  returns all commands by their names: an option may be another's
-    """
+def sentence_of(error: Any, every: Callable[[], typer.Typer]) -> str:
+    """Return what was typed wrong, and which command explains more; empty if all the help was printed already. every:
+    returns all commands: an option may be another's."""
     message, parameter = error.format_message().strip().rstrip("."), getattr(error, "param", None)
     if parameter and error.message:
-        message = f"{_name_of(parameter)} {_fact(error.message.rstrip('.'))} ({parameter.help.rstrip('.')})"
+        own = flag_of(parameter.name)  # other programs may have an option of the same name, too
+        name = own if own in parameter.opts else parameter.opts[-1]
+        message = f"{name} {_fact(error.message.rstrip('.'))} ({parameter.help.rstrip('.')})"
     elif parameter:
         message = f"{parameter.opts[0]} is missing: {parameter.help[:1].lower()}{parameter.help[1:].rstrip('.')}"
     elif hasattr(error, "possibilities"):  # an option that does not exist
         name, near = error.option_name, meant_option(error.option_name, _options(error.ctx.command))
-        others = [f"`pointshade {other}`" for other, one in every().items() if not near and name in _options(one)]
+        commands: Any = {} if near else get_command(every()).commands  # type: ignore[attr-defined]
+        others = [f"`pointshade {other}`" for other, one in commands.items() if name in _options(one)]
         message = f"there is no option {name}{near}" + (f", only in {', '.join(others)}" if others else "")
     elif (extra := _EXTRA.search(message)) and "input" in _options(error.ctx.command):
         message = f"there is one INPUT, got also {extra[1]}: {_way_out(extra[1])}"
     more = f"; `{error.ctx.command_path} --help` lists the options" if message and error.ctx else ""
     return f"{message[:1].lower()}{message[1:]}{more}"
-
-
-def _name_of(parameter: Any) -> str:
-    """The name of an option, of which other programs may have another, too."""
-    own = f"--{parameter.name.replace('_', '-')}"
-    return own if own in parameter.opts else parameter.opts[-1]
 
 
 def _fact(message: str) -> str:
@@ -332,17 +316,14 @@ def size_from(text: str | None, name: str, names: Sequence[str] = ()) -> Any:
 
 
 def views_from(text: str) -> int | tuple[int, ...] | None:
-    """How many views are merged; None for all; or the numbers of the frames.
-
-    Raises ValueError for anything but 'all', a number of 2 or more, and numbers with commas between them.
-    """
+    """How many views are merged; None for all; or the numbers of the frames. Raises ValueError for anything but 'all',
+    a number of 2 or more, and numbers with commas between them."""
     if text == "all":
         return None
     parts = text.split(",")
     if not all(part.isdecimal() for part in parts) or (len(parts) == 1 and int(text) < 2):
-        raise ValueError(
-            f"{option('views')} takes a whole number of 2 or more, or 'all', or frames such as 0,5,9, got {text!r}"
-        )
+        expected = "a whole number of 2 or more, or 'all', or frames such as 0,5,9"
+        raise ValueError(f"{option('views')} takes {expected}, got {text!r}")
     return int(text) if len(parts) == 1 else tuple(map(int, parts))
 
 
@@ -354,7 +335,6 @@ def frames_from(text: str, count: int) -> list[int]:
 
 
 def range_from(text: str, name: str) -> tuple[float, float]:
-    """The lower and the upper number."""
     expected = f"{option(name)} takes two numbers, the lower first, such as 0,1"
     low, high = _numbers(text, 2, ",", expected)
     if not low < high:

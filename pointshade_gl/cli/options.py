@@ -252,7 +252,6 @@ class FrameOptions(CloudGroup, ReadingOptions, InputOptions):
 
     @property
     def kind(self) -> Kind:
-        """What INPUT is."""
         return Kind.of(self.input)
 
     @property
@@ -437,7 +436,7 @@ class BenchOptions:
     images: bool = cli_option(
         "Also measure lit pictures: estimators, forms, samples. In a clone only.", Cli(), default=False
     )
-    speed: bool = cli_option("Measure speed instead: stages, points, merging.", Cli(), default=False)
+    speed: bool = cli_option("Measure speed instead: stages, points; in a clone merging, too.", Cli(), default=False)
     against: str | None = cli_option(
         "With --speed: only compare with a commit, or with an older speed.json. In a clone only.", Cli("", "REV|FILE")
     )

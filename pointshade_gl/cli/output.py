@@ -30,7 +30,6 @@ def complain(text: str) -> None:
 
 
 def print_line(text: str) -> None:
-    """Prints lines to stdout."""
     print(printable(text))
 
 
@@ -50,9 +49,7 @@ def new_beside(read: str, suffix: str) -> Path:
 
 def explainer(wanted: bool, names: Sequence[str] = ()) -> Callable[[Renderer], None]:
     """A function for after each picture: if wanted, it prints what drew it and why, but no line of the last one again.
-
-    names  of the frames that are drawn as one object
-    """
+    names: of the frames that are drawn as one object."""
     before: list[str] = []
 
     def after_each(renderer: Renderer) -> None:
@@ -117,10 +114,7 @@ def spinner(text: str) -> Iterator[None]:
 @contextmanager
 def progress(steps: int, with_rate: bool = False, after: Callable[[], object] = lambda: None) -> Iterator[Progress]:
     """A function to call with how many of all steps are done. It moves a bar on a terminal, and elsewhere nothing.
-
-    with_rate  also show how many are done, how many a second, and the time left
-    after      called after each step
-    """
+    with_rate: also show how many are done, how many a second, and the time left. after: called after each step."""
     if not _is_terminal():
         yield lambda *_: after()
         return

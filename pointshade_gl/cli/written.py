@@ -41,10 +41,8 @@ def check_cloud_output(output: Path, axes: str | None) -> None:
 
 
 def write_cloud(cloud: PointCloud, look: Appearance, output: Path, axes: Any, device: int) -> None:
-    """Writes a cloud with normals to a .ply, or the normals, (n, 3), to an .npy.
-
-    look  its noise is what the normals are estimated with. Raises ValueError for other options of normals.
-    """
+    """Writes a cloud with normals to a .ply, or the normals, (n, 3), to an .npy. look: its noise is what the normals
+    are estimated with. Raises ValueError for other options of normals."""
     noise = look.noise
     if not isinstance(noise, float | None):
         raise ValueError(f"{option('noise')} of a point cloud is one number of world units, got {noise}")

@@ -24,16 +24,8 @@ from ..scene.objects import MOST_FRAMES
 from ..scene.option_fields import takes
 from .access.content import FilePath
 from .access.known_names import builtin_folder, builtin_name
-from .clouds.load_cloud import (
-    OF_MESHES,
-    AnyOptions,
-    check_cloud_options,
-    check_fitting,
-    check_frame_options,
-    is_mesh,
-    load_cloud,
-    load_mesh,
-)  # fmt: skip
+from .clouds import load_cloud
+from .clouds.load_cloud import OF_MESHES, AnyOptions
 from .frames.frame_files import load_frame, open_given
 from .frames.frame_parts import LoadOptions, ReadOptions
 from .frames.sequences import FrameSequence, first_readable, open_frames
@@ -121,17 +113,17 @@ def load_any(source: FilePath | None, **load_options: Unpack[AnyOptions]) -> Fra
     """
     options: dict[str, Any] = {name: value for name, value in load_options.items() if value is not None}
     kind, file = Kind.of(source), cast("FilePath", source)
-    if is_mesh(source):
-        check_fitting(options, OF_MESHES, f"{source} is a mesh")
-        return load_mesh(source, **options)
+    if load_cloud.is_mesh(source):
+        load_cloud.check_fitting(options, OF_MESHES, f"{source} is a mesh")
+        return load_cloud.load_mesh(source, **options)
     if kind is Kind.SCENE:
-        check_fitting(options, (), f"{source} is a scene, which names the files of its frames")
+        load_cloud.check_fitting(options, (), f"{source} is a scene, which names the files of its frames")
         return load_scene(file, **options)
     if kind is Kind.CLOUD:
-        check_cloud_options(options, file)
+        load_cloud.check_cloud_options(options, file)
         options.pop("allow_outside", None)
-        return load_cloud(file, **options)
-    check_frame_options(options, source)
+        return load_cloud.load_cloud(file, **options)
+    load_cloud.check_frame_options(options, source)
     return load_frame(source, **options)
 
 

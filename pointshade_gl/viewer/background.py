@@ -25,21 +25,15 @@ GRACE = 0.05  # seconds that a turn waits for work: what ends so soon shows no b
 
 @dataclass(frozen=True, eq=False)
 class Work:
-    """What takes long.
+    """What takes long."""
 
-    title   of what runs, for the user; "": nothing is shown
-    do      is called in a thread, with a `Progress`; what it returns goes to `done`
-    done    is called in the window's thread afterwards
-    failed  is called there instead, with what was raised: Cancelled if the user has ended it
-    lends   the window's renderer is in use meanwhile: nobody else may draw
-    unused  is called in the thread with a result that came after the user had ended it
-    """
-
-    title: str
-    do: Callable[[Progress], Any]
-    done: Callable[[Any], object]
+    title: str  # of what runs, for the user; "": nothing is shown
+    do: Callable[[Progress], Any]  # is called in a thread, with a `Progress`; what it returns goes to `done`
+    done: Callable[[Any], object]  # is called in the window's thread afterwards
+    # is called there instead, with what was raised: Cancelled if the user has ended it
     failed: Callable[[BaseException], object]
-    lends: bool = True
+    lends: bool = True  # the window's renderer is in use meanwhile: nobody else may draw
+    # is called in the thread with a result that came after the user had ended it
     unused: Callable[[Any], object] = lambda _: None
 
 
@@ -89,7 +83,6 @@ class Background:
         self.poll()
 
     def poll(self) -> None:
-        """See whether the work has ended."""
         if self.work is None or not self._outcome:
             return
         work, (result, error) = self.work, self._outcome[0]
@@ -107,7 +100,6 @@ class Background:
             self.poll()
 
     def finish(self) -> None:
-        """Wait until nothing runs."""
         while self.work:
             self.join()
             self.poll()
@@ -132,7 +124,6 @@ class Background:
             self._thread.join(seconds)
 
     def _run(self, work: Work, is_ended: threading.Event, outcome: list[tuple[Any, BaseException | None]]) -> None:
-        """In the thread."""
 
         def progress(done: int, total: int) -> None:
             self._steps = done, total
@@ -181,7 +172,6 @@ class OpenDialog:
 
     @property
     def is_done(self) -> bool:
-        """Whether the user has chosen, or not."""
         return not self._starting.is_alive() and (self._dialog is None or self._dialog.ready(0))
 
     @property
@@ -191,7 +181,6 @@ class OpenDialog:
         return tuple(filter(None, [found] if isinstance(found, str) else found))
 
     def close(self) -> None:
-        """Take the dialog away."""
         self._starting.join()
         if not self.is_done:
             self._dialog.kill()
@@ -201,10 +190,8 @@ RATE = 30.0  # pictures per second of a film
 
 
 class Recorder:
-    """Feeds a Film in real time, at the film's rate, whatever the window's rate is.
-
-    Raises what `Film` raises if it cannot be written.
-    """
+    """Feeds a Film in real time, at the film's rate, whatever the window's rate is. Raises what `Film` raises if it
+    cannot be written."""
 
     def __init__(self, path: Path, fps: float = RATE):
         from ..files.writing.film import Film

@@ -39,17 +39,12 @@ MOUSE = (
 
 @dataclass(frozen=True)
 class Dwell:
-    """Where the mouse held the light on purpose: where it stayed for a moment, not where it came through on its way.
+    """Where the mouse held the light on purpose: where it stayed for a moment, not where it came through on its way."""
 
-    kept    the light that was held on purpose
-    around  the mouse has been near this place since then
-    last    the light after the last move
-    """
-
-    kept: Pair = (0.0, 0.0)
-    around: Pair = (0.0, 0.0)
+    kept: Pair = (0.0, 0.0)  # the light that was held on purpose
+    around: Pair = (0.0, 0.0)  # the mouse has been near this place since then
     since: float = 0.0
-    last: Pair | None = None
+    last: Pair | None = None  # the light after the last move
 
     def moved(self, time: float, mouse: Pair, before: Pair, after: Pair) -> Dwell:
         """Follow the mouse to a place, to which it took the light along. All places in rims, the time in seconds."""
@@ -70,25 +65,16 @@ class Dwell:
 
 @dataclass(frozen=True)
 class Mouse:
-    """Turns moves, buttons and the wheel into changes of the State. The light never jumps when the mouse takes it.
+    """Turns moves, buttons and the wheel into changes of the State. The light never jumps when the mouse takes it."""
 
-    drag     "orbit", "pan", "light", "environment", or "" when no button is down
-    drags    how many there have been
-    clicks   1 after an event that ended a click, 2 after one that began a double click, otherwise 0
-    button   that began the drag
-    last     where it was
-    pressed  what began the drag, while the mouse has not left the place
-    clicked  what began the last click, if that was the last press
-    """
-
-    drag: str = ""
-    drags: int = 0
-    clicks: int = 0
-    button: str = ""
-    last: Pair | None = None
+    drag: str = ""  # "orbit", "pan", "light", "environment", or "" when no button is down
+    drags: int = 0  # how many there have been
+    clicks: int = 0  # 1 after an event that ended a click, 2 after one that began a double click, otherwise 0
+    button: str = ""  # that began the drag
+    last: Pair | None = None  # where it was
     dwell: Dwell = Dwell()
-    pressed: Event | None = None
-    clicked: Event | None = None
+    pressed: Event | None = None  # what began the drag, while the mouse has not left the place
+    clicked: Event | None = None  # what began the last click, if that was the last press
 
     @property
     def turns(self) -> bool:
@@ -98,10 +84,8 @@ class Mouse:
     def handle(
         self, event: Event, state: State, stage: OrbitStage, camera: Camera, scale: float = 1.0
     ) -> tuple[Mouse, State]:
-        """Return mouse and state after the event, in a picture of this camera.
-
-        scale  pixels are so much smaller than usual
-        """
+        """Return mouse and state after the event, in a picture of this camera. scale: pixels are so much smaller than
+        usual."""
         mouse = replace(self, clicks=0)
         if event.kind == "wheel":
             return mouse, state.light_reached(event.steps) if event.shift else state.zoomed(event.steps)
@@ -174,10 +158,8 @@ def kind_of(light: Light) -> str:
 
 
 def as_kind(light: Light, kind: str, side: float) -> Light:
-    """A light of another kind, as the mouse holds it: its place and direction come from the State.
-
-    side  width and height of a new area light, world units
-    """
+    """A light of another kind, as the mouse holds it: its place and direction come from the State. side: width and
+    height of a new area light, world units."""
     if kind == "directional":
         return replace(light, position=None, direction=_FORWARD, radius=0.0, size=None)
     made = replace(light, position=_SOMEWHERE, direction=None if kind == "point" else _FORWARD, angle=0.0, size=None)
@@ -246,37 +228,24 @@ BAR = 26.0  # height of the timeline, pixels at scale 1: a line of text, a bar b
 
 @dataclass(frozen=True)
 class ControllerInputs:
-    """What the controller knows of the window, and does not change.
+    """What the controller knows of the window, and does not change."""
 
-    camera         fitted to the picture; None while the window is minimised
-    width, height  of the window beside the panel, pixels
-    scale          pixels are so much smaller than usual
-    total          how many frames the timeline is for; None: it has no bar
-    shown          the frame, the views or the scene
-    """
-
-    camera: Camera | None
-    width: int
+    camera: Camera | None  # fitted to the picture; None while the window is minimised
+    width: int  # of the window beside the panel, as height, pixels
     height: int
-    scale: float = 1.0
-    total: int | None = None
-    shown: Shown | None = None
+    scale: float = 1.0  # pixels are so much smaller than usual
+    total: int | None = None  # how many frames the timeline is for; None: it has no bar
+    shown: Shown | None = None  # the frame, the views or the scene
 
 
 @dataclass(frozen=True)
 class Control:
-    """All that events change.
+    """All that events change."""
 
-    now           view, lights and look
-    mouse         what it was doing
-    unplaced      the state before the last click, if that has placed the light
-    is_scrubbing  the mouse was pressed on the timeline, and not yet released
-    """
-
-    now: Snapshot
-    mouse: Mouse = field(default_factory=Mouse)
-    unplaced: State | None = None
-    is_scrubbing: bool = False
+    now: Snapshot  # view, lights and look
+    mouse: Mouse = field(default_factory=Mouse)  # what it was doing
+    unplaced: State | None = None  # the state before the last click, if that has placed the light
+    is_scrubbing: bool = False  # the mouse was pressed on the timeline, and not yet released
 
     def with_state(self, state: State) -> Control:
         """Return the same with another state of view, light and look."""
@@ -287,10 +256,8 @@ Answer = tuple[Control, tuple[Effect, ...]]
 
 
 def controller(control: Control, place: ControllerInputs, event: Event, is_taken: bool = False) -> Answer:
-    """Return what is there after an event, and what else is to be done, in this order.
-
-    is_taken  by the timeline (`is_for_timeline`) or the panel: for keys and mouse it does not count
-    """
+    """Return what is there after an event, and what else is to be done, in this order. is_taken: by the timeline
+    (`is_for_timeline`) or the panel: for keys and mouse it does not count."""
     is_scrubbing, scrubbed = _is_scrubbing(control, place, event), []
     if is_scrubbing and place.total and event.kind in ("press", "move"):  # the frame below the mouse is shown
         index = int(event.x / max(place.width, 1) * place.total)

@@ -38,6 +38,7 @@ from .state import (
     ShownPicture,
     Snapshot,
     as_switched,
+    camera_of,
     frame_in,
     home_of,
     scene_in,
@@ -49,31 +50,20 @@ PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
 
 
 class Dropped(NamedTuple):
-    """What was dropped onto a window.
-
-    sources  the frame, the sequence or the scene; or several sources of frames of the same thing
-    inputs   paths of the folders or of the file
-    files    of a single frame, by the names of `load_frame`'s options, where they were dropped one by one
-    paths    as they were dropped
-    """
-
-    sources: Sequence[Any]
-    inputs: tuple[str, ...]
+    sources: Sequence[Any]  # the frame, the sequence or the scene; or several sources of frames of the same thing
+    inputs: tuple[str, ...]  # paths of the folders or of the file
+    # of a single frame, by the names of `load_frame`'s options, where they were dropped one by one
     files: dict[str, Path]
-    paths: tuple[str, ...] = ()
+    paths: tuple[str, ...] = ()  # as they were dropped
 
 
 class SavedPicture(NamedTuple):
-    """A picture that the key P saved, with all that a command line needs to make the same.
-
-    name      of its file
-    document  that was open
-    """
+    """A picture that the key P saved, with all that a command line needs to make the same."""
 
     picture: ShownPicture
     samples: int
-    name: str
-    document: Document
+    name: str  # of its file
+    document: Document  # that was open
 
 
 CommandLine = Callable[[SavedPicture], tuple[str, str]]  # the words of a command, and what it leaves out, in words
@@ -269,9 +259,7 @@ class Session:
     @property
     def own_camera(self) -> Camera:
         """The frame's or the scene's own camera."""
-        camera = self.frame.picture_camera
-        assert camera is not None  # `framed` gave scenes a camera
-        return camera
+        return camera_of(self.frame)
 
     @property
     def pose(self) -> NDArray[np.float64]:

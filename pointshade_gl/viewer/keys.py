@@ -47,20 +47,11 @@ def when_seen(state: State) -> str:
 
 
 class Key(NamedTuple):
-    """Keys with the same action.
-
-    names     of the keys
-    label     how the help shows them
-    help      what the help has beside them
-    do        what is to be done, or a function of state, moment and name that gives the answer
-    of_frame  they change the look of frames, which a scene's objects have of their own
-    """
-
-    names: tuple[str, ...]
-    label: str
-    help: str
-    do: Do | Effect
-    of_frame: bool = False
+    names: tuple[str, ...]  # of the keys
+    label: str  # how the help shows them
+    help: str  # what the help has beside them
+    do: Do | Effect  # what is to be done, or a function of state, moment and name that gives the answer
+    of_frame: bool = False  # they change the look of frames, which a scene's objects have of their own
 
 
 def press_key(

@@ -32,10 +32,9 @@ POINTS = 14  # height of a letter's box, pixels at scale 1
 
 
 class Messages:
-    """Keeps the text that is shown. What threads skip waits until the window's own thread shows it.
+    """Keeps the text that is shown. What threads skip waits until the window's own thread shows it."""
 
-    kept  what stays until the user has read it; "" if nothing does
-    """
+    kept: str  # what stays until the user has read it; "" if nothing does
 
     def __init__(self) -> None:
         self._skipped: deque[str] = deque()  # from the threads that read streams
@@ -150,12 +149,9 @@ SeenButtons = tuple[float, tuple[tuple[str, str, bool], ...], str]  # how opaque
 
 
 class Buttons:
-    """A bar at the upper edge, for those who know no keys yet. It is there at first, and while the mouse is near.
+    """A bar at the upper edge, for those who know no keys yet. It is there at first, and while the mouse is near."""
 
-    saves  whether pictures can be saved
-    """
-
-    def __init__(self, until: float, saves: bool):
+    def __init__(self, until: float, saves: bool):  # saves: whether pictures can be saved
         self._until, self.over = until, ""
         self._words = tuple(pair for pair in BUTTONS if saves or pair[1] != "P")
         self._scale, self._fits = 1.0, False
@@ -229,9 +225,7 @@ def draw_marker(
     radius: float, color: tuple[float, float, float], degrees: float | None, is_behind: bool
 ) -> NDArray[np.uint8]:
     """A disc, or a ring if the light comes from behind, and an arrow: light goes that way. (side, side, 4) uint8.
-
-    degrees  of the arrow, from the right to below; None: the light comes from the viewer, and goes straight ahead
-    """
+    degrees: of the arrow, from the right to below; None: the light comes from the viewer, and goes straight ahead."""
     r, middle = radius * FINER, 4 * radius * FINER
     image = Image.new("RGBA", (round(2 * middle), round(2 * middle)), (0, 0, 0, 0))
     draw, fill = ImageDraw.Draw(image), tuple(round(255 * min(max(c, 0.0), 1.0)) for c in color)
@@ -336,9 +330,7 @@ RAMP = 120.0  # width of the colours, pixels at scale 1
 
 def values_of(picture: ShownPicture, column: int, row: int, surface: NDArray[np.float32] | None) -> tuple[str, ...]:
     """Return where a pixel's surface lies in the world, how far away, which way it faces; of a frame also its pixel.
-
-    surface  as of `Renderer.read_surface`
-    """
+    surface: as of `Renderer.read_surface`."""
     if surface is None:
         return (NOTHING,)
     camera, pose, shown = picture.camera, picture.pose, picture.shown

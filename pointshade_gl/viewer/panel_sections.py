@@ -31,15 +31,11 @@ NAMES_WIDTH = 6.4  # width of the names' column, in sizes of the messages' font
 
 
 class Widgets:
-    """Draws them by Dear ImGui, and gives what the user made of their values.
-
-    em         size of the font as the messages count it, pixels
-    explained  what merged views agree on, after what that depends on
-    """
+    """Draws them by Dear ImGui, and gives what the user made of their values."""
 
     def __init__(self, imgui: Any):
-        self.imgui, self.em = imgui, 1.0
-        self.explained: tuple[Any, list[str]] = None, []
+        self.imgui, self.em = imgui, 1.0  # size of the font as the messages count it, pixels
+        self.explained: tuple[Any, list[str]] = None, []  # what merged views agree on, after what that depends on
         self._held = "", 0.0  # the number that was pressed last, and what it was before
 
     def slide(
@@ -59,7 +55,6 @@ class Widgets:
         return self._number(name, value, low, high, lambda v: draw(f"##{name}", v, step, low, high, "%.3f"))
 
     def choose(self, name: str, value: str, default: str, known: Sequence[str], why: str = "") -> str:
-        """One of several texts."""
         imgui, chosen = self.imgui, value
         if self._is_reset(name, why):
             return default
@@ -81,7 +76,6 @@ class Widgets:
         return tuple(picked) if changed else value
 
     def tick(self, name: str, value: bool, why: str = "") -> bool:
-        """A switch."""
         new = self.imgui.checkbox(name, value)[1]
         self.explain(why)
         return new
@@ -112,7 +106,6 @@ class Widgets:
         return self.slide(name, value, default, **{"low": 0.0, "high": 1.0, **slider}, why=why)
 
     def row(self, name: str, text: str) -> None:
-        """A name, and beside it a text."""
         self._name(name)
         self.imgui.text_unformatted(text)
 
@@ -122,7 +115,6 @@ class Widgets:
         return self.imgui.collapsing_header(name, flags.default_open if opened else flags.none)
 
     def note(self, text: str) -> None:
-        """A grey sentence."""
         imgui = self.imgui
         imgui.push_style_color(imgui.Col_.text, imgui.get_style_color_vec4(imgui.Col_.text_disabled))
         imgui.text_wrapped(text)
@@ -207,24 +199,16 @@ POINTS: dict[str, dict[str, Any]] = {  # the options of frames' points, and what
 
 
 class PanelFacts(NamedTuple):
-    """What the panel shows, and does not change.
+    """What the panel shows, and does not change."""
 
-    driver    its name for what draws
-    choice    what estimated the last normals; None: nothing yet
-    weights   how much each frame of the last picture counts
-    explain   what the views that have these names agree on, in lines; None: this is not the time to ask
-    rate      pictures per second; None at rest
-    samples   how many the window shows, and how many it will show if nothing moves
-    laps      of the steps of the last picture
-    """
-
-    driver: str
-    choice: Choice | None
-    weights: Mapping[Frame, float]
+    driver: str  # its name for what draws
+    choice: Choice | None  # what estimated the last normals; None: nothing yet
+    weights: Mapping[Frame, float]  # how much each frame of the last picture counts
+    # what the views that have these names agree on, in lines; None: this is not the time to ask
     explain: Callable[[Sequence[str]], list[str]] | None
-    rate: float | None
-    samples: tuple[int, int]
-    laps: Mapping[str, Timing] = {}
+    rate: float | None  # pictures per second; None at rest
+    samples: tuple[int, int]  # how many the window shows, and how many it will show if nothing moves
+    laps: Mapping[str, Timing] = {}  # of the steps of the last picture
 
 
 def show_facts(ui: Widgets, picture: ShownPicture, facts: PanelFacts, opened: bool) -> None:
@@ -376,7 +360,6 @@ def _held(ui: Widgets, held: Light, reach: float, shadows: bool) -> Light:
 
 
 def _extent(ui: Widgets, light: Light, reach: float) -> dict[str, Any]:
-    """How large a light is."""
     why = "How large the light is, {}. Large lights cast soft shadows, which become exact once nothing moves.{}"
     if light.size is not None:
         sides = zip(("width", "height"), light.size, strict=True)
@@ -458,7 +441,6 @@ def show_clouds(ui: Widgets, scene: Scene, opened: bool) -> list[Effect]:
 
 
 def show_nodes(ui: Widgets, scene: Scene) -> list[Effect]:
-    """Show a switch for each node of a scene."""
     effects: list[Effect] = []
     for path, node in scene.every_node() if ui.section("scene") else ():
         depth = 0.7 * ui.em * min(len(path), DEEPEST)

@@ -88,14 +88,12 @@ class Player:
         return 1 / self._pause if self._pause else None
 
     def change_rate(self, factor: float) -> None:
-        """Plays faster (a factor above 1) or slower."""
         if self.rate is None and factor > 1:
             return
         rate = max((self.rate or USUAL / factor) * factor, SLOWEST)
         self._pause = 1 / rate if rate <= FASTEST else 0.0
 
     def toggle(self) -> None:
-        """Pauses, or continues after the current frame."""
         self.is_paused = not self.is_paused
         if not self.is_paused and self._thread is None:
             self._start(self._following)
@@ -140,7 +138,6 @@ class Player:
         return (self.index + 1) % (self.total or 1)
 
     def close(self) -> None:
-        """Stops the thread."""
         if self._thread is not None:
             self._stop.set()
             self._thread.join(timeout=2)  # a camera may never give another frame; daemon threads end with it
@@ -239,13 +236,10 @@ class Rate:
 
 
 class TimelineBar(NamedTuple):
-    """What the timeline shows.
+    """What the timeline shows."""
 
-    text   in one line
-    share  of the sequence that has been played, with the present frame; None where nobody knows how many come
-    """
-
-    text: str
+    text: str  # in one line
+    # of the sequence that has been played, with the present frame; None where nobody knows how many come
     share: float | None
 
 
@@ -256,11 +250,10 @@ class Playback:
     rates    frames per second of each source; None: as fast as they come
     count    how many frames of a sequence are merged, or their numbers; None for all
     skipped  called with one sentence for each frame that cannot be read, or is left out
-
     players  one for each source that plays
-    whole    reads all frames of what the first source is the front of; None: there are no others
     """
 
+    # reads all frames of what the first source is the front of; None: there are no others
     whole: Callable[[], Mapping[int, Frame]] | None = None
 
     def __init__(
@@ -312,7 +305,6 @@ class Playback:
 
     @property
     def is_merging(self) -> bool:
-        """Frames are being read to be merged."""
         return self._pool is not None
 
     def advance(self, shown: Shown, now: float) -> Shown | None:
@@ -332,7 +324,6 @@ class Playback:
         return min((wait for wait in waits if wait is not None), default=None)
 
     def obey(self, key: PlayEffect, shown: Shown) -> Answer:
-        """Do what a key asks for."""
         if not self.players:
             return None, f"a single frame: nothing to {key.verb}"
         if key is PlayCommand.TOGGLE_MERGE:
@@ -373,7 +364,6 @@ class Playback:
         return TimelineBar(text, (player.index + 1) / player.total)
 
     def is_moving(self, shown: Shown) -> bool:
-        """Whether other frames will come by themselves."""
         return bool(self.players) and not self.players[0].is_paused and self._plays(shown)
 
     def total(self, shown: Shown) -> int | None:
@@ -386,7 +376,6 @@ class Playback:
         return tuple(player.index for player in self.players)
 
     def merged(self) -> Answer:
-        """Shows the views once all of them are read."""
         if not self._are_read:
             return None, ""
         jobs, found = self._jobs, {}
@@ -421,7 +410,6 @@ class Playback:
         return was_merging
 
     def close(self) -> None:
-        """Ends the threads that read."""
         self.end_merging()
         for player in self.players:
             player.close()

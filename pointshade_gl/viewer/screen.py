@@ -21,21 +21,11 @@ from ..gpu.core.steps import Steps
 from ..gpu.shading.present import PresentPass
 from ..renderer.renderer import Renderer
 from ..scene.orbit import marker_place
+from . import overlay
 from .controller import BAR, CLICK_REACH, DOUBLE_CLICK, MOUSE
 from .events import Effect, Event
 from .keys import KEYS
-from .overlay import (
-    POINTS,
-    SeenButtons,
-    draw_buttons,
-    draw_marker,
-    draw_message,
-    draw_readout,
-    draw_strip,
-    draw_table,
-    legend,
-    values_of,
-)
+from .overlay import POINTS, SeenButtons
 from .panel_sections import PanelFacts, Widgets, show_sections
 from .playback import Rate, TimelineBar
 from .state import ShownPicture, Snapshot
@@ -49,34 +39,22 @@ Readout = tuple[tuple[str, str, str] | None, tuple[str, ...]]  # what colours st
 
 
 class Overlay(NamedTuple):
-    """What lies over the picture.
+    """What lies over the picture."""
 
-    message    "" if there is none
-    is_marked  the lights' markers are shown, if there is light
-    strip      of the timeline, or None
-    covered    pixels at the right that the panel stands on: nothing else is there
-    scale      of everything, also of the panel
-    pointer    pixel whose values are shown; None: of none
-    buttons    of the bar, see `Buttons.seen`
-    """
-
-    message: str
-    is_marked: bool
-    strip: TimelineBar | None
+    message: str  # "" if there is none
+    is_marked: bool  # the lights' markers are shown, if there is light
+    strip: TimelineBar | None  # of the timeline, or None
     help: bool
     panel: bool
-    covered: int
-    scale: float
-    pointer: tuple[int, int] | None = None
-    buttons: SeenButtons | None = None
+    covered: int  # pixels at the right that the panel stands on: nothing else is there
+    scale: float  # of everything, also of the panel
+    pointer: tuple[int, int] | None = None  # pixel whose values are shown; None: of none
+    buttons: SeenButtons | None = None  # of the bar, see `Buttons.seen`
 
 
 class Screen:
-    """Owns all OpenGL objects of a window.
-
-    The renderer has a context of its own, so that a thread can have it for a while: `lend`. Meanwhile the window shows
-    the last picture.
-    """
+    """Owns all OpenGL objects of a window. The renderer has a context of its own, so that a thread can have it for a
+    while: `lend`. Meanwhile the window shows the last picture."""
 
     def __init__(self, window: Window):
         self.window = window
@@ -115,8 +93,8 @@ class Screen:
             values: tuple[str, ...] = ()
             if over.pointer is not None:
                 found = self.renderer.read_surface(*over.pointer, picture.camera, picture.pose)
-                values = values_of(picture, *over.pointer, found)
-            self._last, self._readout = (picture, samples), (legend(self.renderer.color_scale), values)
+                values = overlay.values_of(picture, *over.pointer, found)
+            self._last, self._readout = (picture, samples), (overlay.legend(self.renderer.color_scale), values)
         with self.window:
             self._steps.always("present", self._show, self._kept or self._drawn, picture, over)
             chosen = picture.now, []
@@ -125,7 +103,7 @@ class Screen:
                 chosen = self.panel.draw(picture, facts._replace(laps=self.renderer.steps.laps | self._steps.laps))
             if over.help:  # beside the panel, and over what is left of it while it is collapsed
                 wide, high = max(picture.camera.width - over.covered, 1), picture.camera.height
-                table = self._drawing("help", draw_table, HELP, over.scale, wide, high)
+                table = self._drawing("help", overlay.draw_table, HELP, over.scale, wide, high)
                 self._present.lay_over(
                     self.window.framebuffer, table, (wide - table.width) // 2, (high - table.height) // 2
                 )
@@ -188,7 +166,9 @@ class Screen:
             radius = (SMALL_MARKER if k else MARKER_RADIUS) * self.window.scale
             around = math.degrees(math.atan2(middle[1] - y, middle[0] - x)) / ARROWS
             degrees = ARROWS * round(around) if math.dist(place, middle) > radius else None
-            drawing = self._drawing(f"marker {k}", draw_marker, radius, state.light_color, degrees, state.is_behind)
+            drawing = self._drawing(
+                f"marker {k}", overlay.draw_marker, radius, state.light_color, degrees, state.is_behind
+            )
             x, y = min(max(x, radius), camera.width - radius), min(max(y, radius), camera.height - radius)
             half = drawing.width / 2
             self._present.lay_over(
@@ -196,21 +176,22 @@ class Screen:
             )
 
     def _show(self, drawn: Any, picture: ShownPicture, over: Overlay) -> None:
-        """Markers and text over what was drawn."""
         self._present.draw(self.window.framebuffer, drawn, (picture.camera.width, picture.camera.height))
         if over.is_marked and (self._kept is None or self._last):  # not where nothing was drawn yet
             self._mark(picture)
         scale, wide = over.scale, max(picture.camera.width - over.covered, 1)
         above, margin, drawings = 0, round(10 * scale), []
         if over.strip:
-            drawings.append((0, self._drawing("strip", draw_strip, *over.strip, scale, wide, round(BAR * scale))))
+            drawings.append(
+                (0, self._drawing("strip", overlay.draw_strip, *over.strip, scale, wide, round(BAR * scale)))
+            )
         if any(self._readout):
-            drawings.append((0, self._drawing("readout", draw_readout, *self._readout, scale, wide)))
+            drawings.append((0, self._drawing("readout", overlay.draw_readout, *self._readout, scale, wide)))
         if over.message:
-            line = self._drawing("message", draw_message, over.message, scale, max(wide - 2 * margin, 1))
+            line = self._drawing("message", overlay.draw_message, over.message, scale, max(wide - 2 * margin, 1))
             drawings.append((margin, line))
         if over.buttons:
-            bar, gap = self._drawing("buttons", draw_buttons, *over.buttons, scale), round(10 * scale)
+            bar, gap = self._drawing("buttons", overlay.draw_buttons, *over.buttons, scale), round(10 * scale)
             self._present.lay_over(self.window.framebuffer, bar, gap, picture.camera.height - gap - bar.height)
         for aside, drawing in drawings:  # from the lower edge up
             self._present.lay_over(self.window.framebuffer, drawing, aside, aside + above)
@@ -351,7 +332,6 @@ class Panel:
         return chosen
 
     def _resize(self, size: float) -> None:
-        """Text and everything else in this scale."""
         if size == self._size:
             return
         self._size, self._widgets.em = size, POINTS * size

@@ -31,20 +31,13 @@ VIEWS = 8  # that are merged unless another number is asked for
 
 @dataclass(frozen=True, eq=False)
 class Views:
-    """Frames of one thing that are drawn as one object.
+    """Frames of one thing that are drawn as one object."""
 
-    frames  all of them, also those that are off
-    names   of the frames, for the panel
-    home    the frame whose camera and pose the viewer starts from
-    on      the switch of each frame; one at least is on
-    kind    what the names are of, in front of each name
-    """
-
-    frames: tuple[Frame, ...]
-    names: tuple[str, ...]
-    home: Frame
-    on: tuple[bool, ...]
-    kind: str = "frame"
+    frames: tuple[Frame, ...]  # all of them, also those that are off
+    names: tuple[str, ...]  # of the frames, for the panel
+    home: Frame  # the frame whose camera and pose the viewer starts from
+    on: tuple[bool, ...]  # the switch of each frame; one at least is on
+    kind: str = "frame"  # what the names are of, in front of each name
 
     @classmethod
     def of(cls, found: Mapping[int, Frame], home: int = -1) -> Views:
@@ -54,7 +47,6 @@ class Views:
 
     @cached_property
     def shown(self) -> tuple[Frame, ...]:
-        """The frames that are on."""
         return tuple(frame for frame, on in zip(self.frames, self.on, strict=True) if on)
 
     @property
@@ -94,7 +86,6 @@ Shown = Frame | Scene | Views
 
 
 def scene_in(shown: Shown | None) -> Scene | None:
-    """Return what is shown if it is a scene."""
     return shown if isinstance(shown, Scene) else None
 
 
@@ -115,7 +106,6 @@ def frame_in(shown: Shown) -> Frame | None:
 
 
 def camera_of(shown: Shown) -> Camera:
-    """Return its own camera, in its own size."""
     camera = shown.picture_camera
     assert camera is not None  # `framed` gave scenes a camera
     return camera
@@ -215,22 +205,15 @@ PAUSE = 0.7  # seconds between two changes of one kind that are one step: of the
 
 
 class Snapshot(NamedTuple):
-    """All that is undone: view, lights, look and switches. Whether help, panel and readout are shown is not.
-
-    held    the kind of light that the mouse holds
-    lights  the others
-    number  of the light that the mouse holds
-    names   of the lights, by their numbers; those without one may be missing at the end
-    switches  of what is shown: views or nodes that are off, how clouds look
-    """
+    """All that is undone: view, lights, look and switches. Whether help, panel and readout are shown is not."""
 
     state: State
     stage: OrbitStage
-    held: Light
-    lights: tuple[Light, ...]
-    number: int = 0
-    names: tuple[str, ...] = ()
-    switches: Switches = ()
+    held: Light  # the kind of light that the mouse holds
+    lights: tuple[Light, ...]  # the others
+    number: int = 0  # of the light that the mouse holds
+    names: tuple[str, ...] = ()  # of the lights, by their numbers; those without one may be missing at the end
+    switches: Switches = ()  # of what is shown: views or nodes that are off, how clouds look
 
     def shows(self, other: Snapshot) -> bool:
         """Whether all that is undone is the same."""
@@ -258,10 +241,8 @@ class History:
         self._now = now
 
     def act(self, now: Snapshot, kind: Hashable = None, time: float = 0.0, pause: float = PAUSE) -> None:
-        """Something may have changed by a step. Changes of one kind with no longer pause (seconds) are one step.
-
-        kind  None: a step of its own; "place": it takes the light back to where it was after the step before
-        """
+        """Something may have changed by a step. Changes of one kind with no longer pause (seconds) are one step. kind:
+        None: a step of its own; "place": it takes the light back to where it was after the step before."""
         if now.shows(self._now):
             return
         if kind is None or kind != self._kind or time > self._until:
@@ -311,20 +292,15 @@ class History:
 
 @dataclass(frozen=True, eq=False)
 class ShownPicture:
-    """A picture of what is shown, by a camera that is fitted to its size.
+    """A picture of what is shown, by a camera that is fitted to its size."""
 
-    now    view, lights and look
-    shown  the frame, the views or the scene
-    plays  whether the next frame comes by itself
-    metered  exposure and fill as of OutputSettings: found for the first picture, then the same, so that light is seen
-        to grow or fade
-    """
-
-    now: Snapshot
-    shown: Shown
+    now: Snapshot  # view, lights and look
+    shown: Shown  # the frame, the views or the scene
     camera: Camera
+    # exposure and fill as of OutputSettings: found for the first picture, then the same, so that light is seen to
+    # grow or fade
     metered: tuple[float | Metering, float | None] = "sensor", None
-    plays: bool = False
+    plays: bool = False  # whether the next frame comes by itself
 
     @cached_property
     def content(self) -> tuple[Any, ...]:

@@ -132,10 +132,8 @@ class Window(GLContext):
         raise ContextError(f"no window with OpenGL 3.3 ({_complaint(glfw)}): {NO_WINDOW}")
 
     def beside(self) -> GLContext:
-        """Another context, which shares the textures of this one and may be current in another thread.
-
-        Raises ContextError if there is none.
-        """
+        """Another context, which shares the textures of this one and may be current in another thread. Raises
+        ContextError if there is none."""
         glfw = self.glfw
         glfw.window_hint(glfw.VISIBLE, False)  # else as this window was made
         with kept(None):
@@ -146,9 +144,7 @@ class Window(GLContext):
 
     def make_contexts(self) -> tuple[moderngl.Context, Renderer]:
         """Return the window's own context, and a renderer in one beside it, so that a thread can have it for a while.
-
-        Raises as `beside` does.
-        """
+        Raises as `beside` does."""
         beside = self.beside()
         with beside:
             self._beside = moderngl.create_context(require=330, context=beside)  # type: ignore[reportArgumentType]
@@ -184,10 +180,8 @@ class Window(GLContext):
         return self.glfw.get_framebuffer_size(self.handle)
 
     def fit(self, camera: Camera, taken: int = 0) -> Camera | None:
-        """The camera fitted to the window, whatever size it has now; None while nothing of it can be seen.
-
-        taken  pixels at the right side which something else is shown in
-        """
+        """The camera fitted to the window, whatever size it has now; None while nothing of it can be seen. taken:
+        pixels at the right side which something else is shown in."""
         width, height = self.picture_size
         return _fitted(camera, width, height, taken) if width > taken and height else None
 
@@ -204,7 +198,6 @@ class Window(GLContext):
         self.glfw.set_window_should_close(self.handle, True)
 
     def name(self, title: str) -> None:
-        """Gives the window another title."""
         self.glfw.set_window_title(self.handle, title)
 
     @property
@@ -235,7 +228,6 @@ class Window(GLContext):
         return math.prod(max(span, 0) for span in spans)
 
     def copy(self, text: str) -> None:
-        """Puts a text into the clipboard."""
         self.glfw.set_clipboard_string(None, text.replace("\0", ""))
 
     def pasted(self) -> str:
@@ -315,10 +307,8 @@ def size_for(camera: Camera) -> tuple[int, int]:
 
 
 def key_name(glfw: Any, key: int, scancode: int) -> str:
-    """What is printed on the user's key, upper case; digits, those of the keypad and named keys by their position.
-
-    "" for all others.
-    """
+    """What is printed on the user's key, upper case; digits, those of the keypad and named keys by their position. ""
+    for all others."""
     named = {getattr(glfw, f"KEY_{name}"): name for name in NAMED} | {
         glfw.KEY_KP_ENTER: "ENTER", glfw.KEY_KP_ADD: "+", glfw.KEY_KP_SUBTRACT: "-", glfw.KEY_KP_DECIMAL: "KP.",
     }  # fmt: skip

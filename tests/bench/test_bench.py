@@ -334,7 +334,7 @@ class TestSpeed:
     @pytest.mark.system
     def test_the_command_writes_and_says_on_what(self, renderer, tmp_path, monkeypatch, capsys):
         monkeypatch.setattr(speed, "SIZES", ((40, 30), (80, 60)))
-        monkeypatch.setattr(speed, "TOLERANCES", (0.0, 1e-5))
+        monkeypatch.setattr(research("speed", "merging"), "TOLERANCES", (0.0, 1e-5))
         against = research("against", "speed_against")
         monkeypatch.setattr(against, "measure_jobs", lambda *_: {"first picture": {"ms": 1.0, "cpu_ms": 2.0}})
         said = bench_speed(tmp_path / "out", quick=True, device=0)
@@ -348,4 +348,5 @@ class TestSpeed:
             assert image.width > 1000
         shown = capsys.readouterr().out
         assert ("a software renderer" in shown) == renderer.context.is_software
-        assert "cold start" in shown and "merging" in shown and "32x24 points" in shown
+        assert ("merging" in shown) == renderer.context.is_software
+        assert "cold start" in shown and "32x24 points" in shown

@@ -78,10 +78,9 @@ class BatchOptions:
             return None
         number, _, count = self.shard.partition("/")
         if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
-            raise ValueError(
-                f"{option('shard')} is a part from 1 and how many there are, such as 1/8 to 8/8, got {self.shard!r}: "
-                "with an array from 0 add 1, as in $((SLURM_ARRAY_TASK_ID+1))/8"
-            )
+            expected = f"{option('shard')} is a part from 1 and how many there are, such as 1/8 to 8/8"
+            way_out = "with an array from 0 add 1, as in $((SLURM_ARRAY_TASK_ID+1))/8"
+            raise ValueError(f"{expected}, got {self.shard!r}: {way_out}")
         return int(number), int(count)
 
 
@@ -208,9 +207,8 @@ def _check(asked: BatchCommand) -> None:
         if asked.film.turntable is not None:
             check_turntable(asked.film.turntable)
         if asked.look.align and asked.film.turntable is not None:
-            raise ValueError(
-                f"{option('align', True)} is of several frames, {option('turntable')} shows one: leave one out"
-            )
+            fact = f"{option('align', True)} is of several frames, {option('turntable')} shows one"
+            raise ValueError(f"{fact}: leave one out")
     else:
         _check_still(asked)
     if kind == PAGE:
@@ -229,10 +227,8 @@ def _check_still(asked: BatchCommand) -> None:
     if asked.film.turntable is not None:
         raise ValueError(f"{option('turntable')} makes films: add {films}")
     if asked.look.align:
-        raise ValueError(
-            f"{option('align', True)} corrects the poses of several frames of one thing, and each picture is drawn "
-            f"alone: add {films}, or leave it out"
-        )
+        fact = f"{option('align', True)} corrects the poses of several frames of one thing"
+        raise ValueError(f"{fact}, and each picture is drawn alone: add {films}, or leave it out")
     if asked.look.temporal:
         raise ValueError(f"{option('temporal', True)} filters over time, and each picture is drawn alone: add {films}")
 
@@ -243,10 +239,9 @@ def _check_apart(asked: BatchCommand, sources: Sequence[Source], folder: Path) -
     near = (path for path in paths if path.name in folder.parts or path.is_symlink())  # few: links need not be followed
     inside = [path for path in near if folder.is_relative_to(os.path.realpath(path))]
     if inside and asked.how.to in UNMARKED:
-        raise ValueError(
-            f"{asked.output} is in {inside[0]}, which would take each {asked.how.to} there for its own colours: "
-            f"pass another -o DIR, or {option('to', 'png')}"
-        )
+        fact = f"which would take each {asked.how.to} there for its own colours"
+        way_out = f"pass another -o DIR, or {option('to', 'png')}"
+        raise ValueError(f"{asked.output} is in {inside[0]}, {fact}: {way_out}")
 
 
 def _check_writable(asked: BatchCommand, folder: Path) -> None:
@@ -263,9 +258,8 @@ def _make_folder(output: Path) -> None:
     try:
         output.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
-        raise NotADirectoryError(
-            f"{output} is a file, expected a folder for many outputs: pass another -o DIR"
-        ) from None
+        expected = "a folder for many outputs: pass another -o DIR"
+        raise NotADirectoryError(f"{output} is a file, expected {expected}") from None
     except OSError as error:
         raise OSError(f"cannot make the folder {output}: {error.strerror}") from None
 

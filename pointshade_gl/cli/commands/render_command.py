@@ -18,15 +18,8 @@ from ...files.access.known_names import check_suffix, is_numbered
 from ...files.gltf import save_scene
 from ...files.input_kinds import Kind
 from ...files.pictures.picture_files import check_writable, save_image
+from ...files.writing import maps_and_points as files
 from ...files.writing.film import check_series, is_series
-from ...files.writing.maps_and_points import (
-    check_passes_path,
-    check_points_path,
-    check_poses_path,
-    save_numbered_poses,
-    save_passes,
-    save_points,
-)
 from ...notes.notes import print_note
 from ...notes.words import counted, option
 from ...renderer.renderer import Renderer
@@ -37,20 +30,9 @@ from ...scene.option_fields import LIGHT, PAGE, PICTURE, SETS, Cli, keys_of
 from ...scene.passes import ALL, PASSES, Passes, check_passes
 from ...scene.settings import LinearOptions
 from ...scene.viewpoint import View, check_turntable, moves_camera
-from .. import options
+from .. import inputs, options
 from ..command_lines import page_line
-from ..inputs import (
-    Inputs,
-    Loaded,
-    albedo_of,
-    check_align,
-    check_stream,
-    is_turned,
-    load,
-    load_photographs,
-    view_of,
-    with_all_sides,
-)  # fmt: skip
+from ..inputs import Inputs, Loaded
 from ..option_groups import AppearanceGroup, NormalOptions, check_folders, cli_option
 from ..output import explainer, new_beside, open_renderer, print_line, progress, report, spinner, warn_skipped
 from ..written import write_cloud, write_files
@@ -102,12 +84,10 @@ class RenderCommand:
 
     @property
     def suffix(self) -> str:
-        """The kind of file that is written."""
         return self.output.suffix.lower()
 
     @cached_property
     def inputs(self) -> Inputs:
-        """What INPUT and MORE name."""
         return Inputs(self.frame, self.others)
 
     def check_inputs(self) -> None:
@@ -118,17 +98,15 @@ class RenderCommand:
         if turntable is not None:
             check_turntable(turntable)
         if others.more and (others.views is not None or is_sequence):
-            raise ValueError(
-                "several INPUTs are drawn as one object, in a picture, a turntable or a file of points: pass one INPUT "
-                f"to {self.output}"
-            )
+            fact = "several INPUTs are drawn as one object, in a picture, a turntable or a file of points"
+            raise ValueError(f"{fact}: pass one INPUT to {self.output}")
         if self.inputs.kind is Kind.CLOUD and (others.views is not None or self.unlight_all):
             name = "unlight_all" if self.unlight_all else "views"
             raise ValueError(f"{option(name)} is about frames, and {self.frame.input} is a point cloud: leave it out")
         if self.unlight_all and (others.is_set or is_sequence):
             raise ValueError(f"{option('unlight_all', True)} makes one frame of a folder: write one picture of it")
         if self.inputs.kind is Kind.FRAMES:
-            check_align(self.look.align, others.is_set or is_sequence or self.suffix in names.PAGES)
+            inputs.check_align(self.look.align, others.is_set or is_sequence or self.suffix in names.PAGES)
         if self.suffix in names.LAYERED:
             check_passes(self.passes or ALL)
             if given := [name for name in self.picture.changed if name not in keys_of(LinearOptions)]:
@@ -139,26 +117,23 @@ class RenderCommand:
         if self.save_poses is not None:
             if not self.look.align:
                 raise ValueError(f"{option('save_poses')} writes the poses that {option('align', True)} finds: add it")
-            check_poses_path(self.save_poses)
+            files.check_poses_path(self.save_poses)
 
     def completed(self) -> RenderCommand:
         """The same, of all sides of the built-in object where a picture or a film shows them."""
         is_drawn = self.suffix not in names.POINTS and not self.unlight_all and self.look.splat != "mesh"
-        turns = self.suffix in names.PAGES or moves_camera(self.film.turntable) or is_turned(self.place)
-        frame, others = with_all_sides(self.frame, self.others, is_drawn and turns)
-        page = replace(self.page, title=Path(self.frame.title).stem) if self._needs_title else self.page
+        turns = self.suffix in names.PAGES or moves_camera(self.film.turntable) or inputs.is_turned(self.place)
+        frame, others = inputs.with_all_sides(self.frame, self.others, is_drawn and turns)
+        needs_title = self.suffix in names.PAGES and self.page.title is None
+        page = replace(self.page, title=Path(self.frame.title).stem) if needs_title else self.page
         return replace(self, frame=frame, others=others, page=page, written=self.output)
-
-    @property
-    def _needs_title(self) -> bool:
-        return self.suffix in names.PAGES and self.page.title is None
 
     def view(self) -> View:
         """From where, under which lights and how it is drawn. Raises ValueError or OSError."""
         is_film = self.suffix not in names.PAGES and (self.film.turntable is not None or is_series(self.output))
         is_changed = self.others.is_set or moves_camera(self.film.turntable)
         kind, look = self.inputs.kind, self.look
-        return view_of(kind, look, self.place, self.picture, self.output, is_film=is_film, is_changed=is_changed)
+        return inputs.view_of(kind, look, self.place, self.picture, self.output, is_film=is_film, is_changed=is_changed)
 
     def note_alike(self) -> None:
         """A note where a shading looks like phong, as each pixel is a point."""
@@ -171,9 +146,9 @@ class RenderCommand:
     def load(self, view: View, sequence: bool) -> tuple[Loaded, Callable[[Renderer], None]]:
         """What is drawn, and what is to be called after each picture."""
         if self.unlight_all:
-            photos = load_photographs(self.frame)
+            photos = inputs.load_photographs(self.frame)
             with self.renderer() as renderer:
-                loaded = Loaded(replace(photos[0], color=albedo_of(renderer, photos, self.explain)))
+                loaded = Loaded(replace(photos[0], color=inputs.albedo_of(renderer, photos, self.explain)))
         else:
             plays = sequence and (self.film.turntable is None or view.look.temporal)
             loaded = self.inputs.load(view.look, AppearanceGroup().look(), plays)
@@ -236,7 +211,7 @@ def render(asked: RenderCommand) -> None:
 
 
 def _write_picture(asked: RenderCommand, view: View) -> None:
-    check_stream(view.look, False)
+    inputs.check_stream(view.look, False)
     asked.note_alike()
     check_suffix(asked.output, names.RENDERED)
     check_writable(asked.output)
@@ -265,7 +240,7 @@ def _write_picture(asked: RenderCommand, view: View) -> None:
 def _write_passes(asked: RenderCommand, view: View) -> None:
     """The layers of a picture in one file; of a sequence or a turntable in numbered files."""
     output, is_many = asked.output, is_numbered(asked.output)
-    check_passes_path(names.first_of(output))
+    files.check_passes_path(names.first_of(output))
     asked.note_alike()
     if asked.film.frames is not None and not is_many:
         raise ValueError(f"{option('frames')} is for many pictures and {output} is one: write %04d{asked.suffix}")
@@ -282,7 +257,7 @@ def _write_passes(asked: RenderCommand, view: View) -> None:
         return f"{made.camera.width}x{made.camera.height} pixels, {', '.join(made)}"
 
     loaded = loaded._replace(frames=())  # whose scene turns round its middle
-    write_files(loaded, view, output, asked.run.device, draw, save_passes, what, asked.film)
+    write_files(loaded, view, output, asked.run.device, draw, files.save_passes, what, asked.film)
 
 
 def _write_series(asked: RenderCommand, view: View) -> None:
@@ -293,7 +268,7 @@ def _write_series(asked: RenderCommand, view: View) -> None:
         check_suffix(asked.output, names.NUMBERED)
     check_series(asked.output)
     loaded, after_each = asked.load(view, sequence=True)
-    check_stream(view.look, loaded.plays)
+    inputs.check_stream(view.look, loaded.plays)
     poses: dict[int, NDArray[Any]] = {}
     with asked.renderer() as renderer:
         start = time.perf_counter()
@@ -317,7 +292,7 @@ def _noted(jobs: Generator[Job, None, None], source: Any, poses: dict[int, NDArr
 
 
 def _save_poses(path: Path, poses: Mapping[int, NDArray[Any]]) -> None:
-    save_numbered_poses(path, poses)
+    files.save_numbered_poses(path, poses)
     print_line(f"{path}: {counted(len(poses), 'pose')}")
 
 
@@ -333,8 +308,8 @@ def _write_page(asked: RenderCommand, view: View) -> None:
     if film.turntable is not None:
         raise ValueError(f"{output} is moved by who looks at it: leave out {option('turntable')}")
     loaded, after_each = asked.load(view, sequence=True)
-    check_stream(view.look, loaded.plays)
-    check_align(view.look.align, loaded.plays or asked.others.is_set)
+    inputs.check_stream(view.look, loaded.plays)
+    inputs.check_align(view.look.align, loaded.plays or asked.others.is_set)
     if film.frames is not None and not loaded.plays:
         raise ValueError(f"{output} shows one thing that nothing moves: leave out {option('frames')}")
     source = frames_of(loaded.source, film.frames) if loaded.plays else loaded.source
@@ -365,18 +340,17 @@ def _write_points(asked: RenderCommand, view: View) -> None:
     """The points or the surface of a frame, or of each of a sequence, in world coordinates; a cloud's, with normals."""
     output, film, is_set = asked.output, asked.film, asked.others.is_set
     if asked.save_poses is not None and not is_set:
-        raise ValueError(
-            f"{option('save_poses')} is for several views, pictures and films; {output} holds one thing: leave it out"
-        )
+        fact = f"{option('save_poses')} is for several views, pictures and films"
+        raise ValueError(f"{fact}; {output} holds one thing: leave it out")
     asked.picture.check_none(output)
     asked.page.check_none(output)
-    check_points_path(names.first_of(output), asked.axes)
+    files.check_points_path(names.first_of(output), asked.axes)
     if view.picture_size is not None:
         raise ValueError(f"{output} holds no picture, {option('picture_size')} is of a picture: leave it out")
     if asked.inputs.kind is Kind.CLOUD:
         _check_cloud(asked)
         look = NormalOptions(noise=asked.look.noise).look()
-        write_cloud(load(asked.frame, scene=True), look, output, asked.axes, asked.run.device)
+        write_cloud(inputs.load(asked.frame, scene=True), look, output, asked.axes, asked.run.device)
         return
     if asked.inputs.kind is not Kind.FRAMES:
         raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture")
@@ -396,7 +370,7 @@ def _write_points(asked: RenderCommand, view: View) -> None:
         return f"{len(made)} points"
 
     axes: Any = asked.axes
-    save = save_scene if is_surface else partial(save_points, axes=axes)
+    save = save_scene if is_surface else partial(files.save_points, axes=axes)
     write_files(loaded, view, output, asked.run.device, draw, save, what, film)
 
 

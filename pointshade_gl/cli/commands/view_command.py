@@ -15,18 +15,9 @@ from ...renderer.requests import load_all_sides
 from ...scene.appearance import Appearance
 from ...scene.settings import OutputSettings
 from ...scene.viewpoint import View
-from .. import options
+from .. import inputs, options
 from ..command_lines import Typed, render_line
-from ..inputs import (
-    Inputs,
-    check_align,
-    check_different,
-    check_frame,
-    check_stream,
-    is_front,
-    load_several,
-    with_all_sides,
-)  # fmt: skip
+from ..inputs import Inputs
 from ..option_groups import AppearanceGroup, check_folders, rates_from, size_from, views_from
 from ..output import announce, spinner
 
@@ -51,8 +42,8 @@ def view(
     seen = window.values_of(OutputSettings)
     is_put = any(light.position or light.direction for light in look.lights()[:1])  # it stays where it was put
     state = State(light_mode=not is_put, look=look.look(), finish=OutputSettings(**environment.chosen(), **seen))
-    is_alone = is_front(frame, others)
-    frame, others = with_all_sides(frame, others, turns=False)
+    is_alone = inputs.is_front(frame, others)
+    frame, others = inputs.with_all_sides(frame, others, turns=False)
     size, more = size_from(window.window_size, "window_size"), others.more or []
     count = None if others.views is None else views_from(others.views) or "all"
     check_folders(more)
@@ -88,22 +79,22 @@ def view(
     viewer.run()
 
 
-def _read(inputs: Inputs, look: Appearance, merges: bool) -> tuple[bool, list[Any]]:
+def _read(named: Inputs, look: Appearance, merges: bool) -> tuple[bool, list[Any]]:
     """Whether a scene is shown, and what INPUT names, and MORE. merges: frames of a sequence, by the window."""
-    frame, more = inputs.frame, inputs.others.more
+    frame, more = named.frame, named.others.more
     if more and merges:
         raise ValueError(f"several INPUTs are merged as they play: leave out {option('views')}")
     if merges:
-        check_frame(frame)
+        inputs.check_frame(frame)
     plain = AppearanceGroup().look()
     look = replace(look, shading=plain.shading)  # that of scenes is the window's
-    is_scene = inputs.kind is not Kind.FRAMES
+    is_scene = named.kind is not Kind.FRAMES
     if more and not is_scene and not frame.frame:
         paths = [frame.title, *more]
-        check_different(paths, [0] * len(paths))
-        return False, load_several(frame, paths)
-    loaded = inputs.load(look, plain, sequence=True)
+        inputs.check_different(paths, [0] * len(paths))
+        return False, inputs.load_several(frame, paths)
+    loaded = named.load(look, plain, sequence=True)
     if not (is_scene or more):
-        check_stream(look, loaded.plays)
-        check_align(look.align, loaded.plays)
+        inputs.check_stream(look, loaded.plays)
+        inputs.check_align(look.align, loaded.plays)
     return is_scene, [*loaded.frames] or [loaded.source]

@@ -25,10 +25,8 @@ _FULL = tuple(getattr(errno, name) for name in ("ENOSPC", "EDQUOT", "EFBIG") if 
 
 
 def check_place(path: Path, only_read: bool = False) -> Path:
-    """The path, if a file can be written there; a link's target counts. Raises OSError if it cannot.
-
-    With only_read perhaps nothing is to be written: then the folder may be read-only.
-    """
+    """The path, if a file can be written there; a link's target counts. Raises OSError if it cannot. With only_read
+    perhaps nothing is to be written: then the folder may be read-only."""
     target = followed(path) if path.is_symlink() else path
     if not target.parent.is_dir():
         raise FileNotFoundError(f"cannot write {path}: there is no folder {target.parent}, create it first")

@@ -40,10 +40,8 @@ PARTS = 1 / 1024  # lines of a list of pictures, nodes of a scene (131 072)
 
 
 def check_limit(amount: int, what: str, max_pixels: float, share: float | None = None) -> None:
-    """Raises ValueError, naming `max_pixels`, if the amount ("a.png has 9x9 pixels") is larger.
-
-    share  for anything but pixels: the limit is this share of `max_pixels`, or of the default if that is larger
-    """
+    """Raises ValueError, naming `max_pixels`, if the amount ("a.png has 9x9 pixels") is larger. share: for anything but
+    pixels: the limit is this share of `max_pixels`, or of the default if that is larger."""
     limit = max_pixels if share is None else max(max_pixels, MAX_PIXELS) * share
     if amount > limit:
         raised = option("max_pixels", math.ceil(min(amount, _ENDLESS) / (share or 1)), beside_file=True)
@@ -103,10 +101,8 @@ def check_not_read(*outputs: Path) -> None:
 
 
 def open_regular(path: FilePath, is_probed: bool = False) -> BufferedReader:
-    """The file, opened for reading. Raises OSError for folders, pipes and devices, which may never end.
-
-    One that is only probed, to see what it is, does not count as read.
-    """
+    """The file, opened for reading. Raises OSError for folders, pipes and devices, which may never end. One that is
+    only probed, to see what it is, does not count as read."""
     path = Path(path)
     try:
         mode = path.stat().st_mode

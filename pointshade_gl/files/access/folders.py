@@ -53,7 +53,6 @@ class ListedFile:
 
     @cached_property
     def order(self) -> tuple[tuple[int, str], ...]:
-        """By which 2.png comes before 10.png."""
         return natural(self.path.name)
 
     @cached_property
@@ -101,7 +100,6 @@ class ListedFile:
 
     @cached_property
     def time(self) -> float | None:
-        """The time stamp, if the name is one."""
         return float(self.key) if re.fullmatch(r"\d{1,18}(\.\d{0,18})?", self.key) else None
 
 
@@ -130,9 +128,7 @@ class Listing:
 
     def files(self, folder: Path, levels: int, suffixes: Collection[str] | None = None) -> list[ListedFile]:
         """Return all files up to so many folders deep, in natural order, without hidden ones; only those with suffixes.
-
-        Suffixes are in lower case, "" for none.
-        """
+        Suffixes are in lower case, "" for none."""
         found = self._walk(self._look(folder), "", levels)
         return sorted((item for item in found if suffixes is None or item.suffix in suffixes), key=_ORDER)
 
@@ -154,7 +150,9 @@ class Listing:
                 if any(words_of(part) & DEPTH for part in rest):  # vkitti_depth/x/depth; else a set that is called so
                     name = key_of(tree.name.lower())
                     tops = [one for one in tops if name and one.name.lower().startswith(name)]
-                tops = [one for one in tops if k > 1 or _is_role(one.name)]
+                tops = [
+                    one for one in tops if k > 1 or words_of(one.name) & COLOR or ABOUT_FRAMES.search(one.name.lower())
+                ]
                 found = [path for top in tops for path in self._on_the_way(top, rest)]
                 items = [ListedFile(path, path.relative_to(tree.parent).as_posix().lower()) for path in found]
                 if items := sorted((one for one in items if one.suffix in suffixes), key=_ORDER):
@@ -191,11 +189,6 @@ class Listing:
         if folder not in self._seen:
             self._seen[folder] = _look_into(folder)
         return self._seen[folder]
-
-
-def _is_role(name: str) -> bool:
-    """Whether a folder is called for colours, or for what is known of frames."""
-    return bool(words_of(name) & COLOR or ABOUT_FRAMES.search(name.lower()))
 
 
 class _SeenFolder(NamedTuple):

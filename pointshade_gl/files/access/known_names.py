@@ -266,10 +266,8 @@ SCENES = {"demo": "scene/scene.gltf"}
 
 
 def builtin_name(source: object) -> str | None:
-    """The built-in frame or scene that a source names; None for any other.
-
-    A text always is the built-in name, as "./vase" is the folder of that name; a Path only where no such file exists.
-    """
+    """The built-in frame or scene that a source names; None for any other. A text always is the built-in name, as
+    "./vase" is the folder of that name; a Path only where no such file exists."""
     name = os.fspath(source) if isinstance(source, str | os.PathLike) else None
     if name not in (*FRAMES, *SCENES) or (not isinstance(source, str) and Path(name).exists()):
         return None
@@ -312,6 +310,7 @@ class _Kind(NamedTuple):
 _TOPICS = "write its colour and depth topics as PNG, 16 bits for depth, then pass their folder"
 _TOOL = "export colour and 16-bit depth as pictures, then pass their folder; that does"
 _MODEL = "it has no pictures: of models glTF (.gltf, .glb) and PLY are read, Blender and MeshLab convert to them"
+_MODELS = "obj|mtl|stl|fbx|usdz?|usd[ac]|dae|off|3mf|3ds|blend|abc|wrl|x3d|max|c4d|ifc|step|stp|iges"
 _SPLATS = "it has no pictures: convert it to .ply, as SuperSplat does, which load_cloud and `pointshade render` read"
 _CLOUD = "it has no pictures: `pointshade render` draws it, load_cloud reads it"
 _TENSORS = "save its depth as .npy or .npz and pass that"
@@ -333,12 +332,7 @@ _KINDS = (
     _Kind("a ScanNet recording", "sens", None, f"{_TOOL} ScanNet's SensReader"),
     _Kind("a point cloud", "ply|las|laz|xyz|pts|e57|spz|splat|sog", None, _CLOUD),
     _Kind("a file of Gaussian splats", "ksplat|rad|lcc", None, _SPLATS),
-    _Kind(
-        "a model",
-        "obj|mtl|stl|fbx|usdz?|usd[ac]|dae|off|3mf|3ds|blend|abc|wrl|x3d|max|c4d|ifc|step|stp|iges",
-        None,
-        _MODEL,
-    ),
+    _Kind("a model", _MODELS, None, _MODEL),
     _Kind("a scene of glTF", "gltf|glb", None, "pass it alone, as INPUT"),
     _Kind("a video", "mp4|mov|avi|webm|m4v", None, _VIDEO),
     _Kind("a file of Python objects", "pkl|pickle|pt|pth|joblib", None, _TENSORS),

@@ -11,17 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..access.content import (
-    FILE_BYTES,
-    MAX_PIXELS,
-    PARTS,
-    FilePath,
-    check_limit,
-    import_extra,
-    naming,
-    open_regular,
-    read_head,
-)
+from ..access import content
+from ..access.content import FILE_BYTES, MAX_PIXELS, PARTS, FilePath
 from .numpy_files import Stored
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -30,18 +21,18 @@ MATLAB_73 = b"MATLAB 7.3"
 
 def hdf5_arrays(path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str, Stored]:
     """The arrays of numbers of an HDF5 file, by their paths inside. Links to other files are not followed."""
-    h5py, arrays = import_extra("h5py", "hdf5", f"{path} is an HDF5 file"), {}
+    h5py, arrays = content.import_extra("h5py", "hdf5", f"{path} is an HDF5 file"), {}
 
     def visit(name: str, item: Any) -> None:
         if not isinstance(item, h5py.Dataset) or item.dtype.kind not in "biuf" or item.shape is None:
             return
-        check_limit(len(arrays), f"{path} has {len(arrays)} arrays", max_pixels, PARTS)
+        content.check_limit(len(arrays), f"{path} has {len(arrays)} arrays", max_pixels, PARTS)
         if not item.external and not item.is_virtual and item.attrs.get("MATLAB_class") != b"char":
             arrays[name] = _Dataset(path, name, item, max_pixels)
 
-    open_regular(path).close()
+    content.open_regular(path).close()
     kinds = OSError, ValueError, RuntimeError, KeyError
-    with naming(path, "is a broken or truncated HDF5 file", kinds), h5py.File(path, "r") as file:
+    with content.naming(path, "is a broken or truncated HDF5 file", kinds), h5py.File(path, "r") as file:
         file.visititems(visit)  # follows no links
     return arrays
 
@@ -58,10 +49,10 @@ class _Dataset:
     def part(self, index: tuple[int, ...]) -> NDArray[Any]:
         size = max(math.prod(self.shape[len(index) :]), self._block) * self.dtype.itemsize
         title = f"{self._path}/{self._name}"
-        check_limit(size, f"{title} has {size} bytes of shape {self.shape}", self._max_pixels, FILE_BYTES)
-        h5py = import_extra("h5py", "hdf5", f"{self._path} is an HDF5 file")
+        content.check_limit(size, f"{title} has {size} bytes of shape {self.shape}", self._max_pixels, FILE_BYTES)
+        h5py = content.import_extra("h5py", "hdf5", f"{self._path} is an HDF5 file")
         kinds = OSError, RuntimeError, KeyError
-        with naming(title, "is broken or truncated", kinds), h5py.File(self._path, "r") as file:
+        with content.naming(title, "is broken or truncated", kinds), h5py.File(self._path, "r") as file:
             return np.asarray(file[self._name][index])
 
 
@@ -83,7 +74,7 @@ def matlab_5_arrays(path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str,
 
 def read_matrix_mat(path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str, list[float]]:
     """The numbers of the small arrays of a .mat file, row after row. Raises OSError or ValueError for others."""
-    head = read_head(path)
+    head = content.read_head(path)
     if head.startswith(MATLAB_73):
         new = hdf5_arrays(path, max_pixels).items()
         arrays = {name: one.part(()).T for name, one in new if math.prod(one.shape) <= _SMALL}
@@ -112,9 +103,9 @@ class _Array(NamedTuple):
         """Raises ValueError for more bytes than a picture may have, and if the file is broken."""
         count, title = math.prod(self.shape), f"{self.path}/{self.name}"
         size = count * self.dtype.itemsize
-        check_limit(size, f"{title} has {size} bytes of shape {self.shape}", self.max_pixels, FILE_BYTES)
-        with naming(title, "is broken or truncated", _DAMAGE):
-            with open_regular(self.path) as file:
+        content.check_limit(size, f"{title} has {size} bytes of shape {self.shape}", self.max_pixels, FILE_BYTES)
+        with content.naming(title, "is broken or truncated", _DAMAGE):
+            with content.open_regular(self.path) as file:
                 data = _content(file, self.place, self.size, self.is_packed, size + _START)
             kind, start, length, _ = _element(data, _header_of(data, self.order).end, self.order)
             values = np.frombuffer(data[start : start + length], np.dtype(self.order + _TYPES[kind]))
@@ -144,7 +135,7 @@ class _MatHeader(NamedTuple):
 
 def _list_arrays(path: FilePath, max_pixels: float) -> dict[str, _Array]:
     found: dict[str, _Array] = {}
-    with open_regular(path) as file, naming(path, "is a broken or truncated MATLAB file", _DAMAGE):
+    with content.open_regular(path) as file, content.naming(path, "is a broken or truncated MATLAB file", _DAMAGE):
         order = {b"IM": "<", b"MI": ">"}[file.read(_HEADER)[126:]]
         end = file.seek(0, 2)
         place, count = _HEADER, 0
@@ -160,7 +151,7 @@ def _list_arrays(path: FilePath, max_pixels: float) -> dict[str, _Array]:
                     dtype = np.dtype(_CLASSES[header.kind])
                     found[header.name] = _Array(path, header.name, header.shape, dtype, order, *where, max_pixels)
             place, count = place + 8 + size, count + 1
-            check_limit(count, f"{path} has {count} arrays", max_pixels, PARTS)
+            content.check_limit(count, f"{path} has {count} arrays", max_pixels, PARTS)
     return found
 
 

@@ -18,19 +18,8 @@ from numpy.typing import NDArray
 from ...notes.notes import Note
 from ...notes.words import option, shown
 from ...scene.camera import from_matrices
-from ..access.content import (
-    FILE_BYTES,
-    MAX_PIXELS,
-    TEXT_BYTES,
-    FilePath,
-    check_limit,
-    check_pixels,
-    naming,
-    open_regular,
-    read_bytes,
-    read_head,
-    read_text,
-)
+from ..access import content
+from ..access.content import FILE_BYTES, MAX_PIXELS, TEXT_BYTES, FilePath
 from .compression import METHODS, Archive
 
 NUMPY = b"\x93NUMPY"
@@ -44,7 +33,7 @@ def read_npy(
     path: FilePath, max_pixels: float = MAX_PIXELS, share: float | None = None, kinds: str = "biuf"
 ) -> NDArray[Any]:
     """The array of an .npy file. Raises ValueError for a broken one, for Python objects and for too many values."""
-    with open_regular(path) as file:
+    with content.open_regular(path) as file:
         return _read(file, str(path), max_pixels, share, kinds)
 
 
@@ -53,7 +42,7 @@ def read_npz(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS, wanted:
     import zipfile  # only here
 
     # zipfile raises of everything for broken bytes
-    with open_regular(path) as file, naming(path, BROKEN), zipfile.ZipFile(file) as archive:
+    with content.open_regular(path) as file, content.naming(path, BROKEN), zipfile.ZipFile(file) as archive:
         members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
         listed = ", ".join([*members][:8]) + (" and more" if len(members) > 8 else "")
         wanted = wanted or "depth"
@@ -72,12 +61,12 @@ def read_npz(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS, wanted:
 
 def read_numbers(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.float64]:
     """(n,) all numbers of a text, .json or .npy file, row after row. Raises ValueError for any other content."""
-    if read_head(path).startswith(NUMPY):
+    if content.read_head(path).startswith(NUMPY):
         numbers = read_npy(path, max_pixels, TEXT_BYTES)
         if numbers.dtype.kind not in "iuf":
             raise ValueError(f"{path} must hold numbers only, got {numbers.dtype}")
         return numbers.astype(np.float64).ravel()
-    text = read_text(path, max_pixels)
+    text = content.read_text(path, max_pixels)
     found = parse_numbers(re.sub(r"#[^\r\n]*", "", text).translate(_TO_BLANKS))
     if not found.size:
         raise ValueError(f"{path} must hold numbers only, got {shown(text[:40])}")
@@ -98,11 +87,11 @@ def parse_numbers(text: str) -> NDArray[np.float64]:
 def _read(
     stream: BufferedIOBase, name: str, max_pixels: float, share: float | None, kinds: str = "biuf"
 ) -> NDArray[Any]:
-    with naming(name, BROKEN):  # NumPy raises of everything, too
+    with content.naming(name, BROKEN):  # NumPy raises of everything, too
         shape, is_fortran, dtype = read_header(stream, kinds)
     pixels = math.prod(shape[:-1] if len(shape) > 2 and shape[-1] in (3, 4) else shape)
-    check_limit(pixels, f"{name} has {shown(pixels)} values of shape {shown(shape)}", max_pixels, share)
-    with naming(name, BROKEN, (ValueError,)):
+    content.check_limit(pixels, f"{name} has {shown(pixels)} values of shape {shown(shape)}", max_pixels, share)
+    with content.naming(name, BROKEN, (ValueError,)):
         array = read_exactly(stream, math.prod(shape) * dtype.itemsize)
     return array.view(dtype).reshape(shape, order="F" if is_fortran else "C")
 
@@ -121,9 +110,7 @@ def read_exactly(stream: BufferedIOBase, size: int) -> NDArray[np.uint8]:
 
 def read_header(stream: BufferedIOBase, kinds: str = "biuf") -> tuple[tuple[int, ...], bool, np.dtype]:
     """Shape, whether columns come first, and type of an .npy file. Raises ValueError for anything but plain numbers.
-
-    kinds  of types, as NumPy calls them; with V also records of plain numbers
-    """
+    kinds: of types, as NumPy calls them; with V also records of plain numbers."""
     version = npy.read_magic(stream)
     if version not in ((1, 0), (2, 0)):
         raise ValueError(f"its version is {version[0]}.{version[1]}, known are 1.0 and 2.0")
@@ -206,8 +193,6 @@ def plain(name: str) -> str:
 
 
 class Stored(Protocol):
-    """An array in a file."""
-
     shape: tuple[int, ...]
     dtype: np.dtype
 
@@ -217,13 +202,10 @@ class Stored(Protocol):
 
 
 class NpyArray:
-    """The array of an .npy file. Raises ValueError for a broken one, and for one with Python objects.
+    """The array of an .npy file. Raises ValueError for a broken one, and for one with Python objects."""
 
-    kinds  of its type, see `read_header`
-    """
-
-    def __init__(self, path: FilePath, kinds: str = "biuf"):
-        with open_regular(path) as file, naming(path, BROKEN):
+    def __init__(self, path: FilePath, kinds: str = "biuf"):  # kinds: of its type, see `read_header`
+        with content.open_regular(path) as file, content.naming(path, BROKEN):
             self.shape, is_fortran, self.dtype = read_header(file, kinds)
             start, order = file.tell(), "F" if is_fortran else "C"
             size = math.prod(self.shape)
@@ -241,7 +223,7 @@ class NpzArray:
 
     def __init__(self, archive: Archive, member: str, kinds: str = "biuf"):
         self._archive, self._name, self._lock = archive, f"{archive.path}/{member}", threading.Lock()
-        with naming(self._name, BROKEN):
+        with content.naming(self._name, BROKEN):
             self._stream = archive.open(member)
             self.shape, self._is_fortran, self.dtype = read_header(self._stream, kinds)
             self._start = self._stream.tell()
@@ -250,9 +232,11 @@ class NpzArray:
         lead = 0 if self._is_fortran else len(index)
         shape = self.shape[lead:]
         size = math.prod(shape) * self.dtype.itemsize
-        check_limit(size, f"{self._name} has {size} bytes of shape {shape}", self._archive.max_pixels, FILE_BYTES)
+        content.check_limit(
+            size, f"{self._name} has {size} bytes of shape {shape}", self._archive.max_pixels, FILE_BYTES
+        )
         place = int(np.ravel_multi_index(index, self.shape[:lead])) if lead else 0
-        with self._lock, naming(self._name, BROKEN):
+        with self._lock, content.naming(self._name, BROKEN):
             self._stream.seek(self._start + place * size)
             array = read_exactly(self._stream, size).view(self.dtype)
         return array.reshape(shape, order="F")[index] if self._is_fortran else array.reshape(shape)
@@ -260,9 +244,7 @@ class NpzArray:
 
 def npz_arrays(archive: Archive, kinds: str = "biuf") -> dict[str, Stored]:
     """The arrays of numbers of an .npz archive by name. Raises ValueError for other content under a name of ROLES.
-
-    kinds  of their types, see `read_header`
-    """
+    kinds: of their types, see `read_header`."""
     arrays: dict[str, Stored] = {}
     for member in archive.names:
         name = member.removesuffix(".npy")
@@ -275,8 +257,6 @@ def npz_arrays(archive: Archive, kinds: str = "biuf") -> dict[str, Stored]:
 
 
 class HeldArray:
-    """An array that is in memory."""
-
     def __init__(self, array: NDArray[Any]):
         self.shape, self.dtype, self._array = array.shape, array.dtype, array
 
@@ -290,14 +270,14 @@ _CAMERA = 9 + 12  # numbers: K, and world-to-camera 3x4
 
 def read_dpt(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
     """(h, w) float32 metres (Sintel) or uint16 millimetres (LINEMOD). Raises ValueError for any other content."""
-    data = read_bytes(path, max_pixels)
+    data = content.read_bytes(path, max_pixels)
     is_sintel = data.startswith(SINTEL)
     start, dtype = (12, "<f4") if is_sintel else (8, "<u2")
     if len(data) < start:
         raise ValueError(f"{path} is a .dpt of {len(data)} bytes, expected a size and values")
     first, second = struct.unpack_from("<2i", data, start - 8)
     width, height = (first, second) if is_sintel else (second, first)
-    check_pixels(width, height, str(path), max_pixels)
+    content.check_pixels(width, height, str(path), max_pixels)
     expected = start + width * height * np.dtype(dtype).itemsize
     if min(width, height) < 1 or len(data) != expected:
         raise ValueError(f"{path} is a .dpt of {width}x{height} pixels and {len(data)} bytes, expected {expected}")
@@ -307,7 +287,7 @@ def read_dpt(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
 
 def read_cam(path: FilePath, max_pixels: float = MAX_PIXELS) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(9,) K row after row and (4, 4) world-to-camera. Raises ValueError for a file of another size."""
-    data = read_bytes(path, max_pixels)
+    data = content.read_bytes(path, max_pixels)
     if len(data) != 4 + 8 * _CAMERA:
         raise ValueError(f"{path} has {len(data)} bytes, expected {4 + 8 * _CAMERA} of a .cam")
     numbers = np.frombuffer(data, "<f8", offset=4).astype(np.float64)
@@ -325,14 +305,14 @@ def is_colmap_depth(head: bytes) -> bool:
 
 def read_colmap_depth(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
     """(h, w) float32, 0 where missing, in the reconstruction's units. Raises OSError or ValueError for another file."""
-    header = _COLMAP_HEADER.match(read_head(path, _LONGEST))
+    header = _COLMAP_HEADER.match(content.read_head(path, _LONGEST))
     if header is None:
         raise ValueError(f"{path} is not a depth of COLMAP: expected width&height&1& before its values")
     width, height, channels = map(int, header.groups())
     if channels != 1 or not width or not height:
         raise ValueError(f"{path} is an array of {width}x{height} pixels and {channels} channels, expected one channel")
-    check_pixels(width, height, str(path), max_pixels)
-    with open_regular(path) as file, naming(path, "is truncated", (ValueError,)):
+    content.check_pixels(width, height, str(path), max_pixels)
+    with content.open_regular(path) as file, content.naming(path, "is truncated", (ValueError,)):
         file.seek(header.end())
         values = read_exactly(file, 4 * width * height)
     return values.view("<f4").astype(np.float32).reshape(height, width)

@@ -11,16 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...notes.words import shown
-from ..access.content import (
-    CLOUD_TEXT,
-    FILE_BYTES,
-    MAX_PIXELS,
-    FilePath,
-    check_limit,
-    naming,
-    read_bytes,
-    split_numbers,
-)
+from ..access import content
+from ..access.content import CLOUD_TEXT, FILE_BYTES, MAX_PIXELS, FilePath
 from .compression import unpack_lzf
 from .numpy_files import parse_numbers
 
@@ -95,16 +87,14 @@ def write_ply(file: BufferedIOBase, elements: Elements, comments: Sequence[str] 
 
 
 def read_ply(path: FilePath, max_pixels: float = MAX_PIXELS, last: str = "") -> Ply:
-    """The elements of a PLY file up to the last one that is wanted, and their lists, such as corners of faces.
-
-    Raises OSError if the path is not a file, ValueError for one that is broken, truncated or too large.
-    """
-    data = read_bytes(path, max_pixels)
-    with naming(path, "is a broken PLY file", (ValueError,)):
+    """The elements of a PLY file up to the last one that is wanted, and their lists, such as corners of faces. Raises
+    OSError if the path is not a file, ValueError for one that is broken, truncated or too large."""
+    data = content.read_bytes(path, max_pixels)
+    with content.naming(path, "is a broken PLY file", (ValueError,)):
         header = _read_header(data)
         at, form = header.at, next(name for name, order in _ORDERS.items() if order == header.order)
         if header.order == _TEXT:
-            check_limit(len(data), f"{path} has {len(data)} bytes of text", max_pixels, CLOUD_TEXT)
+            content.check_limit(len(data), f"{path} has {len(data)} bytes of text", max_pixels, CLOUD_TEXT)
             values = parse_numbers(data[at:].decode("ascii", "replace"))  # 8 bytes each
             if not values.size and data[at:].strip(_PADDING):
                 raise ValueError("after its header it holds something other than numbers")
@@ -252,9 +242,7 @@ def _truncated(element: _Element) -> ValueError:
 @np.errstate(over="ignore", invalid="ignore")  # of texts: what no float holds is infinite
 def _as_declared(rows: NDArray[Any], element: _Element, is_text: bool) -> NDArray[Any]:
     """The rows with the types of the header, in native byte order. Raises ValueError for numbers that do not fit.
-
-    Floats of a text stay as they were parsed: those of a map have more digits than the type that is declared.
-    """
+    Floats of a text stay as they were parsed: those of a map have more digits than the type that is declared."""
     declared = np.dtype([(name, one.kind) for name, one in element.properties.items() if not one.length])
     if is_text:
         floats = [(name, "f8" if declared[name].kind == "f" else declared[name]) for name in declared.names or ()]
@@ -306,14 +294,14 @@ def is_pcd(head: bytes) -> bool:
 
 def read_pcd(path: FilePath, max_pixels: float = MAX_PIXELS) -> Pcd:
     """The points of a PCD file. Raises ValueError for one that is broken, truncated or too large."""
-    data = read_bytes(path, max_pixels)
-    with naming(path, "is a broken PCD file", (ValueError,)):
+    data = content.read_bytes(path, max_pixels)
+    with content.naming(path, "is a broken PCD file", (ValueError,)):
         header = read_pcd_header(data)
-        check_limit(header.points, f"{path} has {header.points} points", max_pixels)
+        content.check_limit(header.points, f"{path} has {header.points} points", max_pixels)
         size = header.points * header.row.itemsize
-        check_limit(size, f"{path} has {size} bytes of points", max_pixels, FILE_BYTES)
+        content.check_limit(size, f"{path} has {size} bytes of points", max_pixels, FILE_BYTES)
         if header.coding == "ascii":
-            check_limit(len(data), f"{path} has {len(data)} bytes of text", max_pixels, CLOUD_TEXT)
+            content.check_limit(len(data), f"{path} has {len(data)} bytes of text", max_pixels, CLOUD_TEXT)
             return Pcd(header, _of_text(data[header.at :], header))
         if header.coding == "binary":
             if len(data) - header.at < size:
@@ -340,7 +328,7 @@ def read_pcd_header(data: bytes) -> PcdHeader:
     points = _whole(stated, "POINTS", width * height)
     if width * height != points:
         raise ValueError(f"its header counts {shown(points)} points of {shown(width)} x {shown(height)}")
-    viewpoint = split_numbers(" ".join(stated.get("VIEWPOINT", []))) or []
+    viewpoint = content.split_numbers(" ".join(stated.get("VIEWPOINT", []))) or []
     return PcdHeader(_fields(stated), width, height, points, viewpoint, coding, at)
 
 

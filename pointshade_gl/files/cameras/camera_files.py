@@ -17,48 +17,27 @@ from ...checks.arguments import as_array
 from ...notes.notes import Note
 from ...notes.words import cut, option, shown
 from ...scene.camera import OPENGL, Camera, Matrices, from_quaternions, inverted
-from ..access.content import (
-    LONGEST_SIDE,
-    MATLAB,
-    MAX_PIXELS,
-    FilePath,
-    check_size,
-    open_regular,
-    parse_object,
-    read_bytes,
-    read_head,
-    read_text,
-    split_numbers,
-)
+from ..access import content
+from ..access.content import LONGEST_SIDE, MATLAB, MAX_PIXELS, FilePath
 from ..access.folders import natural
 from ..arrays.named_numbers import Named, named_of, read_named
 from ..arrays.numpy_files import NUMPY, SINTEL, read_cam, read_numbers
 from ..pictures.picture_files import TURNED, opened_picture
-from .intrinsics import (
-    FX,
-    Intrinsics,
-    colmap_camera,
-    from_colmap,
-    from_matrix,
-    from_named,
-    from_numbers,
-    from_realsense,
-    merged,
-    word,
-)
+from . import intrinsics
+from .intrinsics import FX, Intrinsics
 from .lens_names import COLMAP
 
 
 def read_colmap_cameras(path: Path, max_pixels: float = MAX_PIXELS) -> list[Intrinsics]:
     """The cameras in their order. Raises ValueError for any other content."""
-    data, found = read_bytes(path, max_pixels), []
+    data, found = content.read_bytes(path, max_pixels), []
     try:
         (count,), at = struct.unpack_from("<Q", data), 8
         for _ in range(count):
             _, model, width, height = struct.unpack_from("<iiQQ", data, at)
             title, order = COLMAP[model] if 0 <= model < len(COLMAP) else ("", [])
             numbers = struct.unpack_from(f"<{len(order)}d", data, at + 24)
-            camera = colmap_camera(title, (width, height), numbers, str(path))
+            camera = intrinsics.colmap_camera(title, (width, height), numbers, str(path))
             if camera is None:
                 raise KeyError
             found.append(camera)
@@ -72,7 +51,7 @@ def read_colmap_cameras(path: Path, max_pixels: float = MAX_PIXELS) -> list[Intr
 
 def read_colmap_images(path: Path, max_pixels: float = MAX_PIXELS) -> tuple[Matrices, list[str]]:
     """(n, 4, 4) camera-to-world in OpenCV axes, and the pictures' names. Raises ValueError for any other content."""
-    data, rows, names = read_bytes(path, max_pixels), [], []
+    data, rows, names = content.read_bytes(path, max_pixels), [], []
     try:
         (count,), at = struct.unpack_from("<Q", data), 8
         for _ in range(count):
@@ -93,14 +72,12 @@ _EXPECTED = "a file, 'fx,fy,cx,cy', four numbers, a 3x3 or 4x4 matrix or a Camer
 
 def read_intrinsics(source: Any, note: Note, max_pixels: float = MAX_PIXELS, of_color: bool = False) -> Intrinsics:
     """Intrinsics from a path, 'fx,fy,cx,cy', numbers, a matrix or a Camera. Raises ValueError, OSError for others.
-
-    of_color  of several cameras in a file take that of the colour picture: the depth was brought to it
-    """
+    of_color: of several cameras in a file take that of the colour picture: the depth was brought to it."""
     if isinstance(source, Intrinsics):
         return source
     if isinstance(source, Camera):
         return Intrinsics("the camera", source.intrinsics, (source.width, source.height))
-    if isinstance(source, str) and (numbers := split_numbers(source)) is not None:
+    if isinstance(source, str) and (numbers := content.split_numbers(source)) is not None:
         return _from_numbers(numbers, option("intrinsics"), note)
     if isinstance(source, str | PathLike):
         return _read_file(Path(source), note, max_pixels, of_color)
@@ -109,7 +86,7 @@ def read_intrinsics(source: Any, note: Note, max_pixels: float = MAX_PIXELS, of_
 
 
 def _read_file(path: Path, note: Note, max_pixels: float, of_color: bool) -> Intrinsics:
-    head = read_head(path, 512)
+    head = content.read_head(path, 512)
     if head.startswith(NUMPY):
         return _from_numbers(_first_matrix(read_numbers(path, max_pixels)), str(path), note)
     if head.startswith(MATLAB):
@@ -121,13 +98,13 @@ def _read_file(path: Path, note: Note, max_pixels: float, of_color: bool) -> Int
     if path.suffix.lower() == ".bin":
         first, *others = read_colmap_cameras(path, max_pixels)
         return replace(first, alternatives=tuple(others))
-    text = read_text(path, max_pixels)
-    if cameras := from_colmap(text, str(path)):
+    text = content.read_text(path, max_pixels)
+    if cameras := intrinsics.from_colmap(text, str(path)):
         return next(iter(cameras.values()))
-    if realsense := from_realsense(text, str(path)):
+    if realsense := intrinsics.from_realsense(text, str(path)):
         return realsense
     is_json = text.lstrip().startswith("{")
-    data = parse_object(text, path, max_pixels) if is_json else {}
+    data = content.parse_object(text, path, max_pixels) if is_json else {}
     named = named_of(data) if is_json else _read_table(text) or read_named(text, path, max_pixels)
     if not named and not is_json:
         return _from_numbers(_first_matrix(read_numbers(path, max_pixels)), str(path), note)
@@ -144,15 +121,15 @@ def _read_table(text: str) -> Named:
     """The first row of a table whose columns have names, such as `frame fx fy cx cy` or Virtual KITTI's K[0,0]."""
     head, *rows = [line.replace(", ", " ").split() for line in text.splitlines()[:2]] or [[]]
     head = head[0].split(",") if len(head) == 1 and rows else head
-    values = split_numbers(" ".join(rows[0])) if rows else None
+    values = content.split_numbers(" ".join(rows[0])) if rows else None
     if values is None or len(values) != len(head):
         return Named()
-    named = {_CELLS.get(word(name), name): [value] for name, value in zip(head, values, strict=True)}
-    return Named(named.items() if any(word(name) in FX for name in named) else ())
+    named = {_CELLS.get(intrinsics.word(name), name): [value] for name, value in zip(head, values, strict=True)}
+    return Named(named.items() if any(intrinsics.word(name) in FX for name in named) else ())
 
 
 def _from_names(named: Mapping[str, list[float]], path: Path, of_color: bool) -> Intrinsics:
-    found = from_named(named, str(path), of_color)
+    found = intrinsics.from_named(named, str(path), of_color)
     if not found:
         has = ", ".join([*named][:6]) or "no numbers"
         matrix = "a 3x3 matrix called K, intrinsic_matrix or camera_matrix"
@@ -165,7 +142,7 @@ def _first_matrix(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
     """The first of several equal matrices of 3x3 or 4x4 that stand one after another, else all numbers."""
     for size in (9, 16):
         rows = numbers.reshape(-1, size) if numbers.size % size == 0 else numbers[:0]
-        if len(rows) > 1 and from_matrix(rows[0]) and (rows == rows[0]).all():
+        if len(rows) > 1 and intrinsics.from_matrix(rows[0]) and (rows == rows[0]).all():
             return rows[0]
     return numbers
 
@@ -173,7 +150,7 @@ def _first_matrix(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
 def _from_numbers(numbers: Sequence[float] | NDArray[np.float64], name: str, note: Note) -> Intrinsics:
     """Four numbers, a matrix of 9, 12 or 16 row after row, or what else `from_numbers` knows."""
     values = np.asarray(numbers, np.float64)
-    found = from_numbers(values, name)
+    found = intrinsics.from_numbers(values, name)
     if found is None and values.size not in (4, 9, 12, 16):
         raise ValueError(f"{name} must hold fx, fy, cx, cy or a matrix of 3x3 or 4x4, got {values.size} numbers")
     form = "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]"
@@ -196,16 +173,18 @@ class CameraEntry(NamedTuple):
 
 def read_transforms(path: Path, max_pixels: float = MAX_PIXELS) -> list[CameraEntry]:
     """The frames of a transforms.json, by the numbers in their names. Raises ValueError for another content."""
-    data = parse_object(read_text(path, max_pixels), path, max_pixels)
+    data = content.parse_object(content.read_text(path, max_pixels), path, max_pixels)
     frames, scale = data.get("frames", []), data.get("applied_scale")
     if not isinstance(frames, list):
         raise ValueError(f"{path}: frames must be a list, got {shown(frames)}")
     per_metre = scale if isinstance(scale, int | float) and scale > 0 else 1.0
-    shared = from_named(named_of({key: value for key, value in data.items() if key != "frames"}), str(path))
+    shared = intrinsics.from_named(named_of({key: value for key, value in data.items() if key != "frames"}), str(path))
     common = {key: value for key, value in data.items() if isinstance(value, int | float | str)}
     entries = [_entry(frame, common, per_metre, path) for frame in frames]
     if shared:  # it may state the unit of the depth for all
-        entries = [one._replace(camera=merged(one.camera, shared[0])) if one.camera else one for one in entries]
+        entries = [
+            one._replace(camera=intrinsics.merged(one.camera, shared[0])) if one.camera else one for one in entries
+        ]
     return sorted(entries, key=lambda one: natural(one.color or one.depth or ""))
 
 
@@ -219,7 +198,7 @@ def _entry(frame: Any, common: dict[str, Any], per_metre: float, path: Path) -> 
     names = frame.get("file_path"), frame.get("depth_file_path", frame.get("depth_path"))
     color, depth = (name if isinstance(name, str) else None for name in names)
     own = common | {key: value for key, value in frame.items() if key != "transform_matrix"}
-    cameras = from_named(named_of(own), str(path)) if "fl_x" in frame else []
+    cameras = intrinsics.from_named(named_of(own), str(path)) if "fl_x" in frame else []
     return CameraEntry(color, depth, pose, cameras[0] if cameras else None)
 
 
@@ -230,13 +209,11 @@ _SAME_SHAPE = 0.02
 
 
 def camera_from_exif(path: FilePath, max_pixels: float = MAX_PIXELS) -> Intrinsics | None:
-    """The camera of a picture with EXIF FocalLengthIn35mmFilm, upright; None if it has none, or was cropped.
-
-    Its principal point is the middle. Whole millimetres make it right to a few per cent.
-    """
-    head = read_head(path)
-    with open_regular(path) as file:
-        check_size(file, path, max_pixels)
+    """The camera of a picture with EXIF FocalLengthIn35mmFilm, upright; None if it has none, or was cropped. Its
+    principal point is the middle. Whole millimetres make it right to a few per cent."""
+    head = content.read_head(path)
+    with content.open_regular(path) as file:
+        content.check_size(file, path, max_pixels)
         try:
             with opened_picture(file, head) as image:
                 return camera_of_lens(str(path), image.getexif(), image.size)

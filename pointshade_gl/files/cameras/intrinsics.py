@@ -197,9 +197,7 @@ def from_matrix(values: Sequence[float] | NDArray[np.float64]) -> Numbers | None
 
 def from_numbers(values: NDArray[np.float64], name: str) -> Intrinsics | None:
     """A camera of nothing but numbers: a focal length, four, a matrix, one with a baseline, a range or a size; or None.
-
-    `width height fx fy cx cy` is ARKitScenes' (Matterport3D adds five of distortion); or fx fy cx cy come first.
-    """
+    `width height fx fy cx cy` is ARKitScenes' (Matterport3D adds five of distortion); or fx fy cx cy come first."""
     if values.size == 1 and values[0] > 1:
         return Intrinsics(name, (float(values[0]), math.nan, math.nan, math.nan))
     if values.size == 10 and (matrix := from_matrix(values[:9])):  # FoundationStereo's K.txt
@@ -276,10 +274,8 @@ def word(name: str) -> str:
 
 
 def from_named(named: Mapping[str, list[float]], name: str, of_color: bool = False) -> list[Intrinsics]:
-    """The cameras that named numbers describe: the depth's own before others, colour cameras last.
-
-    of_color  the colour camera first: the depth was brought to it
-    """
+    """The cameras that named numbers describe: the depth's own before others, colour cameras last. of_color: the colour
+    camera first: the depth was brought to it."""
     bends = _Bends(named)
     named = {_SENS.sub(r"\1.\2", key): numbers for key, numbers in named.items()}
     grouped: dict[str, dict[str, list[float]]] = {}  # by what stands before their last word
@@ -319,7 +315,6 @@ class _Bends:
         return kalibr_words(words, self._texts.get(group, {})) if self._texts else words
 
     def lens(self, group: str) -> Lens | None:
-        """The lens of a group's camera."""
         if not (self._numbers or self._texts):
             return None
         # ORB-SLAM 3 has Camera.type beside Camera1.fx

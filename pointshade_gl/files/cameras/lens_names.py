@@ -17,11 +17,7 @@ _ARIA = "k0 k1 k2 k3 k4 k5 p0 p1 s0 s1 s2 s3"
 _MODELS = tuple(
     (re.compile(pattern), family, order.split())
     for pattern, family, order in (
-        (
-            r"ocam|scaramuzza|omnidirectional|ortho|fisheye(poly|spher)|vr180|cylind|cubemap",
-            UNKNOWN,
-            "",
-        ),
+        (r"ocam|scaramuzza|omnidirectional|ortho|fisheye(poly|spher)|vr180|cylind|cubemap", UNKNOWN, ""),
         (r"stereograph|equisolid|mercator", UNKNOWN, ""),
         (r"equirect|latlong|spherical|panorama|^erp$", PANORAMA, ""),
         (r"radtanthinprism|fisheye62", "aria", _ARIA),

@@ -68,7 +68,6 @@ class Lens:
 
     @property
     def is_pinhole(self) -> bool:
-        """Return whether nothing is bent."""
         return self.curve == "pinhole" and not any((*self.radial, *self.divisor, *self.tangential, *self.prism))
 
     @property
@@ -246,10 +245,8 @@ _FEWEST, _SHARE = 12, 0.8  # windows that tell the two apart, and how many of th
 
 @np.errstate(all="ignore")
 def is_straight(depth: NDArray[Any], lens: Lens, camera: Camera, kinds: Sequence[str]) -> bool:
-    """Return whether the planes in depth (h, w), 0 where unknown, are flat only without the lens.
-
-    kinds  what the depth may be: "z", "ray" or both
-    """
+    """Return whether the planes in depth (h, w), 0 where unknown, are flat only without the lens. kinds: what the depth
+    may be: "z", "ray" or both."""
     step = max(1, min(depth.shape) // _ACROSS // _POINTS)
     v, u = np.mgrid[0 : depth.shape[0] : step, 0 : depth.shape[1] : step]
     if min(u.shape) < _POINTS:
@@ -287,10 +284,8 @@ def _off_plane(values: Array, x: Array, y: Array) -> Array:
 def straighten(
     lens: Lens, depth: NDArray[Any], colors: NDArray[Any] | None, camera: Camera, name: str, note: Note
 ) -> tuple[NDArray[np.float32], NDArray[Any] | None, Camera]:
-    """Return depth, colours and camera of the pinhole that shows what a lens showed, and note how much of it.
-
-    camera  of the depth as the lens shows it
-    """
+    """Return depth, colours and camera of the pinhole that shows what a lens showed, and note how much of it. camera:
+    of the depth as the lens shows it."""
     try:
         pinhole = pinhole_of(lens, camera)
     except ValueError as error:

@@ -155,10 +155,8 @@ def note_alone(path: FilePath, note: Note) -> None:
 
 
 def pose_of(numbers: NDArray[np.float64], name: str) -> NDArray[np.float64]:
-    """(4, 4) camera-to-world from a matrix of 16 or 12 numbers, row by row, or from [time] tx ty tz qx qy qz qw.
-
-    Raises ValueError, with the name, for anything else.
-    """
+    """(4, 4) camera-to-world from a matrix of 16 or 12 numbers, row by row, or from [time] tx ty tz qx qy qz qw. Raises
+    ValueError, with the name, for anything else."""
     if numbers.size in (12, 16):
         return check_pose(from_matrices(numbers.reshape(1, -1))[0], name)
     if numbers.size not in (7, 8):

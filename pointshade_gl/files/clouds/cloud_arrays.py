@@ -15,15 +15,8 @@ from ..access.content import FILE_BYTES, FilePath, check_limit, naming, read_byt
 from ..arrays.compression import Archive
 from ..arrays.numpy_files import NpyArray, NpzArray, is_named, list_arrays, plain
 from ..arrays.ply_and_pcd import read_pcd, read_ply
-from .cloud_columns import (
-    COUNTS,
-    CloudOptions,
-    FoundPoints,
-    check_points,
-    found_by_number,
-    found_in,
-    has_positions,
-)  # fmt: skip
+from . import cloud_columns
+from .cloud_columns import COUNTS, CloudOptions, FoundPoints
 from .placing import is_before_camera
 from .splat_files import PACKED, is_trained, packed_splats, splats_in, trained_columns
 
@@ -56,11 +49,13 @@ def _found_in_array(array: NDArray[Any], form: str, path: FilePath, note: Note, 
     """The points of an array: records with named fields, or a table."""
     if array.dtype.names:
         rows = array.ravel()
-        check_points(len(rows), path, options.max_pixels)
-        return found_in({name: rows[name] for name in array.dtype.names}, f"{form}, columns by their names", options)
+        cloud_columns.check_points(len(rows), path, options.max_pixels)
+        return cloud_columns.found_in(
+            {name: rows[name] for name in array.dtype.names}, f"{form}, columns by their names", options
+        )
     table = as_table(array)
-    check_points(len(table), path, options.max_pixels)
-    return found_by_number(table, f"{form}, {table.shape[1]} columns", str(path), note, options)
+    cloud_columns.check_points(len(table), path, options.max_pixels)
+    return cloud_columns.found_by_number(table, f"{form}, {table.shape[1]} columns", str(path), note, options)
 
 
 def read_npz_points(path: FilePath, note: Note, options: CloudOptions) -> FoundPoints:
@@ -73,7 +68,7 @@ def read_npz_points(path: FilePath, note: Note, options: CloudOptions) -> FoundP
     if named is None and len(arrays) == 1:
         named = next(iter(arrays))
     singles = {name: one for name, one in arrays.items() if len(one.shape) == 1 and not one.dtype.names}
-    is_columns = named is None and has_positions(singles)
+    is_columns = named is None and cloud_columns.has_positions(singles)
     if named is None and not is_columns:
         listed = list_arrays({name: array.shape for name, array in arrays.items()})
         raise ValueError(f"{path} must hold an array points of shape (n, 3), got {listed or 'none'}")
@@ -88,11 +83,10 @@ def read_npz_points(path: FilePath, note: Note, options: CloudOptions) -> FoundP
         if named is None:
             columns = {name: read(name) for name in singles}
             if len({len(one) for one in columns.values()}) > 1:
-                raise ValueError(
-                    f"its columns differ in length: {list_arrays({n: a.shape for n, a in arrays.items()})}"
-                )
-            check_points(len(next(iter(columns.values()))), path, options.max_pixels)
-            return found_in(columns, "NumPy archive, columns by their names", options)
+                listed = list_arrays({name: array.shape for name, array in arrays.items()})
+                raise ValueError(f"its columns differ in length: {listed}")
+            cloud_columns.check_points(len(next(iter(columns.values()))), path, options.max_pixels)
+            return cloud_columns.found_in(columns, "NumPy archive, columns by their names", options)
         found = _found_in_array(read(named), "NumPy archive", path, note, options)
         for name in singles:
             if name != named and arrays[name].shape == (len(found),):
@@ -136,14 +130,12 @@ def read_lidar_points(path: FilePath, note: Note, options: CloudOptions) -> Foun
     data = read_bytes(path, options.max_pixels)
     columns = lidar_columns(data[:HEAD], len(data))
     if columns is None:
-        way_out = "other numbers without a header can be saved as .npy"
-        raise ValueError(
-            f"{path} is no scan of a lidar: expected float32 x, y, z and intensity, as in KITTI; {way_out}"
-        )
+        expected = "float32 x, y, z and intensity, as in KITTI; other numbers without a header can be saved as .npy"
+        raise ValueError(f"{path} is no scan of a lidar: expected {expected}")
     table = np.frombuffer(data, "<f4").reshape(-1, columns)
-    check_points(len(table), path, options.max_pixels)
+    cloud_columns.check_points(len(table), path, options.max_pixels)
     if options.columns is not None:
-        found = found_by_number(table, f"float32, {columns} columns", str(path), note, options)
+        found = cloud_columns.found_by_number(table, f"float32, {columns} columns", str(path), note, options)
         found.up, found.up_from = "z", "usual of lidars"
         return found
     more: dict[str, Any] = {"colors": table[:, 3:]} if columns == 6 else {"intensity": table[:, 3]}
@@ -187,7 +179,7 @@ def read_pcd_points(path: FilePath, note: Note, options: CloudOptions) -> FoundP
     """The points of a PCD file, row after row. Raises ValueError for one that is broken, or has no x, y and z."""
     pcd = read_pcd(path, options.max_pixels)
     with naming(path, "cannot be read as a point cloud", (ValueError,)):
-        found = found_in(pcd.columns, f"PCD, {pcd.header.coding}", options)
+        found = cloud_columns.found_in(pcd.columns, f"PCD, {pcd.header.coding}", options)
     view = pcd.header.viewpoint
     if len(view) == 7 and view != _NOWHERE and np.isfinite(view).all():
         found.seen_from = np.array(view[:3])
@@ -222,14 +214,14 @@ def read_ply_points(path: FilePath, note: Note, options: CloudOptions) -> FoundP
         if VERTEX not in ply.elements:
             raise ValueError(f"it has no vertices, only {', '.join([*ply.elements][:12]) or 'a header'}")
         rows = ply.elements[VERTEX]
-        check_points(len(rows), path, options.max_pixels)
+        cloud_columns.check_points(len(rows), path, options.max_pixels)
         columns = {name: rows[name] for name in rows.dtype.names or ()}
         form = f"PLY, {ply.form}"
         if {*PACKED} <= columns.keys() and "chunk" in ply.elements:
             return packed_splats(ply.elements, path, note)
         if is_trained(columns):
             return splats_in(columns, form, ply.comments, path, note)
-        return _as_commented(found_in(columns, form, options), ply.comments)
+        return _as_commented(cloud_columns.found_in(columns, form, options), ply.comments)
 
 
 def vertices_of(cloud: PointCloud) -> NDArray[np.void]:

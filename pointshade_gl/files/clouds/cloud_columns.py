@@ -11,15 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...checks.arguments import (
-    as_array,
-    check_choice,
-    check_count,
-    check_flag,
-    check_numbers,
-    check_positive,
-    check_type,
-)  # fmt: skip
+from ...checks import arguments as checks
 from ...notes.notes import Note
 from ...notes.words import option, shown
 from ...scene.cloud import UPS, Up
@@ -51,25 +43,25 @@ class CloudOptions:
     seen_from: Any = None  # places (k, 3)
 
     def __post_init__(self) -> None:
-        check_positive(self.max_pixels, option("max_pixels", beside_file=True))
-        check_flag(self.clean, option("clean"))
+        checks.check_positive(self.max_pixels, option("max_pixels", beside_file=True))
+        checks.check_flag(self.clean, option("clean"))
         if self.crop is not None:
-            corners = as_array(self.crop, _BOX)
-            check_numbers(corners.reshape(-1) if corners.shape == (2, 3) else corners, 6, _BOX)
+            corners = checks.as_array(self.crop, _BOX)
+            checks.check_numbers(corners.reshape(-1) if corners.shape == (2, 3) else corners, 6, _BOX)
         if self.seen_from is not None:
-            places = as_array(self.seen_from, _PLACES)
+            places = checks.as_array(self.seen_from, _PLACES)
             if places.shape[-1:] != (3,) or not 0 < places.size <= 3 * MOST_PLACES:
                 raise ValueError(f"{_PLACES}, got shape {places.shape}")
-            check_numbers(places.reshape(-1), places.size, _PLACES)
+            checks.check_numbers(places.reshape(-1), places.size, _PLACES)
         if self.up is not None:
-            check_choice(option("up"), self.up, UPS)
+            checks.check_choice(option("up"), self.up, UPS)
         if self.most is not None:
-            check_count(self.most, option("most"), 1)
+            checks.check_count(self.most, option("most"), 1)
         if self.color_by is not None:
-            check_type(self.color_by, str, option("color_by"))
+            checks.check_type(self.color_by, str, option("color_by"))
         if self.color_range is not None:
             expected = f"{option('color_range')} must be two numbers, the lower first"
-            ends = as_array(self.color_range, expected, np.float64)
+            ends = checks.as_array(self.color_range, expected, np.float64)
             if ends.shape != (2,) or not ends[0] < ends[1] or not np.isfinite(ends).all():
                 raise ValueError(f"{expected}, got {shown(self.color_range)}")
             object.__setattr__(self, "color_range", (float(ends[0]), float(ends[1])))
@@ -390,9 +382,8 @@ def read_text_points(path: FilePath, note: Note, options: CloudOptions) -> Found
         if has_positions(head.names) and options.columns is None:
             names = [*head.names, *(f"column{k + 1}" for k in range(len(head.names), head.columns))]
             if len(names) > head.columns:
-                raise ValueError(
-                    f"it names {len(names)} columns, and has {head.columns}: pass {option('columns', 'x,y,z')}"
-                )
+                way_out = f"pass {option('columns', 'x,y,z')}"
+                raise ValueError(f"it names {len(names)} columns, and has {head.columns}: {way_out}")
             columns = dict[str, NDArray[Any]]()
             for k, name in enumerate(names):
                 columns[name if name not in columns else f"{name}{k + 1}"] = table[:, k]
@@ -413,7 +404,7 @@ def read_text_head(data: bytes) -> Head | None:
     for line in data.splitlines(keepends=True):
         comment = _COMMENT.match(line)
         line_names = _names(line[comment.end() :] if comment else line)
-        has_commas = _has_decimal_commas(line)
+        has_commas = (b";" in line and b"," in line) or _DECIMAL_COMMAS.fullmatch(line) is not None
         numbers = None if comment else _numbers(line, has_commas)
         if numbers is not None and len(numbers) >= 3:
             return Head(at, len(numbers), names, count, has_commas)
@@ -444,10 +435,6 @@ def are_points(rows: NDArray[Any]) -> bool:
 
 
 _DECIMAL_COMMAS = re.compile(rb"\s*(?:[-+]?\d+,\d+(?:[eE][-+]?\d+)?(?:[\s|]+|$)){3,}")
-
-
-def _has_decimal_commas(line: bytes) -> bool:
-    return (b";" in line and b"," in line) or _DECIMAL_COMMAS.fullmatch(line) is not None
 
 
 def _spaced(text: bytes, has_decimal_commas: bool) -> bytes:

@@ -25,40 +25,9 @@ from ..arrays.numpy_files import BROKEN, NUMPY, SURFACES, find_roles, is_named, 
 from ..arrays.ply_and_pcd import counts_faces, is_pcd
 from ..containers.array_frames import is_organised
 from ..frames.frame_parts import LoadOptions
-from . import cloud_arrays
-from .cloud_columns import (
-    COUNTS,
-    MOST_PLACES,
-    TEXTS,
-    UTF_16,
-    CloudOptions,
-    ColorLegend,
-    FoundPoints,
-    are_points,
-    has_points,
-    has_positions,
-    read_text_head,
-    read_text_points,
-    shows_points,
-)  # fmt: skip
+from . import cloud_arrays, cloud_columns, placing
+from .cloud_columns import COUNTS, MOST_PLACES, TEXTS, UTF_16, CloudOptions, ColorLegend, FoundPoints
 from .mesh_files import read_mesh, read_obj_points
-from .placing import (
-    choices,
-    colors_of,
-    drop_invalid,
-    drop_strays,
-    drop_unreturned,
-    keep_box,
-    keep_most,
-    main_box,
-    placed,
-    places_of,
-    spacing_of,
-    strays_of,
-    to_metres,
-    units_of,
-    up_of,
-)  # fmt: skip
 from .scans import E57, LAS, is_ptx, read_e57_points, read_las_points, read_ptx_points
 from .splat_files import META, is_sog, is_splat, is_spz, read_sog_points, read_splat_points, read_spz_points
 
@@ -134,30 +103,30 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
         read = read_obj_points
     if _is_of_splats(path, head):
         read = read_splat_points if not head.startswith(ZIP) and path.name != META else read_sog_points
-    read = read or (cloud_arrays.read_lidar_points if is_bare else read_text_points)
+    read = read or (cloud_arrays.read_lidar_points if is_bare else cloud_columns.read_text_points)
     found = read(path, note, options)
     if is_mesh_head(head):
         note(f"{name}: it is a mesh with faces, only its vertices are read; load_scene and render show it whole")
     found.keep_field(options.color_by)
-    drop_invalid(found, name, note)
+    placing.drop_invalid(found, name, note)
     if not options.all_points:
-        drop_unreturned(found, name, note)
-    keep_box(found, options.crop, name, note)
+        placing.drop_unreturned(found, name, note)
+    placing.keep_box(found, options.crop, name, note)
     if options.clean:
-        drop_strays(found, name, note)
-    keep_most(found, options.most, name, note)
-    to_metres(found, name, note)
-    positions, origin = placed(found, name, note)
-    up = up_of(found, positions, origin, options.up, name, note)
-    colors = colors_of(found, options, up, name, note)
+        placing.drop_strays(found, name, note)
+    placing.keep_most(found, options.most, name, note)
+    placing.to_metres(found, name, note)
+    positions, origin = placing.placed(found, name, note)
+    up = placing.up_of(found, positions, origin, options.up, name, note)
+    colors = placing.colors_of(found, options, up, name, note)
     if options.seen_from is not None:
-        found.seen_from = places_of(positions + origin, np.reshape(options.seen_from, (-1, 3)))
+        found.seen_from = placing.places_of(positions + origin, np.reshape(options.seen_from, (-1, 3)))
     seen_from = None if found.seen_from is None else found.seen_from - origin
     front = found.front if up == found.up else None
     sizes, shares = found.sizes, None
     if sizes is not None:  # 0 where the file has none that can be drawn
         sizes = np.nan_to_num(sizes.astype(np.float32), posinf=0, neginf=0).clip(0, None)
-    normals = units_of(found, name, note)
+    normals = placing.units_of(found, name, note)
     if found.confidence is not None and found.normals is not None:  # how sure each normal is, 0 to 1
         shares = np.nan_to_num(found.confidence.astype(np.float32), posinf=1).clip(0, 1)
     cloud = PointCloud(positions, normals, colors, sizes, shares, origin, up, seen_from, front=front)
@@ -225,13 +194,11 @@ def _is_bare_splats(path: Path, head: bytes) -> bool:
 
 
 def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
-    """What was found; numbers are plain, lengths in the file's units, so that programs can read it as JSON.
-
-    Options are those of `load_cloud`, except notes. Raises as it does.
-    """
+    """What was found; numbers are plain, lengths in the file's units, so that programs can read it as JSON. Options are
+    those of `load_cloud`, except notes. Raises as it does."""
     notes: list[str] = []
     cloud, found = read_cloud(check_path(path), CloudOptions(**options), notes.append)
-    low, high = ((end + cloud.origin).tolist() for end in main_box(cloud.positions)) if len(cloud) else ([], [])
+    low, high = ((end + cloud.origin).tolist() for end in placing.main_box(cloud.positions)) if len(cloud) else ([], [])
     places = [] if cloud.seen_from is None else np.unique(sample_of(np.atleast_2d(cloud.seen_from)), axis=0)
     places = [place + cloud.origin for place in places[:: -(-len(places) // MOST_PLACES) or 1]]
     with_normal = 0.0 if cloud.normals is None else float(cloud.normals.any(1).mean())
@@ -241,8 +208,8 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
         "points": len(cloud),
         "extent": [_rounded(b - a) for a, b in zip(low, high, strict=True)],
         "box": [low, high],
-        "strays": int(np.count_nonzero(strays_of(cloud.positions))),  # points far from all others
-        "spacing": _rounded(spacing_of(cloud.positions)),
+        "strays": int(np.count_nonzero(placing.strays_of(cloud.positions))),  # points far from all others
+        "spacing": _rounded(placing.spacing_of(cloud.positions)),
         "stored_as": str(cloud.positions.dtype),
         "origin": cloud.origin.tolist(),
         "up": {"axis": cloud.up, "why": found.up_from},
@@ -251,7 +218,7 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
         "normals": round(with_normal, 4),  # the share of points that have one
         "sizes": cloud.sizes is not None,
         "seen_from": np.asarray(places).tolist(),  # where scanners stood, in the file's coordinates; of a path a part
-        "color_by": choices(found),
+        "color_by": placing.choices(found),
         "assumed": notes,
     }
 
@@ -352,13 +319,13 @@ def is_mesh_head(head: bytes) -> bool:
 
 
 def _has_no_faces(path: Path) -> bool:
-    has_points = False
+    has_vertices = False
     with path.open("rb") as file:
         for line in file:
             if line.startswith((b"f ", b"f\t")):
                 return False
-            has_points = has_points or line.startswith((b"v ", b"v\t"))
-    return has_points
+            has_vertices = has_vertices or line.startswith((b"v ", b"v\t"))
+    return has_vertices
 
 
 def _is_cloud(path: Path, head: bytes) -> bool:
@@ -379,9 +346,11 @@ def _is_cloud(path: Path, head: bytes) -> bool:
         return numbers is not None and bool(numbers.reshape(-1, columns)[:, :3].min() < 0)
     if suffix not in _MAYBE_TEXTS and _is_bare_splats(path, head):
         return True
-    if suffix in _MAYBE_TEXTS and (found := read_text_head(head)):
+    if suffix in _MAYBE_TEXTS and (found := cloud_columns.read_text_head(head)):
         is_long = head.count(b"\n") > _MANY
-        return has_positions(found.names) or (is_long and (found.columns in COUNTS or shows_points(head, found)))
+        return cloud_columns.has_positions(found.names) or (
+            is_long and (found.columns in COUNTS or cloud_columns.shows_points(head, found))
+        )
     return False
 
 
@@ -389,14 +358,14 @@ def _is_table(path: Path) -> bool:
     with path.open("rb") as file, naming(path, BROKEN):  # NumPy raises of everything for broken bytes
         shape, is_by_column, dtype = read_header(file, "biufV")
         if dtype.names:
-            return has_points(dtype) and len(shape) < 2
+            return cloud_columns.has_points(dtype) and len(shape) < 2
         if dtype.kind not in "iuf" or len(shape) != 2 or _is_of_points(shape):
             return dtype.kind in "iuf" and _is_of_points(shape)
         if is_by_column or not COUNTS[0] < shape[1] <= _WIDE or shape[0] <= max(_MANY, _NARROW * shape[1]):
             return False
         row = dtype.itemsize * shape[1]
         data = file.read(_LOOKED_AT * row)
-        return are_points(np.frombuffer(data[: len(data) // row * row], dtype).reshape(-1, shape[1]))
+        return cloud_columns.are_points(np.frombuffer(data[: len(data) // row * row], dtype).reshape(-1, shape[1]))
 
 
 def _has_points(path: Path) -> bool:
@@ -406,10 +375,10 @@ def _has_points(path: Path) -> bool:
         is_of_pixels = role in SURFACES and math.prod(shape) and sum(side != 1 for side in shape) > 2
         if is_of_pixels or role in ("depth", "inverse", "ray"):
             return False
-    if has_positions(name for name, one in arrays.items() if len(one.shape) == 1):
+    if cloud_columns.has_positions(name for name, one in arrays.items() if len(one.shape) == 1):
         return True
     named = [one for name, one in arrays.items() if is_named(name, cloud_arrays.POSITIONS)]
-    return any(has_points(one.dtype) if one.dtype.names else _is_of_points(one.shape) for one in named)
+    return any(cloud_columns.has_points(one.dtype) if one.dtype.names else _is_of_points(one.shape) for one in named)
 
 
 def _is_of_points(shape: tuple[int, ...]) -> bool:

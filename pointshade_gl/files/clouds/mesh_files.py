@@ -188,7 +188,6 @@ def _units(vectors: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def _colored(shape: _Shape, faces: _Faces, ply: Ply) -> _Shape:
-    """With the colours of faces, where they have some."""
     rows = ply.elements.get(FACES[0])
     if rows is None or not {*_RED} <= {*(rows.dtype.names or ())} or (faces.face < 0).any():
         return shape

@@ -82,10 +82,8 @@ _UNEVEN = 10  # times as uneven as chance are runs of files that hold one scan a
 
 
 def places_of(positions: NDArray[np.floating], places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """From which of several places (k, 3) each point is seen, (n, 3): the nearest that nothing hides. Of one (3,).
-
-    In a file that holds one scan after the other it is the one from which most points beside it are.
-    """
+    """From which of several places (k, 3) each point is seen, (n, 3): the nearest that nothing hides. Of one (3,). In a
+    file that holds one scan after the other it is the one from which most points beside it are."""
     if len(places) == 1:
         return places[0].astype(np.float64)
     chosen, best = np.zeros(len(positions), np.int64), np.full(len(positions), np.inf)
@@ -183,10 +181,8 @@ def to_metres(found: FoundPoints, name: str, note: Note) -> None:
     found.up_from = found.up_from or "x and y are degrees"
     other = "" if found.in_degrees else f"; pass {option('columns', 'x,y,z,...')} if they are metres"
     which = "latitude and longitude" if order == _LATITUDE_FIRST else "longitude and latitude"
-    note(
-        f"{name}: x and y are degrees, {which}: they become metres, by the latitude {latitude:.4g}, and z counts as "
-        f"metres{other}"
-    )
+    become = f"they become metres, by the latitude {latitude:.4g}, and z counts as metres{other}"
+    note(f"{name}: x and y are degrees, {which}: {become}")
 
 
 _LONGITUDE_FIRST, _LATITUDE_FIRST = ("lon", "lat"), ("lat", "lon")
@@ -206,16 +202,12 @@ def _degrees_in(positions: NDArray[Any]) -> tuple[tuple[str, str] | None, bool]:
 
 def placed(found: FoundPoints, name: str, note: Note) -> tuple[NDArray[np.floating], NDArray[np.float64]]:
     """Positions (n, 3), and the origin (3,) that they count from: zero, where float32 distinguishes points from there.
-
-    Else the origin is the middle, in whole units. Positions stay float64 only where float32 loses points even so.
-    """
+    Else the origin is the middle, in whole units. Positions stay float64 only where float32 loses points even so."""
     at, origin = found.positions, _origin(found)
     if origin.any() and at.dtype == np.float32 and found.origin is None:
         step = 2 * _HALF_STEP * np.abs(main_box(at)).max()
-        note(
-            f"{name}: its coordinates are float32 and lie so far from 0 that they are {step:.2g} apart: finer detail "
-            "was lost when it was written; write doubles, or take an offset from them first"
-        )
+        lost = "finer detail was lost when it was written; write doubles, or take an offset from them first"
+        note(f"{name}: its coordinates are float32 and lie so far from 0 that they are {step:.2g} apart: {lost}")
     if origin.any():
         at = at.astype(np.float64, copy=False) - origin  # never the other way round: float32 has lost them by then
     if at.dtype == np.float32:
@@ -399,7 +391,6 @@ def colors_of(found: FoundPoints, options: CloudOptions, up: Up, name: str, note
 
 
 def choices(found: FoundPoints) -> list[str]:
-    """What a file's points can be coloured by."""
     columns = {"rgb": found.colors, "intensity": found.intensity, "class": found.classes, "height": found.positions}
     known = [one for one in COLOR_BY if columns[one] is not None]
     return known + [name for name in found.fields if name not in known]
@@ -462,18 +453,13 @@ def _ends(values: NDArray[Any]) -> tuple[float, float]:
     return (low, high) if low < high else (float(values.min()), float(values.max()))
 
 
-def _end_texts(low: float, high: float) -> list[str]:
-    """Both with as many digits as tell them apart."""
-    largest, span = max(abs(low), abs(high)), high - low
-    digits = min(4 + max(0, int(np.log10(largest / span))), 15) if span > 0 and largest > 0 else 4
-    return [f"{float(f'{one:.{digits}g}'):.12g}" for one in (low, high)]
-
-
 def _explain(
     found: FoundPoints, title: str, low: float, high: float, row: NDArray[np.uint8], name: str, note: Note
 ) -> None:
     """Say between which numbers the colours of a row lie."""
-    first, last = _end_texts(low, high)
+    largest, span = max(abs(low), abs(high)), high - low  # as many digits as tell them apart
+    digits = min(4 + max(0, int(np.log10(largest / span))), 15) if span > 0 and largest > 0 else 4
+    first, last = (f"{float(f'{one:.{digits}g}'):.12g}" for one in (low, high))
     found.legend = ColorLegend(title, [first, last], row)
     words = ("black", "white") if (row[:, :1] == row).all() else ("dark blue", "yellow")
     note(f"{name}: coloured by {title}, {first} {words[0]} to {last} {words[1]}; {option('color_range')} sets these")
@@ -549,10 +535,8 @@ def units_of(found: FoundPoints, name: str, note: Note) -> NDArray[np.float32] |
     lengths = lengths[np.isfinite(lengths) & (lengths > 0)]
     if len(lengths) and (np.abs(lengths / np.median(lengths) - 1) < _EVEN).mean() < _UNITS:
         low, high = np.quantile(lengths, _ENDS)
-        note(
-            f"{name}: its fields called normals hold none, their lengths go from {low:.3g} to {high:.3g} and not to 1: "
-            "they are left out, normals are estimated"
-        )
+        ends = f"from {low:.3g} to {high:.3g} and not to 1: they are left out, normals are estimated"
+        note(f"{name}: its fields called normals hold none, their lengths go {ends}")
         return None
     normals = found.normals.astype(np.float32)
     lengths = np.linalg.norm(normals, axis=1)

@@ -174,10 +174,8 @@ def _scan_angle(chunk: Any, names: list[str]) -> np.ndarray:
 
 
 def seen_from_above(positions: np.ndarray, passes: np.ndarray, angles: np.ndarray) -> np.ndarray | None:
-    """Where an aircraft was when it saw each point, (n, 3); without angles far above flat points, (3,); else None.
-
-    The angle grows across the line of flight, by more the lower that is: so both are known without its path.
-    """
+    """Where an aircraft was when it saw each point, (n, 3); without angles far above flat points, (3,); else None. The
+    angle grows across the line of flight, by more the lower that is: so both are known without its path."""
     sides, largest = np.ptp(positions, axis=0), np.abs(angles).max()
     if largest > _STEEPEST:
         return None

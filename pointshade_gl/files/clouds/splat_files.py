@@ -74,7 +74,6 @@ def is_trained(columns: Mapping[str, Any]) -> bool:
 def splats_in(
     columns: Mapping[str, NDArray[Any]], form: str, comments: list[str], name: object, note: Note
 ) -> FoundPoints:
-    """The splats of the columns of a .ply."""
     scales = np.stack([_exp(columns[one]) for one in _SCALE if one in columns], -1)
     if scales.shape[1] == 2:
         scales = np.concatenate([scales, _THIN * scales.min(1, keepdims=True)], 1)
@@ -215,9 +214,8 @@ def read_splat_points(path: FilePath, note: Note, options: CloudOptions) -> Foun
     """The splats of a .splat file: 32 bytes for each, without a header."""
     data = read_bytes(path, options.max_pixels)
     if not is_splat(data[: 1 << 16], len(data)):
-        raise ValueError(
-            f"{path} is no .splat of {len(data)} bytes: expected places, sizes, colours and turns, 32 for each"
-        )
+        expected = "places, sizes, colours and turns, 32 for each"
+        raise ValueError(f"{path} is no .splat of {len(data)} bytes: expected {expected}")
     rows = np.frombuffer(data, _SPLAT)
     check_points(len(rows), path, options.max_pixels)
     turns = (rows["turn"].astype(np.float32) - 128)[:, [1, 2, 3, 0]] / 128
@@ -280,7 +278,6 @@ def _cut(data: bytes, sizes: list[int]) -> list[bytes]:
 
 
 def _streams(data: bytes, count: int, name: FilePath) -> list[bytes]:
-    """What the streams of version 4 unpack to."""
     zstandard = import_extra("zstandard", "spz", f"{name} is an .spz of version 4")
     (table,) = struct.unpack("<I", data[16:20])
     sizes = struct.unpack(f"<{2 * count}Q", data[table : table + 16 * count])
@@ -323,7 +320,6 @@ _FIRST_OF_QUATS = 252
 
 
 def is_sog(archive: Archive) -> bool:
-    """Whether an archive holds splats as pictures."""
     return META in archive.names
 
 
@@ -384,15 +380,11 @@ def _splats_of_pictures(
     harmonics = None
     if "shN" in meta:
         labels, palette = table("shN", 1).astype(np.int64), table("shN", 0)
-        each, label = _harmonics_of(meta), labels[:, 0] + (labels[:, 1] << 8)
+        own = meta["shN"]  # of version 1 the shape of its palette shows how many harmonics a splat has
+        each = _COUNTS[own["bands"]] if "bands" in own else int(own["shape"][1]) // 3
+        label = labels[:, 0] + (labels[:, 1] << 8)
         start = (label // _ROW * _ROW + label % _ROW) * each
         harmonics = values("shN", palette[start[:, None] + np.arange(each), :3])
     form, is_smooth = f"SOG {meta.get('version', 1)}", bool(meta.get("antialias"))
     scales = _exp(values("scales", table("scales")[:, :3]))
     return splats(form, at, scales, turns, opacities, 0.5 + np.float32(CONSTANT) * dc, harmonics, name, note, is_smooth)
-
-
-def _harmonics_of(meta: dict[str, Any]) -> int:
-    """How many harmonics a splat has; in version 1 the shape of its palette shows it."""
-    own = meta["shN"]
-    return _COUNTS[own["bands"]] if "bands" in own else int(own["shape"][1]) // 3

@@ -37,10 +37,8 @@ _OPENGL = np.array([1, -1, -1], np.float32)
 
 
 def fit_pinhole(points: NDArray[np.floating]) -> tuple[tuple[float, float, float, float], float]:
-    """(fx, fy, cx, cy) by least squares from (h, w, 3) points in the camera's axes, and how far pixels are from it.
-
-    The distance is the root mean square, as a share of the width; infinite if hardly any point is before the camera.
-    """
+    """(fx, fy, cx, cy) by least squares from (h, w, 3) points in the camera's axes, and how far pixels are from it. The
+    distance is the root mean square, as a share of the width; infinite if hardly any point is before the camera."""
     height, width = points.shape[:2]
     step = max(1, int(np.sqrt(height * width / _LOOKED_AT)))
     some = points[::step, ::step].astype(np.float64)
@@ -117,9 +115,8 @@ class Assembly:
                 points, fitted, off = points * _OPENGL, fitted_turned, off_turned
         if off >= MOST_OFF:
             axes = "x right, y down and z forward, in the camera's axes or with the camera's pose beside them"
-            raise ValueError(
-                f"{self.name}: no pinhole camera sees its points where they are in the picture: expected {axes}"
-            )
+            fact = "no pinhole camera sees its points where they are in the picture"
+            raise ValueError(f"{self.name}: {fact}: expected {axes}")
         return points, fitted
 
     def _pose(self, k: int) -> NDArray[np.float64] | None:

@@ -122,10 +122,8 @@ _COARSE = 200  # rows and columns that are compared
 def turn_normals(
     normals: NDArray[Any], depth: NDArray[Any], camera: Numbers | None, name: str, note: Note
 ) -> NDArray[np.float32]:
-    """(h, w, 3) float32 in OpenCV's axes towards the camera, NaN where missing, from normals of the depth's size.
-
-    Which axes they have is found by comparing with the depth's own surface; without a camera OpenCV's are taken.
-    """
+    """(h, w, 3) float32 in OpenCV's axes towards the camera, NaN where missing, from normals of the depth's size. Which
+    axes they have is found by comparing with the depth's own surface; without a camera OpenCV's are taken."""
     vectors = normals.astype(np.float32)
     lengths = np.linalg.norm(vectors, axis=2, keepdims=True)
     vectors = np.where((lengths > 0.5) & (lengths < 2), vectors / lengths, np.float32(np.nan))

@@ -78,9 +78,7 @@ def open_inside(
     path: Path, note: Note, max_pixels: float = MAX_PIXELS, channel: str | None = None, has_color: bool = False
 ) -> Contents | None:
     """What a depth picture says beyond its values: EXR with colours or of Unreal, JPEG with depth; None for others.
-
-    has_color  a colour picture lies beside it: that is taken
-    """
+    has_color: a colour picture lies beside it: that is taken."""
     suffix = path.suffix.lower()
     if suffix in _JPEG:
         return read_gdepth(path, note, max_pixels) if channel is None else None
@@ -106,7 +104,6 @@ def _is_in_centimetres(depth: NDArray[Any]) -> bool:
 
 
 def holds_color(path: Path) -> bool:
-    """Whether a depth file has colours in it."""
     suffix = path.suffix.lower()
     if suffix == ".npy":
         array = NpyArray(path, "biufV")

@@ -17,19 +17,8 @@ from numpy.typing import NDArray
 from ...notes.notes import Note, once
 from ...notes.words import shown
 from ...scene.camera import OPENGL, Camera, from_quaternions
-from ..access.content import (
-    LONGEST_SIDE,
-    MAX_PIXELS,
-    TEXT_BYTES,
-    FilePath,
-    check_limit,
-    check_pixels,
-    import_extra,
-    naming,
-    parse_object,
-    read_bytes,
-    read_head,
-)
+from ..access import content
+from ..access.content import LONGEST_SIDE, MAX_PIXELS, TEXT_BYTES, FilePath
 from ..arrays.compression import Archive, unpack_lzfse
 from ..cameras.camera_files import EXIF, camera_from_exif, camera_of_lens
 from ..cameras.intrinsics import Intrinsics
@@ -55,15 +44,15 @@ def is_heic(head: bytes) -> bool:
 
 def open_heic(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> Frames:
     """The frame of a photograph. Raises ValueError without the extra `heic`, for a broken file, and without depth."""
-    pillow_heif = import_extra("pillow_heif", "heic", f"{path} is an HEIC picture")
-    data = read_bytes(path, max_pixels)
+    pillow_heif = content.import_extra("pillow_heif", "heic", f"{path} is an HEIC picture")
+    data = content.read_bytes(path, max_pixels)
     photo = _open(pillow_heif, data, path)
     pictures = photo.info.get("depth_images") or []
     if not pictures:
         raise ValueError(f"{path} has no depth in it: phones add it in portrait mode")
     for picture in (photo, pictures[0]):
         width, height = picture.size
-        check_pixels(width, height, str(path), max_pixels)
+        content.check_pixels(width, height, str(path), max_pixels)
     return Frames(1, lambda _: _read(path, data, _open(pillow_heif, data, path), note))
 
 
@@ -75,7 +64,7 @@ def _read(path: FilePath, data: bytes, photo: Any, note: Note) -> Contents:
         exif.load(photo.info.get("exif") or b"")
         exif.get_ifd(EXIF)
     quarters = _QUARTERS.get(exif.get(TURNED, 1), 0)
-    with naming(path, _BROKEN, (ValueError, RuntimeError, EOFError, OSError)):
+    with content.naming(path, _BROKEN, (ValueError, RuntimeError, EOFError, OSError)):
         colors = Image.fromarray(np.ascontiguousarray(np.array(photo)[..., :3]))
         color = np.asarray(in_srgb(colors, photo.info, str(path), note))
         raw = np.array(photo.info["depth_images"][0])
@@ -142,7 +131,7 @@ def _number(packet: bytes, key: bytes) -> float | None:
 
 
 def _open(pillow_heif: Any, data: bytes, path: FilePath) -> Any:
-    with naming(path, _BROKEN, (ValueError, RuntimeError, EOFError, SyntaxError, IndexError)):
+    with content.naming(path, _BROKEN, (ValueError, RuntimeError, EOFError, SyntaxError, IndexError)):
         file = pillow_heif.open_heif(data)
         return file[file.primary_index]
 
@@ -154,15 +143,15 @@ _MORE_HEAD = 32 + 4 + 4  # of each part that follows: whose it is, the length of
 
 def read_gdepth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> Contents | None:
     """The frame of a JPEG with Google's GDepth in its XMP; None for any other. Raises ValueError for a broken one."""
-    if not read_head(path).startswith(_START):
+    if not content.read_head(path).startswith(_START):
         return None
-    data = read_bytes(path, max_pixels)
+    data = content.read_bytes(path, max_pixels)
     packet = _xmp_of(data)
     if b"GDepth:" not in packet:
         return None
     near, far = (_number(packet, b"GDepth:" + name) for name in (b"Near", b"Far"))
     picture = re.search(rb"GDepth:Data(?:>|=\")([A-Za-z0-9+/=\s]+)", packet)
-    with naming(path, "is a JPEG with a broken GDepth", (ValueError,)):
+    with content.naming(path, "is a JPEG with a broken GDepth", (ValueError,)):
         if picture is None or not near or not far:
             raise ValueError("its XMP has no Data, Near or Far")
         raw = decode_image(BytesIO(binascii.a2b_base64(picture[1])), f"{path}'s depth", max_pixels)
@@ -182,8 +171,7 @@ def read_gdepth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> C
 
 
 def has_gdepth(path: FilePath) -> bool:
-    """Whether it is a JPEG with Google's GDepth."""
-    head = read_head(path, 2**16)
+    head = content.read_head(path, 2**16)
     return head.startswith(_START) and b"GDepth:" in head
 
 
@@ -217,7 +205,7 @@ class Unpacked:
         self.names = {file.relative_to(path).as_posix() for file in files}
 
     def read(self, name: str) -> bytes:
-        return read_bytes(self.path / name, self._max_pixels)
+        return content.read_bytes(self.path / name, self._max_pixels)
 
 
 def open_record3d(files: Archive | Unpacked, note: Note, max_pixels: float = MAX_PIXELS) -> Frames | None:
@@ -228,8 +216,8 @@ def open_record3d(files: Archive | Unpacked, note: Note, max_pixels: float = MAX
     if name is None:
         return None
     title, data, root = f"{files.path}/{name}", files.read(name), name.removesuffix(".json").removesuffix("metadata")
-    check_limit(len(data), f"{title} has {len(data)} bytes", max_pixels, TEXT_BYTES)
-    metadata = parse_object(data.decode("utf-8", "replace"), Path(title), max_pixels)
+    content.check_limit(len(data), f"{title} has {len(data)} bytes", max_pixels, TEXT_BYTES)
+    metadata = content.parse_object(data.decode("utf-8", "replace"), Path(title), max_pixels)
     if not {"w", "h"} <= metadata.keys():
         return None  # another program's
     frames = {int(match["packed"] or match["exr"]): match[0] for match in depths if match["root"] == root}
@@ -276,7 +264,7 @@ class _Recording:
         """Depth, and where it is not of the lowest confidence."""
         width, height = self._side("dw", 192), self._side("dh", 256)
         name = f"{self.files.path}/{member}"
-        check_pixels(width, height, name, self.max_pixels)
+        content.check_pixels(width, height, name, self.max_pixels)
         data = unpack_lzfse(self.files.read(member), 4 * width * height, name)
         depth = np.frombuffer(data, "<f4").reshape(height, width)
         if confidence not in self.files.names:

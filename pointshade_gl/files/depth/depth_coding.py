@@ -197,10 +197,9 @@ def _read_levels(values: NDArray[Any], hints: DepthHints, repairs: tuple[str, ..
     if hints.scale is None and kind == "z":
         return _without_scale(values, "as said", repairs)
     if hints.scale is None and kind != "inverse":
-        raise ValueError(
-            f"depth has 256 levels, too few for distances of kind {kind}: pass {option('depth_scale')} "
-            f"(levels per metre), or {option('depth_kind', 'inverse')} for a network's output"
-        )
+        way_out = f"(levels per metre), or {option('depth_kind', 'inverse')} for a network's output"
+        fact = f"depth has 256 levels, too few for distances of kind {kind}"
+        raise ValueError(f"{fact}: pass {option('depth_scale')} {way_out}")
     return Decoded(values, Coding(kind, hints.scale, "as said", repairs))
 
 

@@ -14,16 +14,8 @@ from numpy.typing import NDArray
 
 from ...notes.notes import Note
 from ...notes.words import option
-from ..access.content import (
-    MAX_PIXELS,
-    PICTURE_TEXT,
-    FilePath,
-    check_pixels,
-    check_size,
-    open_regular,
-    read_bytes,
-    read_head,
-)
+from ..access import content
+from ..access.content import MAX_PIXELS, PICTURE_TEXT, FilePath
 from ..access.known_names import asset
 from ..arrays.numpy_files import NUMPY, parse_numbers, read_dpt, read_npy, read_npz
 from ..pictures.hdr_files import EXR, read_exr, read_float_tiff
@@ -52,7 +44,7 @@ def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS, chann
 
     Raises OSError if the path is not a file, ValueError for another or too large a picture, and without EXR's extra.
     """
-    head, name = read_head(path), str(path)
+    head, name = content.read_head(path), str(path)
     if head.startswith(NUMPY):
         raw = _columns(read_npy(path, max_pixels, kinds="biufV"), name)
     elif head.startswith(_ZIP):
@@ -93,13 +85,13 @@ def _columns(array: NDArray[Any], name: str) -> NDArray[Any]:
 
 def is_table(path: FilePath) -> bool:
     """Whether a text begins with as many numbers in a line as a row of a picture has."""
-    lines = read_head(path, 2**16).decode("utf-8", "replace").translate(_SEPARATORS).splitlines()
+    lines = content.read_head(path, 2**16).decode("utf-8", "replace").translate(_SEPARATORS).splitlines()
     return any(parse_numbers(line).size >= _SMALLEST_TABLE for line in lines[:2])
 
 
 def _read_text(path: FilePath, max_pixels: float) -> NDArray[np.float64]:
     """(h, w) numbers of a text, a line for each row."""
-    data = read_bytes(path, max_pixels, PICTURE_TEXT).decode("utf-8-sig", "replace")
+    data = content.read_bytes(path, max_pixels, PICTURE_TEXT).decode("utf-8-sig", "replace")
     rows = [line for line in data.translate(_SEPARATORS).splitlines() if line.strip() and not line.startswith("#")]
     if rows and not parse_numbers(rows[0]).size:
         rows = rows[1:]  # a head
@@ -108,7 +100,7 @@ def _read_text(path: FilePath, max_pixels: float) -> NDArray[np.float64]:
     if len(widths) != 1 or len(rows) * max(widths) != values.size or min(len(rows), *widths) < _SMALLEST_TABLE:
         expected = "expected a table of numbers, a line for each row of the picture"
         raise ValueError(f"{path} is no depth as text: {expected}")
-    check_pixels(max(widths), len(rows), str(path), max_pixels)
+    content.check_pixels(max(widths), len(rows), str(path), max_pixels)
     return values.reshape(len(rows), -1)
 
 
@@ -118,8 +110,8 @@ def read_raw(path: FilePath, width: int, height: int, max_pixels: float = MAX_PI
     The file's size decides the type: 1 and 2 bytes are unsigned integers, 4 and 8 floating point; 4 bytes that make no
     sensible float are integers. Little-endian; `depth_coding.decode` sees swapped ones. Raises ValueError for others.
     """
-    check_pixels(width, height, str(path), max_pixels)
-    data = read_bytes(path, max_pixels)
+    content.check_pixels(width, height, str(path), max_pixels)
+    data = content.read_bytes(path, max_pixels)
     size, rest = divmod(len(data), width * height)
     if rest or size not in _RAW:
         raise ValueError(f"{path} has {len(data)} bytes, expected 1, 2, 4 or 8 for each of {width}x{height} pixels")
@@ -134,9 +126,7 @@ def read_raw(path: FilePath, width: int, height: int, max_pixels: float = MAX_PI
 
 def one_channel(array: NDArray[Any], name: str, channel: str | None = None) -> NDArray[Any]:
     """(h, w) of an array (h, w), (h, w, 1), (1, h, w) or equal channels; differing (h, w, 3|4) uint8 and points stay.
-
-    channel  the one to take: red, green, blue or alpha, or its number from 0
-    """
+    channel: the one to take: red, green, blue or alpha, or its number from 0."""
     if array.dtype.kind not in "iuf":
         raise ValueError(f"{name} must hold integer or floating point depth, got {array.dtype}")
     shape = array.shape
@@ -173,17 +163,17 @@ def _chosen(array: NDArray[Any], name: str, channel: str) -> NDArray[Any]:
 
 def _read_pgm(path: Path, max_pixels: float) -> NDArray[Any]:
     """Not by Pillow, which stretches the values to 65535 if the file's maximum is lower."""
-    with open_regular(path) as file:
+    with content.open_regular(path) as file:
         header = _PGM.match(file.read(_HEADER))
         if not header:
             raise ValueError(f"{path} is a PGM with a broken header")
         kind, width, height, maximum = (int(text) for text in header.groups())
         if not (0 < maximum < 65536 and width and height):
             raise ValueError(f"{path} is a PGM of {width}x{height} with maximum {maximum}: there is no such picture")
-        check_pixels(width, height, str(path), max_pixels)
+        content.check_pixels(width, height, str(path), max_pixels)
         dtype, count = np.dtype(">u2" if maximum > 255 else "u1"), width * height
         if kind == 2:
-            check_size(file, path, max_pixels, PICTURE_TEXT)
+            content.check_size(file, path, max_pixels, PICTURE_TEXT)
         file.seek(header.end())
         body = file.read() if kind == 2 else file.read(count * dtype.itemsize)
     if kind == 2:
@@ -226,7 +216,6 @@ def count_codes(raw: Codes) -> Counts:
 
 
 def is_swapped(raw: Codes) -> bool:
-    """Return whether the low byte came first."""
     raw = _some_rows(raw)
     if not (raw & 255).any():
         return False  # 8 bits stored in the high byte: swapped they would be smoother and wrong

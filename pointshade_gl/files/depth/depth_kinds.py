@@ -58,7 +58,6 @@ class DepthHints:
 
     @property
     def has_range(self) -> bool:
-        """Return whether both planes are given."""
         return self.near is not None and self.far is not None
 
 

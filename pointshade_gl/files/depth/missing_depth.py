@@ -24,7 +24,6 @@ _End = tuple[float, int, float]  # the largest or the smallest value, how many p
 
 
 def blocks(raw: NDArray[Any]) -> Iterator[slice]:
-    """All rows of a picture, some at a time."""
     step = max(1, _BLOCK // raw.shape[1])
     for start in range(0, raw.shape[0], step):
         yield slice(start, start + step)
@@ -157,10 +156,8 @@ def is_whole(raw: NDArray[Any]) -> bool:
 
 
 def scale_of_file(filed: float, median: float) -> float | None:
-    """Return raw values per metre, if a file gives the scale the other way round, else None.
-
-    0.001 is metres a value. From 0.01 to 2 it is millimetres a value, as in BOP: its 1.0 is 1000, its 0.1 is 10000.
-    """
+    """Return raw values per metre, if a file gives the scale the other way round, else None. 0.001 is metres a value.
+    From 0.01 to 2 it is millimetres a value, as in BOP: its 1.0 is 1000, its 0.1 is 10000."""
     scale = 1 / filed if filed < 0.01 else 1000 / filed
     return scale if filed <= 2 and not is_plausible(median / filed) and is_plausible(median / scale) else None
 

@@ -40,10 +40,8 @@ class Bending(NamedTuple):
 
 @np.errstate(all="ignore")  # what overflows is not finite, and no window
 def measure_bending(values: NDArray[Any], known: NDArray[np.bool_], zero: float | None = 0.0) -> Bending | None:
-    """Measure how (h, w) values bend across planes, where they are known; None where there are too few planes.
-
-    zero  the value of no depth; if it is unknown, v is the range of all values: z with any offset is positive then
-    """
+    """Measure how (h, w) values bend across planes, where they are known; None where there are too few planes. zero:
+    the value of no depth; if it is unknown, v is the range of all values: z with any offset is positive then."""
     step = max(1, min(values.shape) // _LARGEST)
     values, known = values[::step, ::step], known[::step, ::step]
     found = []
@@ -194,10 +192,8 @@ def offset_by_corners(
 
 @np.errstate(all="ignore")
 def offset_by_flatness(values: NDArray[Any], known: NDArray[np.bool_]) -> float | None:
-    """Return the value at which z is 0, where (h, w) values fall evenly with z; None if planes do not show it.
-
-    Planes are flat in 1/z for one offset alone.
-    """
+    """Return the value at which z is 0, where (h, w) values fall evenly with z; None if planes do not show it. Planes
+    are flat in 1/z for one offset alone."""
     low, span = _range_of(values, known)
     means = (_block_means(values, known, max(1, round(min(values.shape) / _GRID))) - low) / span
     if min(means.shape) < _SIDE:

@@ -119,7 +119,6 @@ def _phase_shift(colors: NDArray[np.float32], earlier: NDArray[np.float32]) -> t
 
 
 def _blocks_at(small: Small, earlier: Small, likely: NDArray[np.int_], focal: float, reach: int) -> Matched:
-    """Find the blocks of a picture around likely places."""
     rows, columns = small.values.shape
     v, u = np.mgrid[:rows, :columns]
     near = [at + _spread(likely[..., k]) for k, at in enumerate((v, u))]
@@ -156,7 +155,6 @@ def _blocks_at(small: Small, earlier: Small, likely: NDArray[np.int_], focal: fl
 
 
 def _spread(blocks: NDArray[Any]) -> NDArray[Any]:
-    """Return what blocks have at each of their pixels."""
     return np.repeat(np.repeat(blocks, _BLOCK, axis=0), _BLOCK, axis=1)
 
 

@@ -74,10 +74,8 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
 
 
 def _nearest(items: Sequence[ListedFile], frames: Sequence[FrameFiles]) -> list[ListedFile]:
-    """Sort by the number of folders shared with the first frame, most first: a folder may hold several data sets.
-
-    Then come those called like one of its folders: poses/kitchen.txt for depth/kitchen/0001.png.
-    """
+    """Sort by the number of folders shared with the first frame, most first: a folder may hold several data sets. Then
+    come those called like one of its folders: poses/kitchen.txt for depth/kitchen/0001.png."""
     if not frames:
         return list(items)
     here = {*from_root(frames[0].depth).parents}
@@ -341,9 +339,7 @@ def poses_of_inputs(
     path: FilePath, inputs: Sequence[FilePath], max_pixels: float = MAX_PIXELS
 ) -> list[NDArray[np.float64]]:
     """Return (4, 4) camera-to-world for each of several inputs: by its name if the file has names, else in order.
-
-    Raises ValueError for another number of poses, OSError for a file that cannot be read.
-    """
+    Raises ValueError for another number of poses, OSError for a file that cannot be read."""
     path = check_path(path)
     found = read_poses(path, max_pixels)
     if found.names is not None:

@@ -78,7 +78,6 @@ def best_group(
 
 
 def _is_mapped(path: Path) -> bool:
-    """Whether it is depth in colours."""
     image = read_image(path)
     return image.ndim == 3 and image.dtype == np.uint8 and read_levels(image) is not None
 
@@ -241,8 +240,6 @@ _OF_THE_SYSTEM = (("/", "proc"), ("/", "sys"))  # links in them lead to the whol
 
 
 class FrameFiles(NamedTuple):
-    """The files of one frame."""
-
     depth: Path
     color: Path | None = None  # None: there is none, and the surface is light grey
     valid: Path | None = None  # a mask or the confidence of the depth, where there is one
@@ -337,9 +334,7 @@ def _holds_color(depth: Path) -> bool:
 
 def find_photographs(place: Folder, note: Note) -> list[Path]:
     """The photographs of a folder in their order, or its video; those of one folder of it if it has none itself.
-
-    Pictures that are named as anything but colours are left out, and those that this package drew.
-    """
+    Pictures that are named as anything but colours are left out, and those that this package drew."""
     folder = place.path
     for levels in range(1, LEVELS + 1):
         items = [item for item in place.listing.files(folder, levels) if item.role in ("color", "")]

@@ -87,10 +87,8 @@ def find_filed(place: Folder, files: Sequence[FrameFiles], options: ReadOptions,
 
 
 def assumed_camera(size: Size, is_of_sensor: bool, missing: str, note: Note) -> Intrinsics:
-    """Return a camera that is usual for a picture of this size, with a note, and why no file has one.
-
-    is_of_sensor  whether depth has a unit, so that it may be a depth camera's; else it is seen as by a phone
-    """
+    """Return a camera that is usual for a picture of this size, with a note, and why no file has one. is_of_sensor:
+    whether depth has a unit, so that it may be a depth camera's; else it is seen as by a phone."""
     width, height = size
     way_out = f"pass {option('intrinsics')} (fx,fy,cx,cy or a file) or {option('fov')} (vertical degrees)"
     if width == 2 * height:
@@ -110,9 +108,7 @@ def make_camera(
     source: Intrinsics | None, options: ReadOptions, depth: Size, color: Size | None, note: Note
 ) -> tuple[Camera, Lens | None]:
     """The camera, known but for a field of view, of depth under colours of these sizes, and what bends its picture.
-
-    Raises ValueError for none, and for a lens that cannot be taken out.
-    """
+    Raises ValueError for none, and for a lens that cannot be taken out."""
     if color and not shows_the_same(color, depth):
         is_turned = shows_the_same((color[1], color[0]), depth)
         what = "turned by 90 degrees against each other" if is_turned else "of another aspect ratio"
@@ -129,9 +125,8 @@ def make_camera(
     camera, lens = place_lens(source, depth, color, note)
     if options.projection == "fisheye":
         if source.name == ASSUMED:
-            raise ValueError(
-                f"a fisheye needs its camera: pass {option('intrinsics', 'FILE')} or {option('fov', 'DEG')}"
-            )
+            way_out = f"pass {option('intrinsics', 'FILE')} or {option('fov', 'DEG')}"
+            raise ValueError(f"a fisheye needs its camera: {way_out}")
         return camera, fisheye(()) if lens is None else lens.as_fisheye()
     if lens is None or options.projection == "pinhole":
         return camera, None
@@ -152,7 +147,7 @@ def read_colors_of(
             raise ValueError(f"{expected}, got {array.shape}{way_to(array.shape, 'color', parts.color, (3, 4))}")
         return array
     if _is_film(parts.color):
-        from ..depth.depth_film import read_film_color  # only here
+        from ..finding.folder_films import read_film_color  # only here
         from ..pictures.video import read_video_frame
 
         is_shared = is_path(parts.depth) and parts.color == parts.depth
@@ -342,7 +337,7 @@ def read_raw_depth(parts: FrameParts, source: Intrinsics | None, options: ReadOp
     depth: Any = parts.depth
     max_pixels, channel = options.max_pixels, options.channel if parts.contents is None else None  # there it is chosen
     if _is_film(depth):
-        from ..depth.depth_film import read_film_depth  # only here
+        from ..finding.folder_films import read_film_depth  # only here
 
         return read_film_depth(depth, parts.number, max_pixels)
     if not is_path(depth):
@@ -395,7 +390,7 @@ def hints_of(
         check_positive(scale, f"{source.name}: depth_scale")
     levels = 0
     if _is_film(parts.depth):
-        from ..depth.depth_film import film_coding  # only here
+        from ..finding.folder_films import film_coding  # only here
 
         if film := film_coding(parts.name, True, options.max_pixels):
             kind, scale, levels = kind or film.kind, scale or film.scale, film.levels

@@ -55,10 +55,8 @@ FACES = np.array([
 def as_pinholes(
     parts: Sequence[FrameParts], options: ReadOptions, note: Note
 ) -> tuple[Sequence[FrameParts], ReadOptions]:
-    """Return six frames in the place of each panorama, and the options that still apply; others as they are.
-
-    The first decides for all. Raises ValueError for depth that a panorama cannot have.
-    """
+    """Return six frames in the place of each panorama, and the options that still apply; others as they are. The first
+    decides for all. Raises ValueError for depth that a panorama cannot have."""
     if not parts:
         return parts, options
     first = parts[0]
@@ -163,10 +161,8 @@ def _closes(part: FrameParts, options: ReadOptions) -> bool:
 
 
 def _has_poles(depth: NDArray[Any], is_needed: bool) -> bool:
-    """Whether the first and the last row have one value each, as the horizon has not; NaN is unknown.
-
-    is_needed  it must be known: photographs of the whole sphere often lack both
-    """
+    """Whether the first and the last row have one value each, as the horizon has not; NaN is unknown. is_needed: it
+    must be known: photographs of the whole sphere often lack both."""
     horizon, (top, bottom) = depth[len(depth) // 3 : -(len(depth) // 3)], (row[row > 0] for row in depth[[0, -1]])
     if not np.isfinite(horizon).any() or (is_needed and not (top.size and bottom.size)):
         return False

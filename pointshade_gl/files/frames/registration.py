@@ -92,10 +92,8 @@ def _find_shift(steps: Map, edges: Map) -> tuple[tuple[int, int], bool]:
 
 
 def _find_turn(edges: Map, maps: list[Map]) -> tuple[str | None, bool]:
-    """Return the turn of colours by which their edges lie on those of the depth, "" if they do as they are.
-
-    None if that is unclear. The second is whether nothing else is possible.
-    """
+    """Return the turn of colours by which their edges lie on those of the depth, "" if they do as they are. None if
+    that is unclear. The second is whether nothing else is possible."""
     color, details = _detail(edges), [_detail(one) for one in maps if np.count_nonzero(one) >= _FEW]
     both = np.zeros_like(color)
     for depth in details:
@@ -141,7 +139,6 @@ def _detail(edges: Map) -> Map:
 
 
 def _reduced(depth: NDArray[np.float32], height: int) -> NDArray[np.float32]:
-    """Return the depth of some pixels."""
     sizes = zip((height, _WIDTH), depth.shape, strict=True)
     rows, columns = (((np.arange(n) + 0.5) * size / n).astype(int) for n, size in sizes)
     return depth[np.ix_(rows, columns)]

@@ -17,17 +17,9 @@ from ...notes.notes import Note, once
 from ...notes.words import counted, option
 from ...scene.camera import Camera
 from ...scene.frame import Frame
+from ..access import known_names as names
 from ..access.content import FilePath, note_read
 from ..access.folders import LEVELS, Folder, Listing
-from ..access.known_names import (
-    BUILT_IN_MIDDLE,
-    BUILT_IN_UP,
-    COLOR_SUFFIXES,
-    DEPTH_SUFFIXES,
-    VIDEO_SUFFIXES,
-    is_built_in,
-    what_else,
-)
 from ..cameras.camera_files import camera_from_exif, read_intrinsics
 from ..cameras.intrinsics import Intrinsics, Size, place_camera
 from ..cameras.lenses import PANORAMA
@@ -35,16 +27,9 @@ from ..cameras.pose_files import FAILS, Reading, find_reading
 from ..containers.container_contents import Contents
 from ..depth.depth_kinds import Coding, Decoded
 from ..depth.scale_over_time import FilmScale, ScaledFrame
+from ..finding import folder_frames
 from ..finding.folder_cameras import Cameras, FoundPoses, find_poses, given_poses
-from ..finding.folder_frames import (
-    FrameFiles,
-    check_folder,
-    find_color,
-    find_frames,
-    find_photographs,
-    is_container,
-    numbers_of,
-)
+from ..finding.folder_frames import FrameFiles
 from .assembly import assemble, find_filed, read_colors_of
 from .frame_parts import Assembled, FrameParts, ReadOptions, is_path
 from .panoramas import OF_PANORAMA, as_pinholes, is_marked
@@ -57,10 +42,8 @@ _COMPARED = 3
 
 
 class FrameSequence(Sequence[Frame]):
-    """Frames, each read when it is asked for; slices are sequences too.
-
-    [k] raises ValueError or OSError, in one sentence, for a frame that cannot be read.
-    """
+    """Frames, each read when it is asked for; slices are sequences too. [k] raises ValueError or OSError, in one
+    sentence, for a frame that cannot be read."""
 
     def __init__(
         self, place: Folder, parts: Sequence[FrameParts], options: ReadOptions, note: Note, poses_from: str = ""
@@ -68,7 +51,7 @@ class FrameSequence(Sequence[Frame]):
         self.folder, self.note, self.poses_from = place.path, note, poses_from
         self.reading: Reading | None = None  # how poses and cameras are to be understood
         self._place, self._options = replace(place, listing=Listing()), options  # what was listed is not kept
-        self._is_built_in = is_built_in(place.path) and options.pose is None
+        self._is_built_in = names.is_built_in(place.path) and options.pose is None
         self._stream = object() if len(parts) > 1 else None  # what its frames have in common
         self._coding: Coding | None = None  # of the first depth that was read: the others are read like it
         self._hold(parts)
@@ -141,7 +124,7 @@ class FrameSequence(Sequence[Frame]):
         read = assemble(parts, self._options, note, self.reading, self._coding, self._stream, scale_of)
         if not self._is_built_in:
             return read
-        return read._replace(frame=read.frame.with_up(BUILT_IN_UP, BUILT_IN_MIDDLE))
+        return read._replace(frame=read.frame.with_up(names.BUILT_IN_UP, names.BUILT_IN_MIDDLE))
 
     def _scale_of(self, index: int, decoded: Decoded, colors: Any, camera: Camera) -> ScaledFrame:
         """Return how a frame is laid, after those before it in the film."""
@@ -201,25 +184,25 @@ def _end_video() -> None:
 def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: Note) -> FrameSequence:
     """Open the frames of a folder or file. Raises OSError if there are none, ValueError for impossible content."""
     if options.depth_model is not None:
-        folder = source.parent if source.is_file() else check_folder(source)
+        folder = source.parent if source.is_file() else folder_frames.check_folder(source)
         return open_photographs(Folder(folder, allow_outside), source, options, note)
     if not source.is_file():
-        return open_folder(Folder(check_folder(source), allow_outside), options, note)
+        return open_folder(Folder(folder_frames.check_folder(source), allow_outside), options, note)
     if _is_video(source):
         from ..finding.folder_films import find_film  # only here
 
         beside = Folder(source.parent, allow_outside, levels=0)
         if film := find_film(beside, source, note, options.max_pixels):
             return _from_files(beside, film, options, note)
-    if unread := what_else(source):
+    if unread := names.what_else(source):
         raise ValueError(f"{source} is {unread}")
     from ..containers.opening import is_zip_folder, unpack_folder  # only here
 
     if is_zip_folder(source, options.max_pixels):
         return open_folder(Folder(unpack_folder(source, options.max_pixels)), options, note)
-    place, source = Folder(source.parent, allow_outside, levels=0), numbers_of(source, note)
+    place, source = Folder(source.parent, allow_outside, levels=0), folder_frames.numbers_of(source, note)
     # a container may hold the colours itself, so it need not have any beside it
-    color = find_color(place, source, (lambda _: None) if is_container(source) else note)
+    color = folder_frames.find_color(place, source, (lambda _: None) if folder_frames.is_container(source) else note)
     return _from_files(place, [FrameFiles(source, color)], options, note)
 
 
@@ -238,13 +221,12 @@ def open_given_film(depth: Any, color: Any, options: ReadOptions, note: Note) ->
 
 
 def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequence:
-    """Open the frames of a folder, likewise."""
     if options.depth_model is not None:
         return open_frames(place.path, place.allow_outside, options, note)
     held = _open_container(place.path, note, options.max_pixels)  # of Record3D: its metadata know more than its files
     if held:
         return _from_container(place, place.path, held, options, note)
-    files = find_frames(place, note, options.max_pixels) or _photographs_with_depth(place)
+    files = folder_frames.find_frames(place, note, options.max_pixels) or _photographs_with_depth(place)
     files = files or _film_in(place, note, options.max_pixels)
     missed = place.listing.not_whole(place.path)
     if not files and missed:
@@ -253,7 +235,7 @@ def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequenc
         more = f" (and {counted(len(missed) - 1, 'more folder')} likewise)" if len(missed) > 1 else ""
         note(f"{missed[0]}{more}")
     if not files:
-        expected = f"expected depth.png (or {', '.join(DEPTH_SUFFIXES[:6])}...) or a folder depth/ in it"
+        expected = f"expected depth.png (or {', '.join(names.DEPTH_SUFFIXES[:6])}...) or a folder depth/ in it"
         way_out = f"or pass {option('depth', 'FILE')}{_instead(place)}"
         raise FileNotFoundError(f"{place.path} has no depth picture: {expected}, {way_out}")
     return _from_files(place, files, options, note)
@@ -269,7 +251,7 @@ def _photographs_with_depth(place: Folder) -> list[FrameFiles]:
 
 def _film_in(place: Folder, note: Note, max_pixels: float) -> list[FrameFiles]:
     """The pictures of a folder's film of depth, where it has one."""
-    if not place.listing.files(place.path, 1, VIDEO_SUFFIXES):
+    if not place.listing.files(place.path, 1, names.VIDEO_SUFFIXES):
         return []
     from ..finding.folder_films import find_film  # only here
 
@@ -280,9 +262,9 @@ def _instead(place: Folder) -> str:
     """What a folder holds instead of depth, and what to do with it, to end a sentence; "" if nothing is known."""
     folder, files = place.path, [item.path for item in place.listing.files(place.path, 1)]
     for path in files:
-        if found := what_else(path):
+        if found := names.what_else(path):
             return f"; {path.relative_to(folder)} is {found}"
-    photo = next((path for path in files if path.suffix.lower() in COLOR_SUFFIXES), None)
+    photo = next((path for path in files if path.suffix.lower() in names.COLOR_SUFFIXES), None)
     if photo is None:
         is_deep = not files and bool(place.listing.folders(folder))
         return f"; look into its folders, more than {LEVELS} deep" if is_deep else "" if files else "; it is empty"
@@ -300,7 +282,7 @@ def _open_container(path: Path, note: Note, max_pixels: float) -> Sequence[Conte
 def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions, note: Note) -> FrameSequence:
     limit, first = options.max_pixels, files[0].depth
     is_chosen = options.channel is not None and first.suffix.lower() == ".npz"  # one array alone
-    held = _open_container(first, note, limit) if is_container(first) and not is_chosen else None
+    held = _open_container(first, note, limit) if folder_frames.is_container(first) and not is_chosen else None
     if held is not None and len(files) == 1 < len(held):
         return _from_container(place, first, held, options, note)
     cameras = find_filed(place, files, options, note)
@@ -320,13 +302,20 @@ def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions
     good = [one for one in parts if one.pose is None or np.isfinite(one.pose).all()] or parts
     if lost := len(parts) - len(good):
         note(f"{place.path}: {lost} of {len(parts)} frames have lost their pose (it is not finite): left out")
-    unrolled, options = as_pinholes(good, options, note)
-    if len(unrolled) > len(good):
-        return FrameSequence(place, unrolled, options, note, poses.source or OF_PANORAMA)
-    sequence = FrameSequence(place, unrolled, options, note, poses.source)
     known = cameras.of(0)
     guessed = options.depth_scale is None and (known is None or known.depth_scale is None)
-    sequence.settle(may_scale=guessed, metric_poses=poses.metric)
+    return _settled(place, good, options, note, poses, may_scale=guessed)
+
+
+def _settled(
+    place: Folder, parts: Sequence[FrameParts], options: ReadOptions, note: Note, poses: FoundPoses, may_scale: bool
+) -> FrameSequence:
+    """The frames of these parts; of panoramas six for each, whose poses are taken as they are."""
+    unrolled, options = as_pinholes(parts, options, note)
+    if len(unrolled) > len(parts):
+        return FrameSequence(place, unrolled, options, note, poses.source or OF_PANORAMA)
+    sequence = FrameSequence(place, unrolled, options, note, poses.source)
+    sequence.settle(may_scale, poses.metric)
     return sequence
 
 
@@ -347,16 +336,10 @@ def _from_container(
     for k, pose in enumerate(poses.poses):
         known = cameras.of(k), pose, None, cameras.missing, k
         parts.append(FrameParts(None, None, *known, partial(held.__getitem__, k), path))
-    unrolled, options = as_pinholes(parts, options, note)
-    if len(unrolled) > len(parts):
-        return FrameSequence(place, unrolled, options, note, poses.source or OF_PANORAMA)
-    sequence = FrameSequence(place, unrolled, options, note, poses.source)
-    sequence.settle(may_scale=False, metric_poses=poses.metric)
-    return sequence
+    return _settled(place, parts, options, note, poses, may_scale=False)
 
 
 def _only(path: Path, max_pixels: float) -> Contents:
-    """What a container with one frame holds."""
     held = _open_container(path, lambda _: None, max_pixels)
     if not held:
         raise ValueError(f"{path} holds no depth, unlike the first file beside it")
@@ -413,17 +396,16 @@ def open_photographs(place: Folder, source: Any, options: ReadOptions, note: Not
 
 
 def _list(place: Folder, source: Any, options: ReadOptions, note: Note) -> list[FrameParts]:
-    """Return a part for each photograph, without its depth."""
     if not is_path(source):
         return [FrameParts(None, source)]
     path = Path(source)
-    colors = find_photographs(place, note) if path == place.path else [path]
-    if len(colors) == 1 and colors[0].suffix.lower() in VIDEO_SUFFIXES:
+    colors = folder_frames.find_photographs(place, note) if path == place.path else [path]
+    if len(colors) == 1 and colors[0].suffix.lower() in names.VIDEO_SUFFIXES:
         from ..pictures.video import count_pictures  # only here
 
         return [FrameParts(None, colors[0], number=k) for k in range(count_pictures(colors[0], options.max_pixels))]
     if not colors:
-        photographs = f"photographs ({', '.join(COLOR_SUFFIXES[:4])}...)"
+        photographs = f"photographs ({', '.join(names.COLOR_SUFFIXES[:4])}...)"
         raise FileNotFoundError(f"{path} has no {photographs} of which {option('depth_model')} could make depth")
     return [FrameParts(None, color, number=k) for k, color in enumerate(colors)]
 
@@ -460,20 +442,16 @@ class _Shown:
             raise type(error)(f"{where}{error}") from error
 
     def _focal(self, parts: FrameParts, size: Size) -> float | None:
-        options = self._options
+        options = self._options  # what a camera needs is noted when the frame is put together
         if options.fov is not None:
             return Camera.from_fov(options.fov, *size).fx
         source = parts.filed
         if options.intrinsics is not None:
-            source = read_intrinsics(options.intrinsics, _unheard, options.max_pixels)
+            source = read_intrinsics(options.intrinsics, lambda _: None, options.max_pixels)
         elif source is None and is_path(parts.color) and not _is_video(parts.color):
             source = camera_from_exif(parts.color, options.max_pixels)
-        return None if source is None else abs(place_camera(source, size, size, _unheard).fx)
+        return None if source is None else abs(place_camera(source, size, size, lambda _: None).fx)
 
 
 def _is_video(path: FilePath) -> bool:
-    return Path(path).suffix.lower() in VIDEO_SUFFIXES
-
-
-def _unheard(_: str) -> None:
-    """What a camera needs is noted when the frame is put together."""
+    return Path(path).suffix.lower() in names.VIDEO_SUFFIXES

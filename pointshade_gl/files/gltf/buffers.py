@@ -18,18 +18,8 @@ from numpy.typing import NDArray
 from ...notes.errors import is_expected
 from ...notes.notes import Note
 from ...notes.words import cut, shown
-from ..access.content import (
-    SCENE_BYTES,
-    SCENE_CORNERS,
-    SCENE_PIXELS,
-    SCENE_TEXT,
-    check_limit,
-    followed,
-    note_read,
-    parse_json,
-    read_bytes,
-    read_head,
-)
+from ..access import content
+from ..access.content import SCENE_BYTES, SCENE_CORNERS, SCENE_PIXELS, SCENE_TEXT
 from ..access.folders import Folder
 from ..frames.assembly import read_color, to_color
 from ..pictures.picture_files import decode_image
@@ -108,11 +98,11 @@ _MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
 
 def read_container(path: Path, max_pixels: float) -> tuple[SimpleNamespace, memoryview | None]:
     """Return the parts of a file, see `decode`, and a GLB's binary chunk. Raises ValueError for other than glTF 2.0."""
-    is_binary = read_head(path).startswith(_MAGIC)
-    data = memoryview(read_bytes(path, max_pixels, SCENE_BYTES if is_binary else SCENE_TEXT))
+    is_binary = content.read_head(path).startswith(_MAGIC)
+    data = memoryview(content.read_bytes(path, max_pixels, SCENE_BYTES if is_binary else SCENE_TEXT))
     text, blob = _split(data) if is_binary else (data, None)
     try:
-        raw = parse_json(str(text, "utf-8-sig"), max_pixels)
+        raw = content.parse_json(str(text, "utf-8-sig"), max_pixels)
     except UnicodeDecodeError:
         what = "is a GLB whose JSON is" if is_binary else "is neither glTF nor GLB: it is"
         raise ValueError(f"{what} not text in UTF-8") from None
@@ -126,7 +116,7 @@ def read_container(path: Path, max_pixels: float) -> tuple[SimpleNamespace, memo
         raise ValueError(f"requires the extension {cut(', '.join(unknown))}: known are {', '.join(KNOWN)}")
     # all files that it names count as read
     named = [one.uri for one in (*(gltf.images or ()), *(gltf.buffers or ())) if one and one.uri]
-    note_read(path.parent / unquote(uri) for uri in named if not uri.startswith("data:"))
+    content.note_read(path.parent / unquote(uri) for uri in named if not uri.startswith("data:"))
     return gltf, blob
 
 
@@ -228,7 +218,7 @@ def inside(folder: Folder, text: Any) -> Path:
     path = folder.check(folder.named(text))
     if not path.exists():
         raise FileNotFoundError(f"{shown(text)} does not exist in {folder.path}")
-    return followed(path)
+    return content.followed(path)
 
 
 class GltfParts:
@@ -271,13 +261,13 @@ class GltfParts:
         """Raises ValueError if the meshes that were read have more corners and indices than a scene may have."""
         self._corners += count
         what = f"with it the scene has {self._corners} corners and indices"
-        check_limit(self._corners, what, self.max_pixels, SCENE_CORNERS)
+        content.check_limit(self._corners, what, self.max_pixels, SCENE_CORNERS)
 
     def count_pixels(self, count: int) -> None:
         """Raises ValueError if the textures and frames that were read have more pixels than a scene may have."""
         self._pixels += count
         what = f"with it the scene's pictures have {self._pixels} pixels"
-        check_limit(self._pixels, what, self.max_pixels, SCENE_PIXELS)
+        content.check_limit(self._pixels, what, self.max_pixels, SCENE_PIXELS)
 
     def _decoded(self, image: SimpleNamespace) -> NDArray[np.uint8]:
         if image.uri is not None and not image.uri.startswith("data:"):
@@ -343,7 +333,7 @@ class GltfParts:
             return memoryview(base64.b64decode(body) if head.endswith(";base64") else unquote_to_bytes(body))
         path = self._file(uri)
         if path not in self._files:
-            self._files[path] = memoryview(read_bytes(path, self.max_pixels, SCENE_BYTES))
+            self._files[path] = memoryview(content.read_bytes(path, self.max_pixels, SCENE_BYTES))
         return self._files[path]
 
     def _file(self, uri: str) -> Path:
@@ -358,7 +348,7 @@ def options(extras: Any, known: Sequence[str]) -> dict[str, Any]:
     ours = extras.get("pointshade") if isinstance(extras, dict) else None
     if isinstance(ours, str):  # JSON, or the name of a frame
         is_json = ours.lstrip().startswith("{")
-        ours = parse_json(ours, name="its extras 'pointshade': its text") if is_json else {"frame": ours}
+        ours = content.parse_json(ours, name="its extras 'pointshade': its text") if is_json else {"frame": ours}
     if ours is None:
         return {}
     if not isinstance(ours, dict):

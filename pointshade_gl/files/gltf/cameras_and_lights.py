@@ -73,10 +73,8 @@ def write_camera(camera: Camera) -> dict[str, Any]:
 
 
 def read_light(light: Any, exposure: float, node_casts: bool, is_blenders: bool) -> Light:
-    """A light in node axes, its intensity times the exposure. Raises ValueError.
-
-    node_casts  whether it casts shadows where its own extras do not state it
-    """
+    """A light in node axes, its intensity times the exposure. Raises ValueError. node_casts: whether it casts shadows
+    where its own extras do not state it."""
     if not isinstance(light, dict):
         raise ValueError(f"must be an object, got {shown(light)}")
     kind = light.get("type")
@@ -161,10 +159,8 @@ def looking_along(direction: Any) -> Matrix:
 
 
 def write_light(light: Light, node_casts: bool, reach: float, units: Units) -> dict[str, Any]:
-    """A light of KHR_lights_punctual, for a node at `light_place`: of an area light the widest spot.
-
-    One of another falloff than glTF's is as bright as ours at the distance `reach`.
-    """
+    """A light of KHR_lights_punctual, for a node at `light_place`: of an area light the widest spot. One of another
+    falloff than glTF's is as bright as ours at the distance `reach`."""
     kind = "directional" if light.position is None else "point" if light.direction is None else "spot"
     strongest = max(1.0, *light.color)  # glTF's colours end at 1
     ours: dict[str, Any] = {}
@@ -374,9 +370,7 @@ def read_environment(
     scene: SimpleNamespace | None, parts: GltfParts, factor: float, axes: NDArray[np.float64]
 ) -> Environment | None:
     """Return the environment of a scene of the file, its light times a factor; None without one. Raises ValueError.
-
-    axes  (3, 3) from the scene's world to the file's
-    """
+    axes: (3, 3) from the scene's world to the file's."""
     found = named_light(parts.gltf, scene, IMAGE_BASED, "image-based light")
     if found is None:
         return None

@@ -18,21 +18,8 @@ from ...scene.objects import PointObject
 from ..access.content import PARTS, FilePath, check_limit
 from ..access.folders import Folder
 from ..access.known_names import builtin_scene
-from .buffers import (
-    GENERATOR,
-    KNOWN,
-    LIGHTS,
-    SPECULAR,
-    GltfParts,
-    label,
-    named_light,
-    naming_part,
-    numbers,
-    options,
-    pick,
-    read_container,
-    switch,
-)
+from . import buffers
+from .buffers import GENERATOR, KNOWN, LIGHTS, SPECULAR, GltfParts
 from .cameras_and_lights import (
     FLIP,
     LUMENS,
@@ -54,8 +41,8 @@ def load_scene(path: FilePath, allow_outside: bool, max_pixels: float, notes: No
     file = builtin_scene(path)
     check_positive(max_pixels, option("max_pixels", beside_file=True))
     folder = Folder(file.parent, allow_outside, file.parent)
-    with as_python(), naming_part(str(file)):  # extras have the names of Python's options
-        gltf, blob = read_container(file, max_pixels)
+    with as_python(), buffers.naming_part(str(file)):  # extras have the names of Python's options
+        gltf, blob = buffers.read_container(file, max_pixels)
         return _Reader(GltfParts(folder, gltf, blob, notes or print_note, max_pixels)).scene()
 
 
@@ -78,9 +65,9 @@ class _Reader:
         gltf = self.gltf
         count = len(gltf.nodes or ())
         check_limit(count, f"has {count} nodes", self.parts.max_pixels, PARTS)
-        chosen = pick(gltf.scenes, gltf.scene or 0, "scene") if gltf.scenes or gltf.scene is not None else None
-        ours = options(chosen.extras if chosen else None, ("ambient", "exposure", "pose"))
-        self.exposure = numbers(ours.get("exposure", 1), (), "exposure").item()
+        chosen = buffers.pick(gltf.scenes, gltf.scene or 0, "scene") if gltf.scenes or gltf.scene is not None else None
+        ours = buffers.options(chosen.extras if chosen else None, ("ambient", "exposure", "pose"))
+        self.exposure = buffers.numbers(ours.get("exposure", 1), (), "exposure").item()
         if self._is_blenders and LIGHTS in (gltf.extensions or {}):
             units = f"{LUMENS:g} lumens a watt, as Blender writes them"
             self.note(f"lights are taken as {units}; the scene's exposure is a factor")
@@ -90,16 +77,16 @@ class _Reader:
             children = {child for node in gltf.nodes or () if node for child in node.children or ()}
             roots = [k for k in range(count) if k not in children]
         self._walk(roots)
-        camera, pose, taken = None, numbers(ours.get("pose", FLIP), (4, 4), "pose"), None
+        camera, pose, taken = None, buffers.numbers(ours.get("pose", FLIP), (4, 4), "pose"), None
         for index, world in self.cameras:
-            with naming_part(self._label(index)):
+            with buffers.naming_part(self._label(index)):
                 number = self._node(index).camera
                 if camera is None and (seen := self._camera(number)):
                     camera, pose, taken = seen, camera_pose(world), index
                 else:
                     self.note(f"{self._label(index)}: camera {number} is left out, the first perspective one is taken")
         nodes = self._build(roots, taken)
-        ambient = numbers(ours.get("ambient", (1, 1, 1)), (3,), "ambient").tolist()
+        ambient = buffers.numbers(ours.get("ambient", (1, 1, 1)), (3,), "ambient").tolist()
         is_turned = any(self._is_turned(self._node(root)) for root in roots)
         axes = FLIP[:3, :3] if is_turned else np.eye(3)
         environment = read_environment(chosen, self.parts, self.exposure, axes)
@@ -116,10 +103,10 @@ class _Reader:
             self.note("skins are not applied: their meshes stand in the pose they were modelled in")
 
     def _node(self, index: Any) -> SimpleNamespace:
-        return pick(self.gltf.nodes, index, "node")
+        return buffers.pick(self.gltf.nodes, index, "node")
 
     def _label(self, index: int) -> str:
-        return label("node", index, self._node(index).name)
+        return buffers.label("node", index, self._node(index).name)
 
     def _walk(self, roots: list[int]) -> None:
         """Visits all nodes below the roots. Raises ValueError for one that it meets twice: nodes form trees."""
@@ -127,12 +114,12 @@ class _Reader:
         stack: list[tuple[Any, int | None, Matrix, Matrix]] = [(root, None, flat, flat) for root in roots[::-1]]
         while stack:
             index, parent, above, place = stack.pop()
-            with naming_part("the scene" if parent is None else self._label(parent)):
+            with buffers.naming_part("the scene" if parent is None else self._label(parent)):
                 node = self._node(index)
                 if index in self.parents:
                     raise ValueError(self._met_twice(index, parent))
             self.parents[index] = parent
-            with naming_part(self._label(index)):
+            with buffers.naming_part(self._label(index)):
                 place = place @ (flat if parent is None and self._is_turned(node) else local_matrix(node))
                 is_half = self._is_half(node)  # then the rest of the place is that of the node below
                 self.places[index] = flat if is_half else place
@@ -143,11 +130,13 @@ class _Reader:
 
     def _is_turned(self, node: SimpleNamespace) -> bool:
         """Whether a node only turns our scene for other programs."""
-        return self._is_ours and switch(options(node.extras, _NODE_KEYS), "turned", False)
+        return self._is_ours and buffers.switch(buffers.options(node.extras, _NODE_KEYS), "turned", False)
 
     def _is_half(self, node: SimpleNamespace) -> bool:
         """Whether a node and the only one below it are one of ours, sheared."""
-        return len(node.children or ()) == 1 and switch(options(node.extras, _NODE_KEYS), "sheared", False)
+        return len(node.children or ()) == 1 and buffers.switch(
+            buffers.options(node.extras, _NODE_KEYS), "sheared", False
+        )
 
     def _met_twice(self, index: int, parent: int | None) -> str:
         above = parent
@@ -159,28 +148,30 @@ class _Reader:
 
     def _camera(self, index: Any) -> Any:
         """A perspective camera; None for an orthographic one."""
-        camera = pick(self.gltf.cameras, index, "camera")
-        with naming_part(label("camera", index, camera.name)):
+        camera = buffers.pick(self.gltf.cameras, index, "camera")
+        with buffers.naming_part(buffers.label("camera", index, camera.name)):
             return None if camera.type == "orthographic" else read_camera(camera, self.parts.max_pixels)
 
     def _build(self, roots: list[int], camera: int | None) -> tuple[Node, ...]:
         """The nodes. One that holds only the scene's camera becomes the scene's pose; those for other programs go."""
         built: dict[int, tuple[Node, ...]] = {}
         for index in self.parents:
-            with naming_part(self._label(index)):
+            with buffers.naming_part(self._label(index)):
                 self.objects[index] = self._object(index)
         for index in reversed(self.parents):
             node = self._node(index)
-            with naming_part(self._label(index)):
-                ours, above = options(node.extras, _NODE_KEYS), self.parents[index]
+            with buffers.naming_part(self._label(index)):
+                ours, above = buffers.options(node.extras, _NODE_KEYS), self.parents[index]
                 # other programs draw it in the place of the point object above it
-                is_extra = switch(ours, "fallback", False) and above is not None and self.objects[above] is not None
+                is_extra = (
+                    buffers.switch(ours, "fallback", False) and above is not None and self.objects[above] is not None
+                )
                 meshes = () if is_extra or node.mesh is None else self.meshes[node.mesh]
                 own = () if is_extra else (self.objects[index], *meshes, self._light(node, ours))
                 content = tuple(one for one in own if one is not None)
                 content += () if is_extra else tuple(self.loose.pop(index, ()))
                 children = tuple(child for k in node.children or () for child in built.pop(k))
-                if not children and above is not None and switch(ours, "content", False):
+                if not children and above is not None and buffers.switch(ours, "content", False):
                     self.loose.setdefault(above, [])[:0] = content  # those below come last first
                     content, is_extra = (), True
                 is_extra |= index == camera or (above is None and self._is_turned(node)) or self._is_half(node)
@@ -188,7 +179,7 @@ class _Reader:
                     built[index] = children
                     continue
                 held = content[0] if len(content) == 1 else content or None
-                switches = {key: switch(ours, key) for key in ("visible", "shadow")}
+                switches = {key: buffers.switch(ours, key) for key in ("visible", "shadow")}
                 built[index] = (Node(held, node.name or "", self.places[index], children, **switches),)
         return tuple(node for root in roots for node in built[root])
 
@@ -196,20 +187,20 @@ class _Reader:
         """The point object of a node; None without one, or if its files are missing and a mesh stands for it."""
         node = self._node(index)
         try:
-            return read_points(options(node.extras, _NODE_KEYS), self.parts, self.frames)
+            return read_points(buffers.options(node.extras, _NODE_KEYS), self.parts, self.frames)
         except FileNotFoundError as error:
-            below = [options(self._node(child).extras, _NODE_KEYS) for child in node.children or ()]
-            if not any(switch(ours, "fallback", False) for ours in below):
+            below = [buffers.options(self._node(child).extras, _NODE_KEYS) for child in node.children or ()]
+            if not any(buffers.switch(ours, "fallback", False) for ours in below):
                 raise
             self.note(f"{self._label(index)}: {error}: what other programs see is drawn in its place")
             return None
 
     def _light(self, node: SimpleNamespace, ours: dict[str, Any]) -> Light | None:
-        found = named_light(self.gltf, node, LIGHTS, "light")
+        found = buffers.named_light(self.gltf, node, LIGHTS, "light")
         if found is None:
             return None
         index, light = found
-        with naming_part(f"light {index}"):
+        with buffers.naming_part(f"light {index}"):
             if isinstance(light, dict) and "range" in light:
                 self.note(f"light {index}: its range is not used, it falls with the square of the distance")
-            return read_light(light, self.exposure, switch(ours, "shadow"), self._is_blenders)
+            return read_light(light, self.exposure, buffers.switch(ours, "shadow"), self._is_blenders)

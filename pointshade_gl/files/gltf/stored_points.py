@@ -27,21 +27,8 @@ from ..access.known_names import FRAMES
 from ..arrays.numpy_files import read_npy
 from ..frames.frame_files import load_frame
 from ..pictures.picture_files import save_image
-from .buffers import (
-    GENERATOR,
-    IMAGE_BASED,
-    LIGHTS,
-    SPECULAR,
-    SPLATS,
-    UNLIT,
-    GltfParts,
-    inside,
-    naming_part,
-    numbers,
-    options,
-    pack,
-    switch,
-)
+from . import buffers
+from .buffers import GENERATOR, IMAGE_BASED, LIGHTS, SPECULAR, SPLATS, UNLIT, GltfParts
 from .cameras_and_lights import FLIP
 
 _NUMBERS = ("fov", "depth_scale", "baseline", "near", "far")
@@ -59,18 +46,18 @@ def read_frame(ours: dict[str, Any], folder: Folder, note: Note, max_pixels: flo
         value = given.get(key)
         # a text of four numbers is intrinsics; everywhere else "1.5" is the name of a file
         if isinstance(value, str) and not (key == "intrinsics" and split_numbers(value)):
-            given[key] = inside(folder, value)
+            given[key] = buffers.inside(folder, value)
     for key in _NUMBERS:
         if key in given:
-            given[key] = numbers(given[key], (), key).item()
+            given[key] = buffers.numbers(given[key], (), key).item()
     place = given.pop("frame", None)
     if place not in (*FRAMES, None):
-        place = inside(folder, place)
+        place = buffers.inside(folder, place)
         if not place.is_dir():
             given.setdefault("depth", place)
             place = None
     pose = given.pop("pose", None)
-    placed = pose if isinstance(pose, Path) else numbers(FLIP if pose is None else pose, (4, 4), "pose")
+    placed = pose if isinstance(pose, Path) else buffers.numbers(FLIP if pose is None else pose, (4, 4), "pose")
     fenced = Folder(place, folder.allow_outside, folder.path) if isinstance(place, Path) else place
     frame = load_frame(fenced, **given, pose=placed, max_pixels=max_pixels, notes=note)
     _sources[frame] = given | {key: value for key, value in (("frame", place), ("pose", pose)) if value is not None}
@@ -113,10 +100,8 @@ KEYS = (*FRAME_KEYS, "frames", *OBJECT_KEYS, *SWITCHES, "material")
 
 
 def read_points(ours: dict[str, Any], parts: GltfParts, frames: dict[str, Frame]) -> PointObject | None:
-    """The point object that a node's extras describe; None without one. Raises ValueError or OSError.
-
-    frames  those that the file has named before, so that none is loaded twice
-    """
+    """The point object that a node's extras describe; None without one. Raises ValueError or OSError. frames: those
+    that the file has named before, so that none is loaded twice."""
     described = _describe(ours)
     if not described:
         alone = [key for key in ours if key in KEYS]
@@ -133,7 +118,7 @@ def read_points(ours: dict[str, Any], parts: GltfParts, frames: dict[str, Frame]
                 parts.count_pixels(frames[key].depth.size)
         found.append(frames[key])
     of_object = {name: _value(key, ours[key], parts) for key, name in OBJECT_KEYS.items() if key in ours}
-    of_object |= {key: switch(ours, key) for key in SWITCHES if key in ours}
+    of_object |= {key: buffers.switch(ours, key) for key in SWITCHES if key in ours}
     return PointObject(found, read_material(ours.get("material", {})), **of_object)
 
 
@@ -151,7 +136,7 @@ def _describe(ours: dict[str, Any]) -> list[dict[str, Any]]:
     found = []
     for k, one in enumerate(several):
         with _naming_frame(k, len(several)):
-            found.append(options({"pointshade": one}, FRAME_KEYS))
+            found.append(buffers.options({"pointshade": one}, FRAME_KEYS))
             if "frame" not in found[-1] and "depth" not in found[-1]:
                 raise ValueError(f"it must name a frame, got {shown(one)}")
     return found
@@ -159,7 +144,7 @@ def _describe(ours: dict[str, Any]) -> list[dict[str, Any]]:
 
 def _naming_frame(k: int, count: int) -> AbstractContextManager[None]:
     """Name the frame in errors inside, if it is one of several."""
-    return nullcontext() if count == 1 else naming_part(f"frame {k} of {count}")
+    return nullcontext() if count == 1 else buffers.naming_part(f"frame {k} of {count}")
 
 
 def read_material(ours: Any) -> Material:
@@ -167,20 +152,20 @@ def read_material(ours: Any) -> Material:
     known = ("ambient", "diffuse", "specular", "shininess")
     if not isinstance(ours, dict) or not set(ours) <= set(known):
         raise ValueError(f"its material must be an object of {', '.join(known)}, got {shown(ours)}")
-    return Material(**{key: numbers(value, (), f"material {key}").item() for key, value in ours.items()})
+    return Material(**{key: buffers.numbers(value, (), f"material {key}").item() for key, value in ours.items()})
 
 
 def _value(key: str, value: Any, parts: GltfParts) -> Any:
     """An option of an object: a name, numbers, or the array of the .npy file that it names."""
     if isinstance(value, str):
-        return read_npy(inside(parts.folder, value), parts.max_pixels) if value.endswith(".npy") else value
+        return read_npy(buffers.inside(parts.folder, value), parts.max_pixels) if value.endswith(".npy") else value
     if isinstance(value, list):
         try:
             return np.asarray(value, np.float64)
         except (TypeError, ValueError, OverflowError):
             raise ValueError(f"{key} must be numbers, got {shown(value)}") from None
     if value is not None:
-        numbers(value, (), key)
+        buffers.numbers(value, (), key)
     return value
 
 
@@ -244,12 +229,12 @@ class GltfDocument:
         """Return the accessors of a primitive's attributes by their names."""
         at = held["POSITION"]
         bounds = {"max": at.max(0).tolist(), "min": at.min(0).tolist()}  # glTF requires them
-        numbers = {key: self.accessor(one, **(bounds if one is at else {})) for key, one in held.items()}
+        written = {key: self.accessor(one, **(bounds if one is at else {})) for key, one in held.items()}
         if normals is not None:  # of unit length, as glTF requires; those that have it already stay as they are
             length = np.linalg.norm(normals, axis=1, keepdims=True)
             is_unit = (np.abs(length - 1) < 1e-4) | (length == 0)
-            numbers["NORMAL"] = self.accessor(np.where(is_unit, normals, normals / np.maximum(length, 1e-30)))
-        return numbers
+            written["NORMAL"] = self.accessor(np.where(is_unit, normals, normals / np.maximum(length, 1e-30)))
+        return written
 
     def corners(self, faces: NDArray[Any], count: int) -> int:
         """Return the accessor of the corners of triangles, of a number of vertices."""
@@ -263,7 +248,6 @@ class GltfDocument:
         return self.add("accessors", bufferView=view, componentType=component, count=len(values), type=kind, **beside)
 
     def view(self, data: bytes, target: int | None) -> int:
-        """Return the buffer view of some bytes."""
         self._blob += bytes(-len(self._blob) % 4)
         start = len(self._blob)
         self._blob += data
@@ -331,7 +315,7 @@ class GltfDocument:
             self.add("buffers", uri=None if self.is_binary else quote(binary), byteLength=len(self._blob))
         if self.is_binary:
             text = json.dumps(self.document(), allow_nan=False).encode()
-            self.files.stage(self.path.name).write_bytes(pack(text, bytes(self._blob)))
+            self.files.stage(self.path.name).write_bytes(buffers.pack(text, bytes(self._blob)))
             return
         if self._blob:
             self.files.stage(binary).write_bytes(self._blob)

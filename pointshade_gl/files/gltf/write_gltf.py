@@ -242,7 +242,6 @@ class _Writer:
         return write_points(points, files.folder, folders, files.stage, self.frames)
 
     def folder(self, name: str) -> str:
-        """A new name for a frame's folder."""
         path = self.document.path  # of room.gltf and room.glb each
         file = path.name.replace(".", "_") if self.document.is_binary else path.stem
         plain = f"{file}_{re.sub(NO_NAME, '_', name) or 'points'}"

@@ -98,7 +98,6 @@ class ModelOptions:
 
     @property
     def title(self) -> str:
-        """How messages name it."""
         name = getattr(self.model, "__name__", type(self.model).__name__)
         return f"the function {name}" if self.path is None else self.path.name
 

@@ -372,7 +372,6 @@ class PhotoDepth:
         return contents
 
     def _note_guesses(self, network: Network, size: tuple[int, int]) -> None:
-        """Print what is guessed about a network."""
         if network.remark:
             self._note(network.remark)
         width, height = network.size(self._options, *size)

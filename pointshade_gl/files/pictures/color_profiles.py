@@ -45,10 +45,8 @@ _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0
 def in_srgb(
     image: Image.Image, info: Mapping[Any, Any], name: str, note: Note, cicp: tuple[int, int] | None = None
 ) -> Image.Image:
-    """The picture of a file in sRGB, with a note if that changes it, and one if its colours cannot be converted.
-
-    info is Pillow's of the file, cicp that of `read_cicp`.
-    """
+    """The picture of a file in sRGB, with a note if that changes it, and one if its colours cannot be converted. info
+    is Pillow's of the file, cicp that of `read_cicp`."""
     if cicp is not None and _UNSTATED not in cicp:
         return _by_codes(image, cicp, name, note)
     if profile := info.get("icc_profile"):
@@ -152,7 +150,6 @@ def _by_numbers(
 
 
 def _is_same(convert: Any) -> bool:
-    """Whether a conversion leaves colours alone, up to rounding."""
     levels = np.linspace(0, 255, 9).astype(np.uint8)
     probe = np.stack(np.meshgrid(levels, levels, levels), -1).reshape(27, 27, 3)
     return int(np.abs(convert(probe).astype(int) - probe).max()) <= _SAME

@@ -22,19 +22,9 @@ from ...notes.notes import print_note
 from ...notes.words import cut, did_you_mean, near_path, option, shown
 from ...scene.environment import NAMES, Environment, check_environment
 from ...scene.values import linear_to_bytes, srgb_to_linear
+from ..access import content
 from ..access.atomic_write import error_of
-from ..access.content import (
-    FILE_BYTES,
-    MAX_PIXELS,
-    FilePath,
-    check_limit,
-    check_pixels,
-    import_extra,
-    naming,
-    open_regular,
-    read_bytes,
-    read_head,
-)
+from ..access.content import FILE_BYTES, MAX_PIXELS, FilePath
 from .picture_files import read_image
 
 RADIANCE = b"#?"  # the first bytes
@@ -44,14 +34,12 @@ _REPEATED = b"\1\1\1"  # a colour that states how often the one before is repeat
 
 
 def read_radiance(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.float32]:
-    """Return (h, w, 3) linear RGB; EXPOSURE is not undone, as in most programs.
-
-    Raises OSError if the path is not a file, ValueError for a broken or too large picture, and for colours in XYZ.
-    """
-    data = read_bytes(path, max_pixels)
+    """Return (h, w, 3) linear RGB; EXPOSURE is not undone, as in most programs. Raises OSError if the path is not a
+    file, ValueError for a broken or too large picture, and for colours in XYZ."""
+    data = content.read_bytes(path, max_pixels)
     header, end, _ = data[:_HEADER].partition(b"\n\n")
     size = _SIZE.match(data, len(header) + 2)
-    with naming(path, "is a broken or truncated Radiance picture"):
+    with content.naming(path, "is a broken or truncated Radiance picture"):
         if not end or not size or size[2] == size[5]:
             raise ValueError("its header has no size")
         if b"\nFORMAT=32-bit_rle_xyze" in header:
@@ -59,7 +47,7 @@ def read_radiance(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.
         count, length = int(size[3]), int(size[6])
         if not (count and length):
             raise ValueError("it has 0 pixels")
-        check_pixels(length, count, str(path), max_pixels)
+        content.check_pixels(length, count, str(path), max_pixels)
         pixels = _decoded(data, size.end(), count, length)
     rising, falling = (size[1], size[4]) if size[2] == b"Y" else (size[4], size[1])
     if size[2] == b"X":
@@ -163,7 +151,7 @@ class ExrFacts(NamedTuple):
 
 def exr_facts(path: FilePath) -> ExrFacts:
     """What the head of a picture tells, without the extra that reads it."""
-    found = _attributes(read_head(path, _HEADER))
+    found = _attributes(content.read_head(path, _HEADER))
     listing = found.get(b"channels", b"")
     named = {match[1].decode("latin-1") for match in _CHANNEL.finditer(listing)}
     has_alpha = any(one.rpartition(".")[2] == "A" for one in named)
@@ -204,9 +192,9 @@ def read_exr_colors(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[n
 
 def _read_channels(path: FilePath, max_pixels: float) -> dict[str, NDArray[Any]]:
     """The arrays of a picture, by the names of its channels. Raises ValueError."""
-    library = import_extra("OpenEXR", "exr", f"{path} is an EXR picture")
+    library = content.import_extra("OpenEXR", "exr", f"{path} is an EXR picture")
     _check_header(path, max_pixels)
-    broken = naming(path, "is a broken or truncated EXR picture")  # for RuntimeError, ValueError and TypeError
+    broken = content.naming(path, "is a broken or truncated EXR picture")  # for RuntimeError, ValueError and TypeError
     with broken, library.File(str(path), separate_channels=True) as file:
         return {name: np.array(channel.pixels) for name, channel in file.channels().items()}
 
@@ -220,10 +208,8 @@ def check_exr(path: FilePath) -> None:
 def write_exr(
     path: FilePath, channels: Mapping[str, NDArray[Any]], attributes: Mapping[str, Any] | None = None
 ) -> None:
-    """Writes arrays by the names of their channels: (h, w), or (h, w, 4) for RGBA. Raises OSError if it cannot.
-
-    float16 stays so, all else becomes float32. attributes: further ones of the header
-    """
+    """Writes arrays by the names of their channels: (h, w), or (h, w, 4) for RGBA. Raises OSError if it cannot. float16
+    stays so, all else becomes float32. attributes: further ones of the header"""
     import OpenEXR  # only here: an optional extra
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
@@ -240,7 +226,7 @@ def write_exr(
 
 def _check_header(path: FilePath, max_pixels: float) -> None:
     """Raises ValueError for too many pixels, in all channels and parts together, and for deep pictures."""
-    with open_regular(path) as file:
+    with content.open_regular(path) as file:
         try:
             _, version = struct.unpack("<4si", file.read(8))
             parts = [_read_part(file)]
@@ -252,9 +238,9 @@ def _check_header(path: FilePath, max_pixels: float) -> None:
     if version & _DEEP:
         raise ValueError(f"{path} is a deep EXR picture, with several depths a pixel: expected one")
     for width, height, _ in sizes:
-        check_pixels(width, height, str(path), max_pixels)
+        content.check_pixels(width, height, str(path), max_pixels)
     total = sum(width * height * depth for width, height, depth in sizes)
-    check_limit(total, f"{path} has {total} bytes in all channels", max_pixels, FILE_BYTES)
+    content.check_limit(total, f"{path} has {total} bytes in all channels", max_pixels, FILE_BYTES)
 
 
 def _read_part(file: BufferedReader) -> dict[bytes, bytes]:
@@ -300,9 +286,7 @@ _UNREAL = re.compile(rb"(?i)unreal|worlddepth|scenedepth|moviepipeline|movierend
 
 def _pick_channel(channels: dict[str, NDArray[Any]], name: str, wanted: str | None = None) -> str:
     """Depth among EXR channels: the only one, one called depth or Z (not beside X: those are normals), Y or V, grey.
-
-    Alpha is none, nor is what has one value everywhere beside another that varies. wanted: a channel, or its layer
-    """
+    Alpha is none, nor is what has one value everywhere beside another that varies. wanted: a channel, or its layer"""
     if wanted is not None:
         return _wanted_channel(channels, wanted, name)
     keys = [key for key in channels if key.rpartition(".")[2].lower() not in _ALPHA] or list(channels)
@@ -366,7 +350,7 @@ def load_environment(path: FilePath, *, max_pixels: float = MAX_PIXELS) -> Envir
         If the path is not a file.
     """
     path = check_path(path)
-    head = read_head(path)
+    head = content.read_head(path)
     if head.startswith(RADIANCE):
         picture: NDArray[Any] = read_radiance(path, max_pixels)
     elif head.startswith(EXR):
@@ -431,8 +415,8 @@ _MOST_TAGS, _MOST_NUMBERS = 256, 2**20
 
 def read_float_tiff(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any] | None:
     """(h, w) or (h, w, n) floats of the first picture; None for one of another kind. Raises ValueError if broken."""
-    data = read_bytes(path, max_pixels)
-    with naming(path, "is a broken TIFF", (struct.error, KeyError, IndexError, zlib.error, ValueError)):
+    data = content.read_bytes(path, max_pixels)
+    with content.naming(path, "is a broken TIFF", (struct.error, KeyError, IndexError, zlib.error, ValueError)):
         order = {b"II*\0": "<", b"MM\0*": ">"}.get(data[:4])
         tags = _read_tags(data, order) if order else {}
         if tags.get(_FORMAT, (0,))[0] != _FLOATS:
@@ -462,18 +446,18 @@ def _read_picture(
     (width,), (height,), bits = tags[_WIDTH], tags[_HEIGHT], set(tags[_BITS])
     channels, packing = tags.get(_CHANNELS, (1,))[0], tags.get(_COMPRESSION, _PLAIN)[0]
     predictor = tags.get(_PREDICTOR, (1,))[0]
-    check_pixels(width, height, name, max_pixels)
+    content.check_pixels(width, height, name, max_pixels)
     if not width or not height or len(bits) != 1 or not bits <= {16, 32, 64} or not 0 < channels < 9:
         raise ValueError(f"it has {width}x{height} pixels of {channels} channels of {bits} bits")
     if packing not in (*_PLAIN, *_DEFLATED) or predictor not in (1, 3) or (tags.get(_PLANES, (1,))[0] != 1 < channels):
         raise ValueError("it is packed in an unusual way: save it without compression, or as .npy")
     dtype = np.dtype(f"{order}f{bits.pop() // 8}")
     size = width * height * channels * dtype.itemsize
-    check_limit(size, f"{name} has {size} bytes", max_pixels, FILE_BYTES)
+    content.check_limit(size, f"{name} has {size} bytes", max_pixels, FILE_BYTES)
     is_tiled = _TILES in tags
     across = tags[_TILE_WIDTH][0] if is_tiled else width
     down = tags[_TILE_HEIGHT][0] if is_tiled else min(height, tags.get(_ROWS, (height,))[0])
-    check_pixels(across, down, name, max_pixels)
+    content.check_pixels(across, down, name, max_pixels)
     if min(across, down) < 1:
         raise ValueError(f"its parts have {across}x{down} pixels")
     starts, sizes = (tags[_TILES], tags[_TILE_SIZES]) if is_tiled else (tags[_OFFSETS], tags[_SIZES])

@@ -311,9 +311,7 @@ def _check_webp(head: bytes, name: str, max_pixels: float) -> None:
 
 def normals_to_rgb(normals: AnyArray, axes: AxesName = "opengl", bits: int = 8) -> NDArray[Any]:
     """Normals (h, w, 3), unit, camera axes, NaN where missing, in colours that point along these axes, see AXES.
-
-    Returns (h, w, 4) uint8 or uint16 with alpha 0 where missing: n = (0, 0, -1) gives (128, 128, 255, 255).
-    """
+    Returns (h, w, 4) uint8 or uint16 with alpha 0 where missing: n = (0, 0, -1) gives (128, 128, 255, 255)."""
     shown, known = turned_normals(normals, axes)
     most = 2**bits - 1
     image = np.zeros((*known.shape, 4), np.uint8 if bits == 8 else np.uint16)

@@ -33,10 +33,6 @@ class _Open:
         self.kept: dict[int, NDArray[Any]] = {}
         check_pixels(self._width, self._height, str(path), max_pixels)
 
-    def can_read(self, number: int) -> bool:
-        """Whether it need not begin anew."""
-        return number >= self.next or number in self.kept
-
     def read(self, number: int) -> NDArray[Any]:
         while number not in self.kept:
             try:
@@ -64,9 +60,7 @@ def read_video_frame(
     path: FilePath, number: int, max_pixels: float = MAX_PIXELS, is_deep: bool = False
 ) -> NDArray[Any]:
     """(h, w, 3) picture of this number, from 0, quick in order. Raises ValueError without it, or the extra `video`.
-
-    is_deep  (h, w) uint16 of its brightness instead
-    """
+    is_deep: (h, w) uint16 of its brightness instead."""
     with _lock:
         return _opened(Path(path), number, max_pixels, is_deep).read(number)
 
@@ -79,7 +73,7 @@ def pixel_format(path: FilePath) -> str:
 
 def _opened(path: Path, number: int, max_pixels: float, is_deep: bool) -> _Open:
     same = [one for one in _open if (one.path, one.is_deep) == (path, is_deep)]
-    if same and same[0].can_read(number):
+    if same and (number >= same[0].next or number in same[0].kept):
         return same[0]
     for one in same or _open[: len(_open) - _MOST_OPEN + 1]:
         _open.remove(one)
@@ -107,7 +101,6 @@ def count_pictures(path: FilePath, max_pixels: float = MAX_PIXELS) -> int:
 
 
 def close_video() -> None:
-    """Ends the decoding of all videos."""
     with _lock:
         while _open:
             _open.pop().close()

@@ -21,18 +21,9 @@ from ...scene.frame import Frame
 from ...scene.graph import Scene, scene_of
 from ...scene.node import Node
 from ...scene.passes import Passes
+from ..access import known_names as names
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import IN_JSON, FilePath
-from ..access.known_names import (
-    DEPTH_MAPS,
-    FOUND_POSES,
-    LAYERED,
-    NORMALS,
-    POINTS,
-    POSE_LISTS,
-    SCENE_SUFFIXES,
-    check_suffix,
-)
 from ..arrays.ply_and_pcd import write_ply
 from ..cameras.pose_files import WRITTEN
 from ..clouds.cloud_arrays import VERTEX, comments_of, vertices_of
@@ -42,7 +33,7 @@ from ..pictures.picture_files import AXES, AxesName, normals_to_rgb, save_image,
 
 def check_depth_path(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_depth` cannot write there."""
-    return _check_map(check_suffix(path, DEPTH_MAPS, "the suffix of depth"))
+    return _check_map(names.check_suffix(path, names.DEPTH_MAPS, "the suffix of depth"))
 
 
 def save_depth(path: FilePath, depth: AnyArray, notes: Note = print_note) -> None:
@@ -118,7 +109,7 @@ def check_normals_path(path: FilePath, axes: str | None = None, bits: int = 8) -
         raise ValueError(f"{option('bits')} must be 8 or 16, got {bits}")
     if bits == 16 and path.suffix.lower() != ".png":
         raise ValueError(f"cannot write {path}: {option('bits', 16)} needs .png; .exr and .npy hold floats")
-    return _check_map(check_suffix(path, NORMALS))
+    return _check_map(names.check_suffix(path, names.NORMALS))
 
 
 def save_normals(path: FilePath, normals: AnyArray, axes: AxesName | None = None, bits: Literal[8, 16] = 8) -> None:
@@ -175,7 +166,7 @@ MOST_HALF = 65504.0
 
 def check_passes_path(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_passes` cannot write there."""
-    return _check_map(check_suffix(path, LAYERED, "the suffix of passes"))
+    return _check_map(names.check_suffix(path, names.LAYERED, "the suffix of passes"))
 
 
 def save_passes(path: FilePath, passes: Passes) -> None:
@@ -237,10 +228,10 @@ def save_passes(path: FilePath, passes: Passes) -> None:
 
 def check_points_path(path: FilePath, axes: str | None = None) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_points` cannot write there."""
-    path = check_suffix(path, POINTS, "the suffix of a point cloud")
+    path = names.check_suffix(path, names.POINTS, "the suffix of a point cloud")
     if axes is not None:
         check_choice(option("axes"), axes, tuple(CLOUD_AXES))
-        if path.suffix.lower() in SCENE_SUFFIXES:
+        if path.suffix.lower() in names.SCENE_SUFFIXES:
             raise ValueError(f"{path} has the axes of glTF, y up: leave out {option('axes')}")
     return check_place(path)
 
@@ -272,7 +263,7 @@ def save_points(path: FilePath, cloud: PointCloud, axes: CloudAxes | None = None
     """
     path = check_points_path(path, axes)
     check_type(cloud, PointCloud, "cloud")
-    if path.suffix.lower() in SCENE_SUFFIXES:
+    if path.suffix.lower() in names.SCENE_SUFFIXES:
         from ..gltf import save_scene
 
         save_scene(path, _shown_upright(cloud, path.stem))
@@ -298,7 +289,7 @@ _HEADER = f"{WRITTEN} tx ty tz qx qy qz qw: camera-to-world, axes of OpenCV (x r
 
 def check_poses_path(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_poses` cannot write there."""
-    return check_place(check_suffix(path, POSE_LISTS, "the suffix of poses"))
+    return check_place(names.check_suffix(path, names.POSE_LISTS, "the suffix of poses"))
 
 
 def save_poses(path: FilePath, frames: Iterable[Frame], numbers: Sequence[int] | None = None) -> None:
@@ -349,14 +340,12 @@ def save_numbered_poses(path: Path, poses: Mapping[int, NDArray[np.float64]]) ->
 
 def check_found_path(path: Path) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_found_poses` cannot write there."""
-    return check_place(check_suffix(path, FOUND_POSES, "the suffix of poses"))
+    return check_place(names.check_suffix(path, names.FOUND_POSES, "the suffix of poses"))
 
 
 def save_found_poses(path: Path, poses: Mapping[str, NDArray[np.float64] | None]) -> None:
     """Write poses (4, 4), camera-to-world in OpenCV's axes and metres, completely or not at all; None is left out.
-
-    .json is `{"name": [[...], ...], ...}`, .txt as `save_poses` writes it.
-    """
+    .json is `{"name": [[...], ...], ...}`, .txt as `save_poses` writes it."""
     known = [(k, name, pose) for k, (name, pose) in enumerate(poses.items()) if pose is not None]
     if path.suffix.lower() == ".json":
         rows = (f" {json.dumps(name, ensure_ascii=False)}: {json.dumps(pose.tolist())}" for _, name, pose in known)

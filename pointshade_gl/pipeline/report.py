@@ -176,7 +176,8 @@ def _explain_trust(report: SetReport, names: Sequence[str]) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %" if share >= LEAST else "0 %" if not share else f"under {100 * LEAST:g} %"
+    few = "0 %" if not share else f"under {100 * LEAST:g} %"
+    return few if share < LEAST else f"{float(f'{100 * share:.2g}'):g} %"
 
 
 def _explain_primary(importances: NDArray[np.float64], names: Sequence[str]) -> str:

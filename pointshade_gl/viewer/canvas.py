@@ -10,10 +10,10 @@ from threading import RLock
 from typing import Any
 
 import moderngl
-import numpy as np
 
 from ..checks.arguments import is_a
 from ..files.access.known_names import VASE, builtin_name
+from ..gpu.core.images import RGBA8, Fitted, Image
 from ..notes.words import shown
 from ..renderer.renderer import Renderer
 from ..renderer.requests import FilePath, load_all_sides, loaded
@@ -56,17 +56,13 @@ class CanvasWindow(Window):
     has_files = False
 
     def __init__(self, canvas: Any):
-        self.canvas, self._bitmap = canvas, canvas.get_bitmap_context()
-        self.renderer, self._shown, self._copied = Renderer(), None, ""
+        self.canvas, self._bitmap, self.renderer, self._copied = canvas, canvas.get_bitmap_context(), Renderer(), ""
+        self._picture = Fitted(self.renderer.context.gl, Image, RGBA8)
         self.close, self.name, self.wake = canvas.close, canvas.set_title, canvas.request_draw
+        self.release = self.release_contexts = self.renderer.release
 
     def make_contexts(self) -> tuple[moderngl.Context, Renderer]:
         return self.renderer.context.gl, self.renderer
-
-    def release(self) -> None:
-        self.renderer.release()
-
-    release_contexts = release
 
     def __enter__(self) -> CanvasWindow:
         self.renderer.context.in_use().__enter__()
@@ -76,17 +72,12 @@ class CanvasWindow(Window):
         self.renderer.context.in_use().__exit__(*error)
 
     @property
-    def framebuffer(self) -> moderngl.Framebuffer:
-        if self._shown is None or self._shown.size != self.picture_size:
-            for made in (*self._shown.color_attachments, self._shown) if self._shown else ():
-                made.release()
-            gl = self.renderer.context.gl
-            self._shown = gl.framebuffer([gl.renderbuffer(self.picture_size)])
-        return self._shown
-
-    @property
     def picture_size(self) -> tuple[int, int]:
         return self.canvas.get_physical_size()
+
+    @property
+    def framebuffer(self) -> moderngl.Framebuffer:
+        return self._picture.fit(self.picture_size).target
 
     @property
     def scale(self) -> float:
@@ -96,9 +87,7 @@ class CanvasWindow(Window):
         self.canvas.set_cursor("none" if hidden else "default")
 
     def swap(self) -> None:
-        width, height = self.framebuffer.size
-        pixels = np.frombuffer(self.framebuffer.read(components=4), np.uint8)
-        self._bitmap.set_bitmap(pixels.reshape(height, width, 4)[::-1].copy())
+        self._bitmap.set_bitmap(self._picture.fit(self.picture_size).read()[::-1].copy())
 
     def wait(self, seconds: float | None) -> None:
         """The canvas calls when there is something to do."""

@@ -58,6 +58,8 @@ class TestWords:
         assert line.startswith("distrusted: 2 % of the points") and line.endswith(
             "most in frames 3 (50 %) and 7 (30 %)"
         )
+        distrusted[3] = 1000
+        assert "frames 3 (100 %) and" in explain_set(report(40, distrusted=distrusted))[3]
         distrusted[:12] = 400
         assert explain_set(report(40, distrusted=distrusted))[3].endswith("4 (40 %) and 7 more")
 

@@ -79,9 +79,11 @@ def make_folder(folder: Path) -> None:
     for name in ("my_sequence", "my_room"):
         write_views(folder / name, views)
     np.savetxt(folder / "pose.txt", ps.orbit_pose(None, middle, 5, 2))
-    for name, yaw in (("left", -15), ("middle", 0), ("right", 15)):  # cameras that stand still, their poses unknown
+    for name, yaw in (("left", -15), ("middle", 0), ("right", 15)):  # cameras that stand still, without poses
         write_views(folder / name, [view(yaw)] * 2, lost=(0, 1))
         shutil.rmtree(folder / name / "pose")
+    known = [ps.orbit_pose(None, middle, yaw, yaw / 4)[:3].ravel() for yaw in (-15, 0, 15)]
+    np.savetxt(folder / "known.txt", known)  # and here they are
     for name, frame in (("scans/desk", views[0]), ("scans/chair", views[7]), ("my_kinect", view(0, noise=0.003))):
         _write_frame(folder / name, frame)
     shutil.copytree(folder / "my_kinect", folder / "my_recording")

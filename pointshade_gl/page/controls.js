@@ -47,14 +47,18 @@ function control(canvas, data) {
   function redraw() {
     if (frameAsked) return;
     frameAsked = true;
-    requestAnimationFrame(draw);
+    requestAnimationFrame(() => {
+      frameAsked = false;
+      if (!drawing || !drawing.isSlow || !drawing.isBusy) return draw();
+      refining.stop(); // no picture waits for others that are old when they come
+      redraw();
+    });
   }
 
   function draw() {
-    frameAsked = false;
     if (!drawing) return;
     const { view, lights, shading } = seen();
-    drawing.draw(view, lights, { shading, shadows: state.shadows, hurries: player && player.isPlaying });
+    drawing.draw(view, lights, { shading, shadows: state.shadows, hurries: drawing.isSlow || (player && player.isPlaying) });
     document.body.classList.add("live");
     refining.start();
   }
@@ -182,12 +186,17 @@ function control(canvas, data) {
 
 // Adds samples to the picture after nothing has moved for a while, one a turn: what moves waits for no more than that.
 function makeRefining(current) {
-  let timer = 0, turn = 0;
+  let timer = 0, turn = 0, began = 0;
 
   function next() {
     const drawing = current();
     if (!drawing || drawing.isFine) return;
-    if (!drawing.isBusy) drawing.refine();
+    const isBusy = drawing.isBusy, rest = began + REST - performance.now(); // asked often, it tells how long pictures take
+    if (!isBusy && rest > 0) {
+      timer = setTimeout(next, rest);
+      return;
+    }
+    if (!isBusy) drawing.refine();
     turn = requestAnimationFrame(next);
   }
 
@@ -198,7 +207,8 @@ function makeRefining(current) {
 
   function start() {
     stop();
-    timer = setTimeout(next, REST);
+    began = performance.now();
+    turn = requestAnimationFrame(next);
   }
 
   function finish() {
@@ -206,7 +216,7 @@ function makeRefining(current) {
     for (let drawing = current(); drawing && !drawing.isFine; ) drawing.refine();
   }
 
-  return { start, finish };
+  return { start, stop, finish };
 }
 
 // The actions of keys and buttons, by name.

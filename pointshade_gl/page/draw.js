@@ -2,6 +2,16 @@
 // At rest more samples are added to a picture, and their mean is shown (pipeline/accumulation.py).
 
 const NEAR = 0.001; // share of the distance to what is looked at
+const SLOW = 100; // milliseconds of a picture, beyond which what moves is drawn coarser
+const COARSE = [2, 4]; // pixels of the canvas for each that is drawn then, across and down
+const COARSE_PIXELS = 1e5; // if so many are enough for that
+const COARSE_SHADOW_SIDE = 256; // pixels of a view of a light then
+const TURN = [30, 80]; // milliseconds: of a turn that has fewer the next does more, and less of one that has more
+
+// Does all of what can be done in steps.
+function finished(steps) {
+  while (!steps.next().done);
+}
 
 // What is on the page -> { draw(view, lights, options), refine() }. Throws an error where WebGL 2 cannot draw it.
 async function createDrawing(canvas, data) {
@@ -18,7 +28,7 @@ async function createDrawing(canvas, data) {
 
 class Drawing {
   constructor(gl, programs, things, data) {
-    Object.assign(this, { gl, things, data, size: [0, 0], seen: "", shadowLayout: "", shadowsOf: [], count: 0 });
+    Object.assign(this, { gl, things, data, size: [0, 0], images: [], shadowLayout: "", shadowsOf: [], count: 0, took: 0, pace: 1 });
     this.painter = new Painter(gl, programs);
     this.around = new Around(gl, this.painter, data.around);
     this.clouds = new CloudPainter(gl, programs, this.painter);
@@ -35,60 +45,130 @@ class Drawing {
   // One sample of a picture: as it is while something moves.
   // view: { camera, pose }, the pose in home axes; lights with positions and directions there, too.
   // options: { shading, shadows, hurries }; a shading other than phong is for all things; without shadows no light casts
-  // any; in a hurry every second point of a film is drawn where the view is too small to show each.
+  // any; in a hurry every second point of a film is drawn where the view is too small to show each, and of a page with
+  // several frames of one thing a coarse picture.
   draw(view, lights, { shading, shadows, hurries } = {}) {
-    this.fit(view.camera.width, view.camera.height);
+    const { canvas } = this.gl, { width, height } = view.camera;
+    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
     const shadings = this.things.map((thing) => (shading && shading !== "phong" ? shading : thing.shading));
-    this.shown = { view, lights: lights.map((one) => ({ ...one, shadow: one.shadow && shadows !== false })), shadings };
+    this.shown = { lights: lights.map((one) => ({ ...one, shadow: one.shadow && shadows !== false })), shadings };
     this.hurries = hurries;
-    this.count = 0;
-    this.kept = null;
+    this.look(view, Boolean(hurries && this.sets) && !this.isSeen(view));
     this.drawFirst();
     this.present();
+    this.mark();
+  }
+
+  // Whether what is seen in a view is known: then only its light is drawn anew.
+  isSeen({ camera, pose }) {
+    return Boolean(this.images.length) && this.images[0].seen === this.keyOf({ camera, pose }, this.shown.lights);
+  }
+
+  // What surfaces that were drawn depend on.
+  keyOf({ camera, pose }, lights) {
+    const { shadings } = this.shown, early = shadings.some((one) => LIT_EARLY.includes(one));
+    return JSON.stringify([camera, pose, shadings, Boolean(this.film && this.hurries), early && lights]);
+  }
+
+  // Begins a picture of a view, perhaps a coarse one.
+  look(view, isCoarse) {
+    const { width, height } = view.camera, step = limited(Math.sqrt((width * height) / COARSE_PIXELS), ...COARSE);
+    const size = [width, height].map((side) => Math.ceil(side / step)), camera = isCoarse ? fitted(view.camera, ...size) : view.camera;
+    this.fit(camera.width, camera.height);
+    Object.assign(this, { view, isCoarse, count: 0, kept: null, steps: null, spent: 0, isMeasured: false });
+    this.shown.view = { ...view, camera };
   }
 
   drawFirst() {
-    this.drawSample(0, this.picture, false);
+    finished(this.sample(0, this.picture, false));
   }
 
   // Adds a sample to what was drawn. The mean is shown where it lies in the middle of the first sample's pixels: pairs of
-  // samples face each other.
+  // samples face each other. After a coarse picture the first one is fine. Slow ones take several turns.
   refine() {
-    this.fitSums();
-    if (!this.count) this.painter.clear(this.sums);
-    if (this.count === 1) this.keepInsides();
-    this.drawSample(this.count++, this.sums, true);
-    if (this.count % 2 || this.isFine) {
+    if (this.isCoarse) this.look(this.view, false);
+    if (!this.steps) this.begin();
+    let isDone = false;
+    for (let k = 0; !isDone && !(this.isSlow && k >= this.pace); ++k) isDone = this.steps.next().done;
+    if (isDone) {
+      this.steps = null;
+      ++this.count;
+    }
+    if (isDone && (this.count % 2 || this.isFine)) {
       this.develop();
       this.present();
     }
-    this.fence = this.gl.fenceSync(this.gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
-    this.gl.flush();
+    this.mark();
+  }
+
+  begin() {
+    this.fitSums();
+    if (!this.count) this.painter.clear(this.sums);
+    if (this.count === 1) this.keepInsides();
+    this.steps = this.sample(this.count, this.sums, true);
+  }
+
+  // From now on it is busy until all that was asked for is drawn.
+  mark() {
+    const { gl } = this;
+    gl.deleteSync(this.fence || null);
+    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    this.began = performance.now();
+    gl.flush();
   }
 
   // Whether the picture has all its samples.
   get isFine() {
-    return this.count >= this.data.samples;
+    return !this.isCoarse && this.count >= this.data.samples;
   }
 
-  // Whether the last added sample is still being drawn.
+  // Whether the last picture or turn of a sample is still being drawn.
   get isBusy() {
     const { gl, fence } = this;
     if (!fence || gl.getSyncParameter(fence, gl.SYNC_STATUS) !== gl.SIGNALED) return Boolean(fence);
     gl.deleteSync(fence);
     this.fence = null;
+    this.measure(performance.now() - this.began);
     return false;
   }
 
-  // Draws a sample, or adds it to a sum of linear light.
-  drawSample(k, target, isSummed) {
-    const { shadings, view } = this.shown, { pose } = view, camera = shiftedCamera(view.camera, k);
+  // Notes how long the last turn took.
+  measure(time) {
+    this.spent += time;
+    if (this.steps) this.pace = Math.max(time < TURN[0] ? 2 * this.pace : time > TURN[1] ? this.pace >> 1 : this.pace, 1);
+    else {
+      if (this.isMeasured && !this.isCoarse) this.took = this.spent;
+      Object.assign(this, { spent: 0, isMeasured: false });
+    }
+  }
+
+  // Whether pictures take so long that what moves should be drawn in a hurry.
+  get isSlow() {
+    return this.took > SLOW;
+  }
+
+  // Draws a sample, or adds it to a sum of linear light: in steps, none of which takes long.
+  *sample(k, target, isSummed) {
+    const { shadings, view } = this.shown, eye = { pose: view.pose, camera: shiftedCamera(view.camera, k) };
     const lights = this.shown.lights.map((one) => movedLight(one, k, this.data.bounds.centre, this.data.toWorld));
-    const lamps = this.hangUp(lights, lightPart(k)), early = shadings.some((one) => LIT_EARLY.includes(one));
-    const seen = JSON.stringify([camera, pose, shadings, this.hurries, early && lights]);
-    if (seen !== this.seen) this.drawSurfaces({ camera, pose }, shadings, lamps);
-    this.seen = seen;
-    this.lightSample({ camera, pose }, shadings, lamps, k, target, isSummed);
+    const lamps = yield* this.hangUp(lights, lightPart(k)), seen = this.keyOf(eye, lights);
+    this.useImages(k && this.sets && this.isSlow ? 1 : 0); // so the first sample can be lit anew at once
+    if (seen !== this.seen) {
+      this.seen = "";
+      this.isMeasured = true;
+      yield* this.drawSurfaces(eye, shadings, lamps);
+      this.seen = seen;
+    }
+    this.lightSample(eye, shadings, lamps, k, target, isSummed);
+  }
+
+  // What the surfaces that are drawn now show.
+  get seen() {
+    return this.current.seen;
+  }
+
+  set seen(key) {
+    this.current.seen = key;
   }
 
   lightSample(...sample) {
@@ -111,16 +191,17 @@ class Drawing {
 
   // Shows the picture on the page.
   present() {
-    const gl = this.gl, [width, height] = this.size;
+    const gl = this.gl, { width, height } = gl.canvas, filter = this.isCoarse ? gl.LINEAR : gl.NEAREST;
     gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.picture);
     gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
-    gl.blitFramebuffer(0, 0, width, height, 0, height, width, 0, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    gl.blitFramebuffer(0, 0, ...this.size, 0, height, width, 0, gl.COLOR_BUFFER_BIT, filter);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null); // Chromium shows nothing after its canvas was resized while another was bound
   }
 
   // The film shows another frame.
   changeFrame({ bounds, distance }) {
-    Object.assign(this, { data: { ...this.data, bounds, distance }, seen: "", shadowsOf: "" });
+    Object.assign(this, { data: { ...this.data, bounds, distance }, shadowsOf: "" });
+    for (const images of this.images) images.seen = "";
   }
 
   // Whether light above white rolls off in what is shown.
@@ -140,31 +221,43 @@ class Drawing {
   depthAt(x, y) {
     const gl = this.gl, surface = new Float32Array(4);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.shownSurfaces());
-    gl.readPixels(x, y, 1, 1, gl.RGBA, gl.FLOAT, surface);
+    const { canvas } = gl, [column, row] = [x / canvas.width, y / canvas.height].map((share, k) => Math.floor(share * this.size[k]));
+    gl.readPixels(column, row, 1, 1, gl.RGBA, gl.FLOAT, surface);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     return Math.abs(surface[3]);
   }
 
   shownSurfaces() {
-    return this.surfaces;
+    return this.images[0].target;
   }
 
   fit(width, height) {
     const gl = this.gl;
     if (this.size[0] === width && this.size[1] === height) return;
-    for (const texture of this.textures || []) gl.deleteTexture(texture);
-    for (const target of [this.splats, this.surfaces, this.picture, this.sums]) gl.deleteFramebuffer(target || null);
+    for (const texture of [...(this.textures || []), ...this.images.flatMap((one) => one.textures)]) gl.deleteTexture(texture);
+    for (const target of [this.splats, this.picture, this.sums, ...this.images.map((one) => one.target)]) gl.deleteFramebuffer(target || null);
     gl.deleteTexture(this.sum || null);
     this.sums = this.sum = null;
-    const formats = ["r32i", "depth", "rgba32f", "rgba16f", "depth", "rgba8", "rgba32f"];
-    this.textures = formats.map((format) => makeTexture(gl, format, width, height));
-    [this.ids, this.depth, this.surface, this.albedo, this.nearest, this.color, this.visibility] = this.textures;
+    this.textures = ["r32i", "depth", "rgba8"].map((format) => makeTexture(gl, format, width, height));
+    [this.ids, this.depth, this.color] = this.textures;
     this.splats = makeTarget(gl, [this.ids], this.depth);
-    this.surfaces = makeTarget(gl, [this.surface, this.albedo, ...(this.around.occlusion ? [this.visibility] : [])], this.nearest);
     this.picture = makeTarget(gl, [this.color]);
-    this.size = [width, height];
-    this.seen = "";
-    [gl.canvas.width, gl.canvas.height] = this.size;
+    Object.assign(this, { size: [width, height], images: [] });
+    this.useImages(0);
+  }
+
+  // From now on these surfaces are drawn and lit, made when they are first needed.
+  useImages(number) {
+    const { gl, images } = this;
+    if (!images[number]) {
+      const textures = ["rgba32f", "rgba16f", "depth", "rgba32f"].map((format) => makeTexture(gl, format, ...this.size));
+      const [surface, albedo, nearest, visibility] = textures;
+      const target = makeTarget(gl, [surface, albedo, ...(this.around.occlusion ? [visibility] : [])], nearest);
+      images[number] = { textures, target, seen: "" };
+    }
+    this.current = images[number];
+    this.surfaces = this.current.target;
+    [this.surface, this.albedo, , this.visibility] = this.current.textures;
   }
 
   // The sum of samples, from when there is one.
@@ -175,28 +268,36 @@ class Drawing {
   }
 
   // The lights with their shadow map, of which is drawn what has to be other than the last.
-  hangUp(lights, part) {
-    const plan = shadowViews(lights, this.data.bounds, this.data.toWorld, part);
+  *hangUp(lights, part) {
+    const planned = (side) => shadowViews(lights, this.data.bounds, this.data.toWorld, part, side);
+    let plan = planned(SHADOW_SIDE);
+    if (this.isCoarse && !this.hasShadows(plan)) plan = { ...planned(COARSE_SHADOW_SIDE), isCoarse: true };
     const isPlain = !plan.views.length && !lights.some((one) => one.position && one.direction);
-    if (plan.views.length) this.drawShadows(plan);
+    if (plan.views.length) yield* this.drawShadows(plan);
     return { lights, ...plan, isPlain, kind: isPlain ? 0 : plan.views.some((view) => view.spread) ? 2 : 1 };
   }
 
-  drawShadows({ views, side, size }) {
-    const gl = this.gl, layout = JSON.stringify([views.length, side]);
+  // Whether the shadow map is as planned.
+  hasShadows(plan) {
+    return layoutOf(plan) === this.shadowLayout && plan.views.every((view, k) => JSON.stringify(view) === this.shadowsOf[k]);
+  }
+
+  *drawShadows(plan) {
+    const { views, side, size } = plan, gl = this.gl, layout = layoutOf(plan);
     if (layout !== this.shadowLayout) this.fitShadows(views.length, side, size);
     this.shadowLayout = layout;
-    views.forEach((view, k) => {
+    for (const [k, view] of views.entries()) {
       const key = JSON.stringify(view);
-      if (key === this.shadowsOf[k]) return;
-      this.shadowsOf[k] = key;
+      if (key === this.shadowsOf[k]) continue;
+      this.shadowsOf[k] = "";
       gl.bindFramebuffer(gl.FRAMEBUFFER, this.shadows);
       gl.enable(gl.SCISSOR_TEST);
       gl.scissor(...view.first, side, side);
       gl.clearBufferfv(gl.DEPTH, 0, [1]);
       gl.disable(gl.SCISSOR_TEST);
-      for (const thing of this.things) if (thing.shadow) this.drawShadow(thing, view, side);
-    });
+      for (const thing of this.things) if (thing.shadow) yield* this.drawShadow(thing, view, side, plan.isCoarse);
+      this.shadowsOf[k] = key;
+    }
   }
 
   // Room for the views of lights, all of one size.
@@ -211,10 +312,14 @@ class Drawing {
     this.shadowsOf = [];
   }
 
-  drawShadow(thing, { camera, pose, near, first }, side) {
+  *drawShadow(thing, { camera, pose, near, first }, side, isCoarse) {
     const box = [...first, side, side], [ids, depths] = this.scratch;
+    if (thing.kind === "set" && isCoarse) {
+      this.sets.drawFew(this.shadows, box, thing, { camera, pose, near }, { behind: thing.differ, number: 0, is_lit: false, visibilityOf: () => null });
+      return;
+    }
     if (thing.kind === "set") {
-      this.sets.addShadow(this.shadows, box, thing, { camera, pose, near }, first, { ids, splats: this.scratchTarget });
+      yield* this.sets.addShadow(this.shadows, box, thing, { camera, pose, near }, first, { ids, splats: this.scratchTarget });
       return;
     }
     const warp = warpOf(thing, camera, pose, near);
@@ -228,7 +333,7 @@ class Drawing {
     }
     this.painter.drawSplats(this.scratchTarget, thing, warp);
     this.painter.fill(this.shadows, box, "shading/shadow.frag", {}, { ...warp, source_ids: ids, window_depths: depths, first });
-    if (thing.stride) this.drawShadow(this.hiddenBy(thing), { camera, pose, near, first }, side);
+    if (thing.stride) yield* this.drawShadow(this.hiddenBy(thing), { camera, pose, near, first }, side);
   }
 
   // What the points of a frame hide and what goes on behind them, as fewer points: gpu/surface/refinement.py.
@@ -251,21 +356,22 @@ class Drawing {
     return NEAR * Math.max(Math.hypot(...minus(bounds.centre, translation(pose))), bounds.radius);
   }
 
-  drawSurfaces({ camera, pose }, shadings, lamps) {
+  *drawSurfaces({ camera, pose }, shadings, lamps) {
     const gl = this.gl, near = this.near(pose);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.surfaces);
     gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
     gl.clearBufferfv(gl.COLOR, 1, [0, 0, 0, 0]);
     gl.clearBufferfv(gl.DEPTH, 0, [1]);
-    this.things.forEach((thing, k) => {
+    for (const [k, thing] of this.things.entries()) {
       const material_number = shadings[k] === "edl" ? -1 - k : k + 1;
-      if (thing.kind === "set") return this.addSet(thing, material_number, { camera, pose, near }, shadings[k], lamps);
+      if (thing.kind === "set") yield* this.addSet(thing, material_number, { camera, pose, near }, shadings[k], lamps);
       const inputs = { ...warpOf(thing, camera, pose, near), material_number };
       const is_lit = !NOT_LIT.includes(shadings[k]);
       if (thing.kind === "cloud") this.clouds.addSurface(this.surfaces, this.size, thing, { camera, pose, near }, { material_number, is_lit });
       else if (thing.kind === "mesh") this.addMesh(thing, inputs, shadings[k], pose, lamps);
       else if (thing.kind === "points") this.addPoints(thing, inputs, shadings[k], pose, lamps, camera);
-    });
+      yield;
+    }
   }
 
   addPoints(thing, warp, shading, pose, lamps, camera) {
@@ -282,10 +388,11 @@ class Drawing {
     });
   }
 
-  addSet(thing, material_number, eye, shading, lamps) {
-    if (LIT_EARLY.includes(shading)) for (const view of thing.views) this.lightPoints(view, eye.pose, lamps);
-    const visibilityOf = (view) => (shading === "phong" ? this.around.ofPoints(view) : null);
-    this.sets.addSurface(this.surfaces, this.size, thing, eye, this, { shading, material_number, visibilityOf });
+  *addSet(thing, material_number, eye, shading, lamps) {
+    if (!this.isCoarse && LIT_EARLY.includes(shading)) for (const view of thing.views) this.lightPoints(view, eye.pose, lamps);
+    const visibilityOf = (view) => (shading === "phong" ? this.around.ofPoints(view) : null), is_lit = !NOT_LIT.includes(shading);
+    if (this.isCoarse) this.sets.drawFew(this.surfaces, [0, 0, ...this.size], thing, eye, { number: material_number, is_lit, behind: 0, visibilityOf });
+    else yield* this.sets.addSurface(this.surfaces, this.size, thing, eye, this, { shading, material_number, visibilityOf });
   }
 
   addMesh(thing, inputs, shading, pose, lamps) {
@@ -347,7 +454,7 @@ class Drawing {
       return { only_light: transposed([0, 4, 8, 12].map((k) => [...rows.subarray(k, k + 4)])), ambient };
     const inputs = { lights: this.painter.table("lights", rows), light_count: lights.length, ambient };
     if (!withShadows) return inputs;
-    if (!this.shadowMap) this.drawShadows({ views: [], size: [1, 1] });
+    if (!this.shadowMap) finished(this.drawShadows({ views: [], size: [1, 1] }));
     const to_world = product(this.data.toWorld, rotation(axes));
     return { ...inputs, shadow_map: this.shadowMap, views: this.painter.table("views", shadowRows(views, axes), 6), to_world };
   }

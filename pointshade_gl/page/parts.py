@@ -427,6 +427,7 @@ ENTRIES = (
 ENTRIES_OF = {  # only where there are such things, as their scripts
     "set": (
         "points/set_splats.frag", "points/set_accumulate.frag", "points/set_resolve.frag", "points/set_shadow.frag",
+        "points/few_splats.vert", "points/few_splats.frag",
     ),
     "splats": (
         "splats/packed.vert", "splats/splat.frag", "splats/depth.frag", "splats/surface.frag", "splats/merge.frag",

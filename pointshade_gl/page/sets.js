@@ -2,6 +2,7 @@
 // that surface adds its part (gpu/points/point_objects.py, set_merge.py).
 
 const SPARE = 153; // of 255, as in common/parts.glsl: trust in points that are not drawn, as another frame shows them better
+const UNSURE = 127; // of 255: trust in points that only show where no others are
 
 // Several frames of one thing, with how far each of their points is trusted, and where their rims end.
 async function takeSet(gl, reader, head) {
@@ -12,8 +13,10 @@ async function takeSet(gl, reader, head) {
     for (const place of [0, 1]) reader.take(known.length).forEach((value, k) => (trust[4 * known[k] + place] = value));
     for (const number of rims) cuts.set(reader.take(4), 4 * number);
     const [trusts, ends] = [trust, cuts].map((bytes) => makeTexture(gl, "rgba8", view.width, view.height, bytes));
-    const drawn = head.isExact ? makeNumbers(gl, known.filter((number) => trust[4 * number] !== SPARE)) : view.known;
-    views.push({ ...view, trusts, ends, drawn, material: head.material });
+    const isDrawn = (number) => !head.isExact || trust[4 * number] !== SPARE;
+    const drawn = head.isExact ? makeNumbers(gl, known.filter(isDrawn)) : view.known;
+    const few = everySecond(kinds.map((kind, k) => kind && isDrawn(k) && trust[4 * k] > UNSURE), view.width);
+    views.push({ ...view, trusts, ends, drawn, few: makeNumbers(gl, few), material: head.material });
   }
   return { ...head, views };
 }
@@ -25,8 +28,8 @@ class SetPainter {
 
   // Draws a set among the surfaces of other things. ids, splats: of this view; visibilityOf: what the points of a frame
   // see of the light from all around, if something may hide it.
-  addSurface(target, size, thing, eye, { ids, splats }, { shading, material_number, visibilityOf }) {
-    const { painter } = this, warps = this.drawSplats(splats, thing, eye, thing.isExact);
+  *addSurface(target, size, thing, eye, { ids, splats }, { shading, material_number, visibilityOf }) {
+    const { painter } = this, warps = yield* this.drawSplats(splats, thing, eye, thing.isExact);
     const maps = thing.views.map(visibilityOf), hasVisibility = Boolean(maps[0]);
     this.fit(size, hasVisibility);
     painter.clear(this.sums, this.textures.length);
@@ -38,32 +41,53 @@ class SetPainter {
       const inputs = { ...warps[k], ...own, ...shared, visibility_map: maps[k] };
       painter.fill(this.sums, [0, 0, ...size], "points/set_accumulate.frag", { ...constants, CALM }, inputs, false);
     };
-    painter.adding(true, () => thing.views.forEach(addUp));
+    for (const [k, view] of thing.views.entries()) {
+      painter.adding(true, () => addUp(view, k));
+      yield;
+    }
     const [geometry_map, albedo_map, visibility_map] = this.textures, { scale } = thing;
     const inputs = { geometry_map, albedo_map, visibility_map, keys: ids, near: eye.near, scale, material_number };
     painter.fill(target, [0, 0, ...size], "points/set_resolve.frag", { VISIBILITY: hasVisibility ? 1 : 0 }, inputs);
   }
 
   // Draws the depth of a set into a box of the shadow map. Lights see outlines that no frame has seen: they are whole.
-  addShadow(target, box, thing, eye, first, { ids, splats }) {
-    this.drawSplats(splats, thing, eye, false);
+  *addShadow(target, box, thing, eye, first, { ids, splats }) {
+    yield* this.drawSplats(splats, thing, eye, false);
     const inputs = { keys: ids, near: eye.near / thing.scale, behind: thing.differ, first };
     this.painter.fill(target, box, "points/set_shadow.frag", {}, inputs);
   }
 
+  // Draws a few points of a set as they are, into a box of a target: the surfaces of a picture, or a shadow map. number:
+  // of their material.
+  drawFew(target, box, thing, { camera, pose, near }, { number, is_lit, behind, visibilityOf }) {
+    const { gl, painter } = this;
+    painter.begin(target, box, true);
+    for (const view of thing.views) {
+      const visibility_map = visibilityOf(view), VISIBILITY = visibility_map ? 1 : 0;
+      painter.programs.get("points/few_splats.vert", "points/few_splats.frag", { VISIBILITY }).use({
+        ...warpOf(view, camera, pose, near), side: 2, scale: thing.scale, behind, is_lit, gain: view.gain, material_number: number,
+        light_normals: view.normals ?? view.surface, color_map: view.colors, visibility_map,
+      });
+      painter.drawElements(gl.POINTS, view.few);
+    }
+  }
+
   // The keys of all splats in a view. Returns the ways into it.
-  drawSplats(target, thing, { camera, pose, near }, isExact) {
+  *drawSplats(target, thing, { camera, pose, near }, isExact) {
     const { gl, painter } = this, constants = { EXACT: isExact ? 1 : 0 };
     const warps = thing.views.map((view) => warpOf(view, camera, pose, near));
     painter.clearSplats(target, [0, 0, camera.width, camera.height]);
-    thing.views.forEach((view, k) => {
+    for (const [k, view] of thing.views.entries()) {
+      painter.begin(target, [0, 0, camera.width, camera.height], true);
       const inputs = { ...warps[k], is_round: view.isRound, has_rims: view.hasRims, side: view.size, trust_map: view.trusts, cuts_map: view.ends, primary: 1 };
       painter.programs.get("points/splats.vert", "points/set_splats.frag", constants).use(inputs);
       painter.drawElements(gl.POINTS, isExact ? view.drawn : view.known);
-      if (!view.rims) return;
-      painter.programs.get("points/rims.vert", "points/rims.frag", { ...constants, SET: 1 }).use(inputs);
-      painter.drawElements(gl.POINTS, view.rims);
-    });
+      if (view.rims) {
+        painter.programs.get("points/rims.vert", "points/rims.frag", { ...constants, SET: 1 }).use(inputs);
+        painter.drawElements(gl.POINTS, view.rims);
+      }
+      yield;
+    }
     return warps;
   }
 

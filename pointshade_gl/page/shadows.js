@@ -12,11 +12,11 @@ const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b
 const minus = (a, b) => a.map((x, k) => x - b[k]);
 
 // The views that the lights take of what has this extent, and which are each light's; toWorld turns home axes. part: share
-// of the radius of soft lights for which a sample stands.
-function shadowViews(lights, extent, toWorld, part) {
+// of the radius of soft lights for which a sample stands. most: pixels of a view.
+function shadowViews(lights, extent, toWorld, part, most = SHADOW_SIDE) {
   const looks = lights.map((one) => (one.shadow ? shadowDirections(one, extent, toWorld) : []));
   const count = looks.flat().length;
-  const side = Math.min(SHADOW_SIDE, Math.floor(SHADOW_MAP / Math.max(Math.ceil(Math.sqrt(count)), 1)));
+  const side = Math.min(most, Math.floor(SHADOW_MAP / Math.max(Math.ceil(Math.sqrt(count)), 1)));
   const views = [], spans = [];
   lights.forEach((one, k) => {
     spans.push(looks[k].length ? [views.length, looks[k].length] : null);
@@ -26,6 +26,8 @@ function shadowViews(lights, extent, toWorld, part) {
   views.forEach((view, k) => (view.first = [(k % columns) * side, Math.floor(k / columns) * side]));
   return { views, spans, side, size: [columns * side, Math.ceil(count / columns) * side] };
 }
+
+const layoutOf = ({ views, side, isCoarse }) => JSON.stringify([views.length, side, isCoarse]);
 
 // The radius of a light as its views see it; of a rectangle that of a disc as large.
 function radiusOf({ radius, angle, size }, extent) {

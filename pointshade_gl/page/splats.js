@@ -251,7 +251,7 @@ class SplatDrawing extends Drawing {
     this.fitSums();
     this.painter.clear(this.sums);
     this.layer.turn(this.shown.view.pose, false);
-    this.drawSample(0, this.sums, true);
+    finished(this.sample(0, this.sums, true));
     this.develop(1);
   }
 
@@ -300,9 +300,9 @@ class SplatDrawing extends Drawing {
     this.layer.fitShadows(size.map((one) => Math.max(one, 1)), Math.max(side || 0, 1));
   }
 
-  drawShadow(thing, view, side) {
+  *drawShadow(thing, view, side, isCoarse) {
     if (thing.kind === "splats") this.layer.addShadow(view, side);
-    else super.drawShadow(thing, view, side);
+    else yield* super.drawShadow(thing, view, side, isCoarse);
   }
 
   fillLight(target, size, constants, own, lamps, axes) {

@@ -112,6 +112,7 @@ CONSTANTS = {  # the values that the project builds each with
     "points/splats.frag": {"LIT": FLAG},
     "points/splats.vert": {"LIT": FLAG, "EXACT": FLAG},
     "points/set_splats.frag": {"EXACT": FLAG},
+    "points/few_splats.vert": {"VISIBILITY": FLAG},
     "points/splats.comp": {
         "SET": FLAG,
         "EXACT": FLAG,

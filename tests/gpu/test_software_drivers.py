@@ -31,6 +31,7 @@ from .test_shaders_es import SEED, random_variants, variants
 VERTEX = {
     "points/splats.frag": "points/splats.vert",
     "points/set_splats.frag": "points/splats.vert",
+    "points/few_splats.frag": "points/few_splats.vert",
     "points/rims.frag": "points/rims.vert",
     "meshes/mesh.frag": "meshes/mesh.vert",
     "meshes/mesh_shadow.frag": "meshes/mesh.vert",

@@ -15,18 +15,19 @@ from ..support.browser import altered
 
 pytestmark = [pytest.mark.browser, pytest.mark.gl]
 PSNR, COVERAGE = 55, 0.001  # at least, where both draw; at most, by how much the covered share differs
-DRAW = """([changes, size, others, samples]) => {
+DRAW = """([changes, size, others, samples, hurries]) => {
   const { data, drawing } = pointshade, state = { ...START, ...data.start, ...changes };
   const camera = size ? fitted(data.camera, ...size) : data.camera;
   const place = pose(state, data.stage), own = [light(state, data.stage, HOME, data.held), ...data.lights];
   const lights = others ?? own;
-  drawing.draw({ camera, pose: place }, lights, { shading: state.shading, shadows: state.shadows });
+  drawing.draw({ camera, pose: place }, lights, { shading: state.shading, shadows: state.shadows, hurries });
   while (samples > 1 && drawing.count < samples) drawing.refine();
   const pixels = drawing.read();
   let text = "";
   for (let k = 0; k < pixels.length; k += 8192) text += String.fromCharCode(...pixels.subarray(k, k + 8192));
   const cast = lights.map((one) => ({ ...one, shadow: one.shadow && state.shadows }));
-  return { width: camera.width, height: camera.height, pixels: btoa(text), place, lights: cast };
+  const [width, height] = drawing.size;
+  return { width, height, pixels: btoa(text), place, lights: cast };
 }"""
 SHADOW_SIDE = 128  # pixels of a shadow map where it needs not be as fine as people see it
 VIEWS = [  # changes of the state, and the size of the picture
@@ -48,9 +49,9 @@ def small_shadows(monkeypatch):
     monkeypatch.setattr(shadow_cameras, "SHADOW_SIDE", SHADOW_SIDE)
 
 
-def drawn(opened, changes, size=None, lights=None, samples=1):
+def drawn(opened, changes, size=None, lights=None, samples=1, hurries=False):
     """A picture of the page, (h, w, 4), the pose of who looks, in home axes, and the lights there."""
-    found = opened.page.evaluate(DRAW, [changes, size, lights and list(map(vars, lights)), samples])
+    found = opened.page.evaluate(DRAW, [changes, size, lights and list(map(vars, lights)), samples, hurries])
     picture = np.frombuffer(base64.b64decode(found["pixels"]), np.uint8)
     lights = [ps.Light(**{name: as_given(value) for name, value in light.items()}) for light in found["lights"]]
     return picture.reshape(found["height"], found["width"], 4), np.array(found["place"]), lights
@@ -330,6 +331,38 @@ def test_frames_without_noise_are_joined_in_each_view_as_rendered(browser, point
     with browser.shown(altered(draw_page(points, views, **options), SHADOW_SIDE=SHADOW_SIDE)) as opened:
         assert opened.page.evaluate("pointshade.data.leftOut") == []
         check(opened, points, views, [(SEEN[0] | changes, SEEN[1])], least=45, **options)
+
+
+MOVE = """async (changes) => {
+  const { drawing } = pointshade, draw = drawing.draw;
+  let found = null;
+  drawing.draw = (...given) => (draw.apply(drawing, given), (found = drawing.isCoarse));
+  pointshade.state = { ...pointshade.state, ...changes };
+  while (found === null) await new Promise(requestAnimationFrame);
+  delete drawing.draw;
+  return found;
+}"""
+
+
+def test_in_a_hurry_they_are_drawn_coarsely_and_nothing_of_that_stays(browser, points, small_shadows):
+    changes, size = SEEN[0] | {"shadows": True}, SEEN[1]
+    with browser.shown(altered(draw_page(points, view_sets.three_views()), SHADOW_SIDE=SHADOW_SIDE)) as opened:
+        fine, rested = (drawn(opened, changes, size, samples=samples)[0] for samples in (1, 3))
+        drawn(opened, {}, size)
+        coarse = drawn(opened, changes, size, hurries=True)[0]
+        assert coarse.shape == (60, 80, 4)
+        assert np.abs(fine.astype(float).reshape(60, 2, 80, 2, 4).mean((1, 3)) - coarse).mean() < 4
+        assert np.array_equal(drawn(opened, changes, size, samples=3, hurries=True)[0], rested)
+
+
+@pytest.mark.system
+def test_slow_pages_hurry_while_the_view_moves_and_light_what_is_known_as_it_is(browser, points):
+    with browser.shown(altered(draw_page(points, view_sets.three_views()), SLOW=0, REST=0), refines=True) as opened:
+        opened.wait_for("pointshade.drawing.isFine")
+        assert opened.page.evaluate(MOVE, {"yaw": 4})
+        opened.wait_for("pointshade.drawing.isFine")
+        assert not opened.page.evaluate(MOVE, {"lightAt": [0.4, 0.2]})
+        opened.wait_for("pointshade.drawing.isFine")
 
 
 def test_frames_with_noise_agree_with_render_where_they_are_one_surface(browser, points):

@@ -29,6 +29,7 @@ from .support.durations import LIMIT, Durations
 from .support.places import FAILURES, GOLDEN, REAL_FRAMES
 from .support.shader_function import evaluate
 
+LONG = "test_docs_build.py", "test_signals.py"  # a minute and more each: at the very end other cores would wait
 SYSTEM_TIMEOUT = 600  # seconds for a test marked "system"; for all others: timeout in pyproject.toml
 
 # Properties: the same examples in each run, no clock. For many others: --hypothesis-profile=long.
@@ -56,7 +57,7 @@ def pytest_collection_modifyitems(config, items):
         files = defaultdict(rng.random)
         items.sort(key=lambda item: (files[item.path], rng.random()))
     else:
-        items.sort(key=lambda item: item.path.name != "test_docs_build.py")  # its site takes long: not at the very end
+        items.sort(key=lambda item: item.path.name not in LONG)
     if config.getoption("timeout", None) is None:
         for item in items:
             if item.get_closest_marker("system"):

@@ -1,9 +1,9 @@
 """README and docs/ are true: every block of Python and every `pointshade ...` line runs, in a folder of a reader's.
 
 Each block runs alone, in a fresh copy of the folder that support/reader_folder.py makes. Lines that need what no test
-has (PARSED, ABSENT) are only read by the command line's own parser; turntables have FRAMES pictures; blocks of Python
-that another test runs are in ELSEWHERE. A block that is neither Python nor commands to type is marked `text`, `json`,
-... in its page.
+has (PARSED, ABSENT) are only read by the command line's own parser; turntables have FRAMES pictures, and pictures are
+SMALL; blocks of Python that another test runs are in ELSEWHERE. A block that is neither Python nor commands to type is
+marked `text`, `json`, ... in its page.
 """
 
 import ast
@@ -50,6 +50,7 @@ ELSEWHERE = {  # words of blocks of Python that other tests run, or nobody can
     "RealSenseSource": "it needs a camera",
 }
 FRAMES = "2"
+SMALL = {"--picture-size": "160x120", "--samples": "1"}  # of pictures, where a line does not ask for more
 SLOW = re.compile(  # blocks that are left to the tests of the system
     r"import ray|--samples 64|--turntable|\.mp4\b|\.gif\b|\bbatch\b|--environment sky|--splat ball|render demo|1200x900"
     r"|--views|--poses|--align|align=|--ground\b|film\.html|scan\.laz|watts=25|search=True|samples=16|samples=64|unlight|readme/vase|depth=guess|model\.onnx"
@@ -116,6 +117,8 @@ def try_command(words):
         return
     if "--turntable" in words:
         words = [*words, "--frames", FRAMES]
+    if words[0] == "render" and "-o" in words and not words[words.index("-o") + 1].endswith((".ply", ".glb")):
+        words = [*words, *(word for name, value in SMALL.items() if name not in words for word in (name, value))]
     done = run(*(path for word in words for path in (sorted(map(str, Path().glob(word))) if "*" in word else [word])))
     assert done.returncode == 0, f"pointshade {' '.join(words)}: {done.stderr}"
     if "-o" in words:

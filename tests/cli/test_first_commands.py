@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+QUICK = "--samples 1 --picture-size 160x120"  # of a picture that only has to be there
 FOLDERS = {  # points, median depth in metres, and what must be said; nothing else is
     "d2nt_3f2n_gt_normals": (102989, 167.041, []),
     "d435_table_exr_halffloat": (728943, 0.582, []),
@@ -36,7 +37,7 @@ FOLDERS = {  # points, median depth in metres, and what must be said; nothing el
 )
 def test_every_folder_of_real_frames_is_drawn_by_its_name_alone(typed, shared_data, name):
     points, median, sentences = FOLDERS[name]
-    code, output, errors = typed(f"render '{shared_data / name}' --samples 1 -o out.png")
+    code, output, errors = typed(f"render '{shared_data / name}' {QUICK} -o out.png")
     assert code == 0 and f" from {points} points" in output
     brighter = " stops, to be as bright as the photograph: "  # for frames with noise; tests/pipeline/test_exposure.py
     usual = "software renderer", brighter, " of the pixels have no depth and are completed"
@@ -58,7 +59,7 @@ def test_the_folder_without_its_file_says_how_to_get_it(typed, shared_data):
 def test_every_single_file_of_real_frames_is_drawn_or_refused_in_one_sentence(typed, shared_data):
     """A depth picture is drawn, with what lies beside it; photographs, normals, masks and texts never are."""
     for path in sorted(path for path in shared_data.glob("[!i]*/*") if path.is_file()):
-        code, output, errors = typed(f"render '{path}' --samples 1 -o out.png")
+        code, output, errors = typed(f"render '{path}' {QUICK} -o out.png")
         is_depth = re.match(r"depth(?!_rgba)|disparity", path.name) and "lfs" not in path.parent.name
         assert code == (0 if is_depth else 2), (path, errors)
         last = errors.splitlines()[-1]
@@ -85,7 +86,7 @@ def place(tmp_path):
 
 
 BARE = "render bare -o out.png"
-VASE = "render vase -o out.png"
+VASE = f"render vase -o out.png {QUICK}"
 NEXT = [  # typed, what is said, and what that makes one type next
     (
         BARE,

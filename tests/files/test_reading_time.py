@@ -162,6 +162,6 @@ class Repeated:
 @pytest.mark.parametrize("reader", READERS)
 def test_ten_megabytes_take_seconds(reader, tmp_path):
     for middle in (" ", "[]", "1", "1 ", "a: 1\n", "\n", "- ", "<x:xmpmeta", "g{}:\n fx: 1\n"):
-        text = "fx" + Repeated(middle) * (10_000_000 // len(middle))
+        text = "fx" + (Repeated(middle) if "{}" in middle else middle) * (10_000_000 // len(middle))
         taken = seconds(reader, text, tmp_path)
         assert taken < 30, f"{taken:.0f} s for {middle!r}"

@@ -9,8 +9,11 @@ from PIL import Image
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page
 
-from ..support import frames
+from ..support import frames, view_sets
+from ..support.browser import altered
 from ..support.page_functions import run_script
+from .test_pictures import SHADOW_SIDE
+from .test_pictures import small_shadows as small_shadows
 
 LIGHT = "position=-.5,-.6,.3 color=1,.8,.6 shadow radius=.1"
 COPIED = """async () => {
@@ -20,6 +23,7 @@ COPIED = """async () => {
   await new Promise((resolve) => setTimeout(resolve));
   return text;
 }"""
+BALL = "--depth-scale 1000"  # of the folders that `written` makes: one frame, and three of a walk
 LEAST = 38  # dB: the line draws by another rasteriser
 TURNED = {"yaw": 20, "pitch": -10, "distance": 0.8, "lightAt": [0.4, 0.3]}
 VIEWS = {
@@ -48,7 +52,10 @@ def compare(page, still):
 
 @pytest.fixture
 def written(typed, tmp_path):
-    """Write a page with the command line; returns its path."""
+    """Write a page with the command line, of what is built in or of small folders; returns its path."""
+    walk = [view_sets.seen_from(view_sets.pose_at(yaw)) for yaw in view_sets.YAWS]
+    view_sets.write_views(tmp_path / "walk", walk)
+    view_sets.write_views(tmp_path / "ball", walk[1:2])
 
     def write(words):
         code, _, err = typed(f"render {words} -o page.html")
@@ -66,18 +73,21 @@ class TestCommand:
         ("words", "views"),
         [
             (
-                f"vase/front --light '{LIGHT}' --shininess 60 --background #336699 --title 'My \"vase\"'",
+                f"ball {BALL} --light '{LIGHT}' --shininess 60 --background #336699 --title 'My \"ball\"'",
                 ["turned", "unlit"],
             ),
-            ("vase/front --light 'position=-.5,-.6,.3 color=1,.8,.6 shadow' --shininess 60", VIEWS),
-            ("vase --light 'position=-.5,-.6,.3 shadow'", ["as at the start"]),
+            (f"ball {BALL} --light 'position=-.5,-.6,.3 color=1,.8,.6 shadow' --shininess 60", VIEWS),
+            (f"walk {BALL} --views all --light 'position=-.5,-.6,.3 shadow'", ["as at the start"]),
+            ("vase", ["as at the start"]),
             ("demo", ["turned", "no shadows"]),
-            ("vase --yaw 12 --environment sky", ["as at the start", "turned"]),
+            (f"ball {BALL} --yaw 12 --environment sky", ["as at the start", "turned"]),
         ],
-        ids=["soft light", "frame", "set", "scene", "environment"],
+        ids=["soft light", "frame", "set", "built-in set", "scene", "environment"],
     )
+    @pytest.mark.usefixtures("small_shadows")
     def test_it_makes_the_picture_that_is_shown(self, browser, written, typed, tmp_path, words, views):
-        with browser.opened(written(words), viewport={"width": 360, "height": 300}) as opened:
+        page = altered(written(words).read_text(encoding="utf-8"), SHADOW_SIDE=SHADOW_SIDE)
+        with browser.opened(page, viewport={"width": 180, "height": 150}) as opened:
             opened.wait_until_drawn()
             for name in views:
                 set_state = "(changes) => { pointshade.state = { ...START, ...pointshade.data.start, ...changes }; }"
@@ -93,7 +103,7 @@ class TestCommand:
                 assert compare(picture, still) > LEAST, (name, line)
 
     def test_turns_are_said_as_turns(self, browser, written):
-        with browser.opened(written("vase/front")) as opened:
+        with browser.opened(written(f"ball {BALL}")) as opened:
             opened.wait_until_drawn()
             assert "--pose" not in opened.page.evaluate(COPIED)
             opened.page.keyboard.press("ArrowLeft")
@@ -108,18 +118,18 @@ class TestCommand:
             opened.page.keyboard.press("c")
             opened.page.keyboard.press("h")
             assert not opened.page.locator("tr.copy").is_visible()
-        with browser.opened(written("vase/front --picture-size 100x300")) as opened:  # a camera of another shape
+        with browser.opened(written(f"ball {BALL} --picture-size 100x300")) as opened:  # a camera of another shape
             opened.wait_until_drawn()
             assert not opened.page.locator("#copy").is_visible()
 
     def test_a_frame_of_another_page_that_may_not_write_to_the_clipboard_copies_the_old_way(self, browser, written):
-        with browser.opened(written("vase/front")) as opened:
+        with browser.opened(written(f"ball {BALL}")) as opened:
             opened.wait_until_drawn()
             refused = "navigator.clipboard.writeText = async () => { throw new Error('no'); }"
             heard = "document.addEventListener('copy', () => (window.heard = getSelection().toString()))"
             opened.page.evaluate(f"() => {{ {refused}; {heard}; }}")
             opened.page.locator("#copy").click()
-            opened.wait_for("window.heard?.startsWith('pointshade render vase/front ')")
+            opened.wait_for("window.heard?.startsWith('pointshade render ball ')")
             assert "copied" in opened.page.locator("#message").inner_text()
             assert opened.page.evaluate("document.activeElement.id") == "copy"
 

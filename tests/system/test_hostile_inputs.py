@@ -56,6 +56,11 @@ def check_opened(outcome, secret):
     return secrets
 
 
+def check_soon(outcome):
+    """Within 2 s, on a slow machine within longer: how slow it is takes long to measure, and is rarely asked."""
+    assert outcome["seconds"] < 2 or outcome["seconds"] < 2 * slowness()
+
+
 @pytest.mark.parametrize("name", REFUSED)
 def test_it_ends_soon_in_one_sentence_and_opens_nothing_else(outcomes, name):
     outcome = outcomes[f"refused: {name}"]
@@ -63,7 +68,7 @@ def test_it_ends_soon_in_one_sentence_and_opens_nothing_else(outcomes, name):
     assert outcome["kind"] in ("ValueError", "OSError", "FileNotFoundError", "IsADirectoryError"), outcome
     assert sentence in outcome["sentence"] and outcome["is_told"], outcome
     assert "\n" not in outcome["sentence"] and len(outcome["sentence"]) < 700
-    assert outcome["seconds"] < 2 * slowness()
+    check_soon(outcome)
     check_opened(outcome, secret=False)
 
 
@@ -78,7 +83,7 @@ def test_a_name_that_leaves_is_answered_with_the_option(outcomes, name):
 def test_it_loads_as_soon(outcomes, name):
     outcome = outcomes[f"fine: {name}"]
     assert not outcome["kind"], outcome
-    assert outcome["seconds"] < 2 * slowness()
+    check_soon(outcome)
 
 
 @pytest.mark.parametrize("name", ALLOWED)

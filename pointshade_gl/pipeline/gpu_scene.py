@@ -256,7 +256,7 @@ class GpuScene(Owner):
         consensus = self._consensus.find(members, colors, count)
         count.step(counted - count.done)  # if they are known already
         trusts = tuple(view.textures.trust for view in views if view.textures.trust)
-        differ = consensus.band * p.content.scale
+        differ = consensus.fine_band * p.content.scale
         points = PointSet(tuple(view.points for view in views), trusts, consensus.is_exact, differ)
         if p.content.look.remove_highlights:
             found = self._highlights.find(members, colors, consensus)

@@ -275,7 +275,7 @@ class Session:
         """Show the frame that was chosen on the timeline or is due, or the views once they are merged."""
         self.seek()
         playback = self.document.playback
-        if playback.whole and turns_away(self.state.pose(self.stage)):
+        if playback.whole and (self.state.shadows or turns_away(self.state.pose(self.stage))):  # lights see other sides
             self._follow(playback.completed(), "")
         if playback.is_merging:
             views, self._news = playback.merged()

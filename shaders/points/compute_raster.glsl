@@ -42,7 +42,7 @@ void note_source(ivec2 pixel, float side) {
 }
 
 bool is_left_out() {
-    return EXACT == 1 && is_spare(trust);  // into shadow maps all are drawn: lights see outlines that no frame has seen
+    return EXACT == 1 && is_spare(trust);
 }
 
 // Are all pixels of a block trusted alike? It is not asked of those that are not whole.

@@ -58,7 +58,7 @@ def test_in_python_its_name_is_its_front_until_the_view_turns():
     assert isinstance(front.source, ps.Frame) and isinstance(RenderRequest.of("vase/front", yaw=90).source, ps.Frame)
     turned = ps.orbit_pose(None, (0, 0, 1), 30)
     for options in ({"yaw": 20}, {"pitch": -20}, {"pose": turned}):
-        assert len(RenderRequest.of("vase", **options).frames) == 9
+        assert len(RenderRequest.of("vase", **options).frames) == 11
     assert [turnable(one, {}) for one in ("vase", "vase/front", "demo")] == ["vase/whole", "vase/front", "demo"]
     for look in ({"splat": "mesh"}, {"normals": np.zeros((480, 640, 3), np.float32) - (0, 0, 1)}):  # of one frame alone
         assert isinstance(RenderRequest.of("vase", yaw=20, **look).source, ps.Frame)

@@ -94,7 +94,7 @@ def test_a_built_in_name_and_single_files_are_frames(tmp_path):
 
 def test_the_built_in_vase_from_all_sides_begins_with_its_front(capsys):
     front, frames = ps.load_frame("vase"), open_source("vase/whole")
-    assert len(frames) == 9 and frames[0].camera == front.camera and np.array_equal(frames[0].color, front.color)
+    assert len(frames) == 11 and frames[0].camera == front.camera and np.array_equal(frames[0].color, front.color)
     np.testing.assert_allclose(frames[0].depth, front.depth, rtol=0, atol=1e-5)
     np.testing.assert_allclose(frames[0].pose, front.pose, atol=1e-12)
     assert {frame.camera for frame in frames} == {front.camera}
@@ -105,7 +105,7 @@ def test_the_built_in_vase_from_all_sides_begins_with_its_front(capsys):
 
 def test_all_sides_of_the_vase_add_little_to_the_package():
     files = [file for file in builtin_folder("vase/whole").rglob("*") if file.is_file()]
-    assert len(files) == 19 and sum(file.stat().st_size for file in files) < 1.5e6
+    assert len(files) == 23 and sum(file.stat().st_size for file in files) < 1.5e6
 
 
 def test_files_are_read_when_they_are_asked_for(tmp_path):

@@ -111,6 +111,21 @@ class TestViewsFromAllAround:
         assert "gains: none" in told and "within 0.4 %" in told
 
 
+def test_what_stands_out_by_a_pixel_casts_its_shadow_where_views_have_no_noise(rasterizer):
+    _, renderer = rasterizer
+    floor = patch((0, 0.1, 1.5), (0.3, 0, 0), (0, 0, 0.3), waves)
+    plates = [floor, patch((0, 0.088, 1.5), (0.12, 0, 0), (0, 0, 0.12), waves)]  # 12 mm above it, a pixel of the views
+    poses = [ps.orbit_pose(None, (0, 0.1, 1.5), yaw, 45) for yaw in range(0, 360, 60)]
+    hits = [trace(plates, frames.CAMERA, pose) for pose in poses]
+    views = [as_frame(one, frames.CAMERA, pose) for one, pose in zip(hits, poses, strict=True)]
+    options, sun = {"camera": frames.CAMERA, "pose": poses[0]}, ps.Light(direction=(1, 0.25, 0))
+    lit, dark = (renderer.render(views, replace(sun, shadow=on), **options)[..., 1] for on in (False, True))
+    x, _, z = np.moveaxis(hits[0].points, -1, 0)
+    beside = (hits[0].depth > 0) & (abs(z - 1.5) < 0.09)
+    assert (dark < 0.8 * lit)[beside & (x > 0.13) & (x < 0.155)].mean() > 0.9  # the shadow ends at 0.168
+    assert (dark < lit)[beside & ((x > 0.19) | (x < -0.14)) & (abs(x) < 0.27)].mean() < 0.01
+
+
 class TestNormalsAtTheTarget:
     """They come from the merged depth; those at the source are mixed."""
 

@@ -1,4 +1,5 @@
-"""The built-in vase in a window: its front at once, and all of its sides as soon as the view turns away from it."""
+"""The built-in vase in a window: its front at once, and all of its sides as soon as the view turns away from it or
+they may cast shadows."""
 
 import shlex
 from functools import partial
@@ -58,6 +59,13 @@ def test_before_the_sides_are_read_the_line_names_the_front(open_viewer, capsys,
     assert saved_line(viewer, capsys).startswith("pointshade render vase/front --")
 
 
+def test_shadows_are_those_of_all_sides(viewer):
+    press(viewer, "S")
+    viewer.step(wait=False)
+    assert viewer.document.playback._completing is not None
+    press(viewer, "S")
+
+
 @pytest.mark.system
 def test_turned_away_it_shows_all_sides_which_the_line_names(viewer, typed, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -69,14 +77,14 @@ def test_turned_away_it_shows_all_sides_which_the_line_names(viewer, typed, caps
         viewer.step()
     viewer.step(wait=False)
     whole = viewer.screen.read(viewer.picture, 1)
-    assert viewer.state.yaw == yaw and len(viewer.frame.frames) == 9
+    assert viewer.state.yaw == yaw and len(viewer.frame.frames) == 11
     assert (whole[..., 3] > 0).sum() > 1.1 * (alone[..., 3] > 0).sum()  # its back has come into view
     line = saved_line(viewer, capsys)
-    assert line.startswith("pointshade render vase/whole --views 0,1,2,3,4,5,6,7,8 --")
+    assert line.startswith("pointshade render vase/whole --views 0,1,2,3,4,5,6,7,8,9,10 --")
     name = shlex.split(line)[-1]
     assert typed(line.removeprefix("pointshade ").replace(name, "again.png"))[0] == 0
     with Image.open(name) as saved, Image.open("again.png") as again:
         assert (np.abs(np.asarray(saved).astype(int) - np.asarray(again)).max(-1) > 1).mean() < 1e-3
     press(viewer, "R")
     viewer.step(wait=False)
-    assert viewer.state.yaw == 0 and len(viewer.frame.frames) == 9
+    assert viewer.state.yaw == 0 and len(viewer.frame.frames) == 11

@@ -227,8 +227,7 @@ class PointObjects(FullscreenPasses):
         """hidden: points that are drawn together with the others"""
         scratch = self._scratch.fit((tile.side, tile.side))
         if isinstance(points, PointSet):
-            drawn = points._replace(is_exact=False)  # the light comes from where no frame has seen the outlines
-            self._draw_set(scratch, drawn, eye, np.ones(len(points.parts)))
+            self._draw_set(scratch, points, eye, np.ones(len(points.parts)))
             fragment, look_up = "points/set_shadow.frag", self._rasterizer(points.parts[0]).look_up
             inputs = key_inputs(scratch, look_up) | {"near": eye.near / points.scale, "behind": points.differ}
         else:

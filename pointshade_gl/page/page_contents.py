@@ -301,7 +301,7 @@ def arranged(request: RenderRequest) -> Showing:
 
 def look_of(placed: Placed, showing: Showing) -> dict[str, Any]:
     """How a thing is lit, for the JSON."""
-    (ambient, *others, shininess), rest = placed.content.material.strengths, 1 - showing.fill
+    (ambient, *others, shininess), rest = placed.content.material.strengths_in(showing.fill), 1 - showing.fill
     strengths = [rest * ambient + showing.fill, *(rest * one for one in others), shininess]
     shading = placed.content.shading if showing.shading == "phong" else "phong"  # the page's is that of a thing alone
     if shading == "auto":

@@ -24,7 +24,7 @@ from ..gpu.shading.light_set import HIGHLIGHTS, Lighting, LightSet, environment_
 from ..gpu.shading.occlusion import plane_shift, plane_turn
 from ..notes.notes import print_note
 from ..notes.words import option
-from ..scene.appearance import NOT_LIT, Material
+from ..scene.appearance import NOT_LIT, Material, Strengths
 from ..scene.camera import Camera, view_matrix
 from ..scene.environment import EnvironmentLight
 from ..scene.graph import Scene, shaded
@@ -101,7 +101,7 @@ class SharedSamples(FullscreenPasses):
         clear(lit.target, surfaces.window)
         self._light.draw(
             lit.target, surfaces.surface, surfaces.albedo, eye.camera, light_set.seen_from(eye.pose),
-            np.array([visible.materials[0].strengths]), linear=True, has_doubts=surfaces.has_doubts,
+            np.array([visible.materials[0].strengths_in(visible.fill)]), linear=True, has_doubts=surfaces.has_doubts,
             visibility=surfaces.visibility if surfaces.has_visibility else None, split=True,
         )  # fmt: skip
         target.samples.open_surfaces.depth_mask = True
@@ -305,17 +305,17 @@ class ExposureMeter(FullscreenPasses):
             visibility = copied.texture
 
         def shine(
-            colors: moderngl.Texture, lighting: Lighting, material: Material, hides: moderngl.Texture | None = None
+            colors: moderngl.Texture, lighting: Lighting, strengths: Strengths, hides: moderngl.Texture | None = None
         ) -> np.ndarray:
             lit = self._lit.fit(copy.size)
             empty(lit.target)
-            strengths, place = np.array([material.strengths]), (viewer, points.scale)
-            inputs = copy.texture, colors, small, lighting, strengths, place
+            inputs = copy.texture, colors, small, lighting, np.array([strengths]), (viewer, points.scale)
             self._light.draw(lit.target, *inputs, certainty=points.surface.certainty, visibility=hides)
             return lit.read()
 
-        lit = shine(seen.colors.texture, light_set.seen_from(points.pose), visible.materials[0], visibility)
-        return lit, shine(seen.textures.color, EVEN_LIGHT, OWN_COLORS)
+        own = visible.materials[0].strengths_in(visible.fill)
+        lit = shine(seen.colors.texture, light_set.seen_from(points.pose), own, visibility)
+        return lit, shine(seen.textures.color, EVEN_LIGHT, OWN_COLORS.strengths)
 
     def _of_scene(self, visible: VisibleScene, _: Drawables) -> tuple[np.ndarray, np.ndarray]:
         """The same of whatever a scene's camera sees."""

@@ -20,7 +20,7 @@ from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import EnvironmentMaps, LightSet, ShadowMap
-from ..scene.appearance import LIT_EARLY, Material
+from ..scene.appearance import LIT_EARLY, Material, Strengths
 from ..scene.camera import Eye, view_matrix
 from ..scene.environment import FAR_AS_SEEN, Environment, EnvironmentLight, Row
 from ..scene.frame import Frame
@@ -90,24 +90,24 @@ class LightSetup(Owner):
     def light_points(self, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
         """Light the points themselves, in their object's axes, where shading interpolates light between them."""
         for p in visible.shown:
-            thing = drawables[p]
+            thing, strengths = drawables[p], p.content.material.strengths_in(visible.fill)
             if isinstance(thing, TiledPoints):
                 if thing.shading in LIT_EARLY:
-                    some = partial(self._light_some, material=p.content.material, eye=visible.eye, light_set=light_set)
+                    some = partial(self._light_some, strengths=strengths, eye=visible.eye, light_set=light_set)
                     thing.light_with(lambda part, some=some: self._steps.always("light", some, part))
                 continue
             for view in thing.views:
                 if view.light:
-                    self._steps.always("light", self._light_some, view, p.content.material, visible.eye, light_set)
+                    self._steps.always("light", self._light_some, view, strengths, visible.eye, light_set)
 
-    def _light_some(self, thing: ShownPoints | ShownGrid, material: Material, eye: Eye, light_set: LightSet) -> None:
+    def _light_some(self, thing: ShownPoints | ShownGrid, strengths: Strengths, eye: Eye, light_set: LightSet) -> None:
         points, light = thing.points, thing.light
         assert light is not None
         viewer = view_matrix(eye.pose, points.pose)[:3, 3]
         empty(light.target, points.surface.window)  # beside the points values are weighted by 0, but must be defined
         self._light.draw(
             light.target, points.surface.texture, thing.colors.texture, points.source, light_set.seen_from(points.pose),
-            np.array([material.strengths]), (viewer, points.scale), certainty=points.surface.certainty,
+            np.array([strengths]), (viewer, points.scale), certainty=points.surface.certainty,
             visibility=thing.visibility and thing.visibility.texture,
         )  # fmt: skip
         light.raise_version()

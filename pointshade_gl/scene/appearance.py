@@ -113,6 +113,7 @@ NORMALS_AT: tuple[NormalsAt, ...] = get_args(NormalsAt)
 FLYING: tuple[Flying, ...] = get_args(Flying)
 MISSING: tuple[Missing, ...] = get_args(Missing)
 LIT_EARLY = ("flat", "gouraud")  # of the shadings: light points or corners, and mix that light
+Strengths = tuple[float, float, float, float]  # ambient, diffuse, specular, shininess
 NOT_LIT = ("none", "edl", "auto")  # of the shadings: show the objects' own colours; "auto" until light is asked for
 
 
@@ -128,7 +129,7 @@ class Material:
 
     ambient: float = opt(0.1, "strength of the ambient light", cli=Cli(SHADING, "N"))
     diffuse: float = opt(0.9, "strength of the diffuse reflection", cli=Cli(SHADING, "N"))
-    specular: float = opt(0.3, "strength of the highlight", cli=Cli(SHADING, "N"))
+    specular: float = opt(0.3, "strength of the highlight; by default 0 with a `fill`", cli=Cli(SHADING, "N"))
     shininess: float = opt(32.0, "exponent of the highlight", cli=Cli(SHADING, "N"))
 
     def __post_init__(self) -> None:
@@ -139,9 +140,14 @@ class Material:
         object.__setattr__(self, "shininess", shininess)
 
     @property
-    def strengths(self) -> tuple[float, float, float, float]:
+    def strengths(self) -> Strengths:
         """(ambient, diffuse, specular, shininess), as the shaders take them."""
         return self.ambient, self.diffuse, self.specular, self.shininess
+
+    def strengths_in(self, fill: float) -> Strengths:
+        """The same where so much of a photograph's own light is mixed in. It has highlights of its own, and others, on
+        noise, are the stains that are seen most: a material that nobody chose has none."""
+        return replace(self, specular=0.0).strengths if fill and self == Material() else self.strengths
 
 
 @option_class

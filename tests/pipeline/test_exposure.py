@@ -246,14 +246,27 @@ def test_a_photograph_stays_above_the_fill_and_white_does_not_burn(renderer, noi
 
 def test_fill_mixes_a_share_of_the_own_colours_in(renderer):
     sphere = frames.sphere()
-    own, plain = (linear(renderer.render(sphere, **more)) for more in ({"shading": "none"}, {}))
+    shiny = {"material": ps.Material(specular=0.25)}
+    own, plain = (linear(renderer.render(sphere, **more)) for more in ({"shading": "none"}, shiny))
     for fill in (0, 0.4, 1):
-        found = linear(renderer.render(sphere, fill=fill))
+        found = linear(renderer.render(sphere, fill=fill, **shiny))
         assert np.abs(found - (fill * own + (1 - fill) * plain)).max() < 0.009  # two half steps of 8 bits, near white
     without = {"material": ps.Material(ambient=0)}
     assert (renderer.render(sphere, fill=0.5, **without) == renderer.render(sphere, **without)).all()
     with pytest.raises(ValueError, match="fill must be"):
         renderer.render(sphere, fill=1.5)
+
+
+@pytest.mark.parametrize("shading", ["phong", "gouraud"])
+def test_a_photograph_has_its_own_highlights_alone_unless_a_material_is_chosen(renderer, shading):
+    sphere = frames.sphere()
+    black = ps.Frame(np.full((*sphere.depth.shape, 3), 10, np.uint8), sphere.depth, sphere.camera)
+
+    def brightest(**options):
+        return renderer.render(black, shading=shading, **options)[..., :3].max()
+
+    assert brightest() > 100 and brightest(fill=0.5, material=ps.Material(specular=0.2)) > 60
+    assert brightest(fill=0.5) <= 11
 
 
 def test_a_page_carries_the_factor_of_the_still(renderer, noisy, monkeypatch):

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..estimation import environment_light as lighting
 from ..notes.words import counted
 from ..renderer.requests import STRAIGHT, RenderRequest, Scenes
-from ..scene.appearance import Appearance
+from ..scene.appearance import Appearance, strengths_in
 from ..scene.camera import Camera, down_axis
 from ..scene.cloud import ARRAYS, CloudStyle, PointCloud
 from ..scene.environment import FAR_AS_SEEN, NO_ENVIRONMENT, EnvironmentLight
@@ -301,7 +301,7 @@ def arranged(request: RenderRequest) -> Showing:
 
 def look_of(placed: Placed, showing: Showing) -> dict[str, Any]:
     """How a thing is lit, for the JSON."""
-    (ambient, *others, shininess), rest = placed.content.material.strengths_in(showing.fill), 1 - showing.fill
+    (ambient, *others, shininess), rest = strengths_in(placed.content.material, showing.fill), 1 - showing.fill
     strengths = [rest * ambient + showing.fill, *(rest * one for one in others), shininess]
     shading = placed.content.shading if showing.shading == "phong" else "phong"  # the page's is that of a thing alone
     if shading == "auto":

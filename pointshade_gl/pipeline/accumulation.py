@@ -24,7 +24,7 @@ from ..gpu.shading.light_set import HIGHLIGHTS, Lighting, LightSet, environment_
 from ..gpu.shading.occlusion import plane_shift, plane_turn
 from ..notes.notes import print_note
 from ..notes.words import option
-from ..scene.appearance import NOT_LIT, Material, Strengths
+from ..scene.appearance import NOT_LIT, Material, Strengths, strengths_in
 from ..scene.camera import Camera, view_matrix
 from ..scene.environment import EnvironmentLight
 from ..scene.graph import Scene, shaded
@@ -101,7 +101,7 @@ class SharedSamples(FullscreenPasses):
         clear(lit.target, surfaces.window)
         self._light.draw(
             lit.target, surfaces.surface, surfaces.albedo, eye.camera, light_set.seen_from(eye.pose),
-            np.array([visible.materials[0].strengths_in(visible.fill)]), linear=True, has_doubts=surfaces.has_doubts,
+            np.array([strengths_in(visible.materials[0], visible.fill)]), linear=True, has_doubts=surfaces.has_doubts,
             visibility=surfaces.visibility if surfaces.has_visibility else None, split=True,
         )  # fmt: skip
         target.samples.open_surfaces.depth_mask = True
@@ -313,7 +313,7 @@ class ExposureMeter(FullscreenPasses):
             self._light.draw(lit.target, *inputs, certainty=points.surface.certainty, visibility=hides)
             return lit.read()
 
-        own = visible.materials[0].strengths_in(visible.fill)
+        own = strengths_in(visible.materials[0], visible.fill)
         lit = shine(seen.colors.texture, light_set.seen_from(points.pose), own, visibility)
         return lit, shine(seen.textures.color, EVEN_LIGHT, OWN_COLORS.strengths)
 

@@ -19,7 +19,7 @@ from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import Lighting, LightSet, environment_inputs
 from ..gpu.shading.occlusion import ViewVisibilityPass
 from ..gpu.shading.present import SurfaceColorsPass
-from ..scene.appearance import LIT_EARLY, Material
+from ..scene.appearance import LIT_EARLY, Material, strengths_in
 from ..scene.camera import Eye, view_matrix
 from ..scene.node import Placed
 from ..scene.visible import VisibleScene, looking_distance
@@ -81,7 +81,7 @@ class FramePass:
             return False
         before = counts["lit splats"]
         inputs = self._light.inputs(light_set.seen_from(thing.points.pose))
-        inputs |= {"material": visible.materials[0].strengths_in(visible.fill)}
+        inputs |= {"material": strengths_in(visible.materials[0], visible.fill)}
         inputs |= {"eye": tuple(view_matrix(visible.eye.pose, thing.points.pose)[:3, 3].tolist())}
         draw = partial(points.draw_lit_splats, lights=inputs)  # of which no step sees that they are others
         self._steps.run("lit splats", draw, target, thing.points, thing.colors, visible.eye)
@@ -100,7 +100,7 @@ class FramePass:
         elif target.splats.version > before:
             lighting = light_set.seen_from(eye.pose)
             lights = self._light.inputs(lighting, True) | environment_inputs(lighting)
-            lights["material"] = visible.materials[0].strengths_in(visible.fill)
+            lights["material"] = strengths_in(visible.materials[0], visible.fill)
             always("resolve", points.draw_lit, canvas, *looking, lights)
         else:
             run("resolve", points.draw_surface, target.surfaces, *looking)
@@ -205,7 +205,7 @@ class FramePass:
         self, target: Target, canvas: Canvas, visible: VisibleScene, light_set: LightSet, numbered: Sequence[Material]
     ) -> None:
         """Light the visible surfaces onto the canvas. numbered: their materials."""
-        materials = np.array([material.strengths_in(visible.fill) for material in numbered or [Material()]])
+        materials = np.array([strengths_in(material, visible.fill) for material in numbered or [Material()]])
         lighting, surfaces = light_set.seen_from(visible.eye.pose), target.surfaces
         inputs = surfaces.surface, surfaces.albedo, visible.eye.camera, lighting, materials
         marks: dict[str, Any] = {"has_doubts": surfaces.has_doubts, "has_eye_dome": surfaces.has_eye_dome}

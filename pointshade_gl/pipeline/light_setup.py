@@ -20,7 +20,7 @@ from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import EnvironmentMaps, LightSet, ShadowMap
-from ..scene.appearance import LIT_EARLY, Material, Strengths
+from ..scene.appearance import LIT_EARLY, Material, Strengths, strengths_in
 from ..scene.camera import Eye, view_matrix
 from ..scene.environment import FAR_AS_SEEN, Environment, EnvironmentLight, Row
 from ..scene.frame import Frame
@@ -90,7 +90,7 @@ class LightSetup(Owner):
     def light_points(self, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
         """Light the points themselves, in their object's axes, where shading interpolates light between them."""
         for p in visible.shown:
-            thing, strengths = drawables[p], p.content.material.strengths_in(visible.fill)
+            thing, strengths = drawables[p], strengths_in(p.content.material, visible.fill)
             if isinstance(thing, TiledPoints):
                 if thing.shading in LIT_EARLY:
                     some = partial(self._light_some, strengths=strengths, eye=visible.eye, light_set=light_set)

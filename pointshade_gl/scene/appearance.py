@@ -144,10 +144,14 @@ class Material:
         """(ambient, diffuse, specular, shininess), as the shaders take them."""
         return self.ambient, self.diffuse, self.specular, self.shininess
 
-    def strengths_in(self, fill: float) -> Strengths:
-        """The same where so much of a photograph's own light is mixed in. It has highlights of its own, and others, on
-        noise, are the stains that are seen most: a material that nobody chose has none."""
-        return replace(self, specular=0.0).strengths if fill and self == Material() else self.strengths
+
+def strengths_in(material: Material, fill: float) -> Strengths:
+    """Return the strengths of a material where so much of a photograph's own light is mixed in.
+
+    A photograph has highlights of its own, and others, on noise, are the stains that are seen most: a material that
+    nobody chose has none.
+    """
+    return replace(material, specular=0.0).strengths if fill and material == Material() else material.strengths
 
 
 @option_class

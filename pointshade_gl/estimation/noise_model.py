@@ -131,7 +131,7 @@ FULL_WIDTH, NO_WIDTH = 0.1, 0.5
 # Noise of random rounding errors in steps: 1 / sqrt(12), and a third more because they are not normally distributed.
 ROUNDED = 1.3 / np.sqrt(12)
 ROUNDED_STRUCTURE = 0.8 / np.sqrt(12)  # the same amid structure, where edges are worth more than calm
-PLATEAU_STEPS, PLATEAU_VOTES = 1.5, 0.75  # steps of a lattice between its plateaus, in so many blocks that have some
+PLATEAU_STEPS, PLATEAU_VOTES = 1.5, 0.64  # steps of a lattice between its plateaus, in so many blocks that have some
 # Depth interpolated after 1 / z was rounded has parts of a step, too: in more than so many blocks that have steps, and
 # of all blocks; filtered noise has such jumps in fewer. Stairs of real surfaces are as unequal, but rare along a line.
 PARTS_VOTES, PARTS_BLOCKS = 0.6, 0.1

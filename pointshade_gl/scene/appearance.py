@@ -151,7 +151,8 @@ def strengths_in(material: Material, fill: float) -> Strengths:
     A photograph has highlights of its own, and others, on noise, are the stains that are seen most: a material that
     nobody chose has none.
     """
-    return replace(material, specular=0.0).strengths if fill and material == Material() else material.strengths
+    specular = 0.0 if fill and material == Material() else material.specular
+    return material.ambient, material.diffuse, specular, material.shininess
 
 
 @option_class

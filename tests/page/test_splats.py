@@ -91,7 +91,7 @@ def test_a_page_blends_as_render_does_and_sorts_again_when_it_turns(browser, ren
 @browser_test
 @pytest.mark.parametrize(
     "options",
-    [{}, {"light": SUN}, pytest.param({"environment": "sky"}, marks=pytest.mark.system)],
+    [{}, *(pytest.param(one, marks=pytest.mark.system) for one in ({"light": SUN}, {"environment": "sky"}))],
     ids=str,
 )
 def test_light_and_shadows_are_those_of_render(browser, renderer, options):

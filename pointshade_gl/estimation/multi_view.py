@@ -22,6 +22,7 @@ LEAST_GAIN = 0.01  # log of a difference in exposure that is worth correcting
 PRIMARY = 3  # views that carry the picture
 FADING = 2.5  # times as far as these, others have faded out
 FAINT = 0.02  # their weight then
+BESIDE_ONE = 0.1  # so near to a frame without noise, in units of `distances`, others begin to fade
 DISSOLVED = 0.8  # weight at which none of a view's splats is primary any more
 STEADY = 0.05  # by which share the band may differ from the one that was voted with, before all is voted again
 APART = 0.02  # of the depth: a surface that lies so much farther than a point contradicts it
@@ -152,16 +153,26 @@ def importances(
 ) -> NDArray[np.float64]:
     """Return (n,) weights of the frames in a view from the pose `eye`, in their world: 1 for the PRIMARY nearest ones.
 
-    The others fade with their distance, so that nothing pops as the viewer moves: but not where no frame has noise, as
-    far ones contradict none then. Frames with wrong poses and frames without points weigh 0.
+    The others fade with their distance, so that nothing pops as the viewer moves. Where no frame has noise, far ones
+    contradict none, and fade only where one looks from the place of another, which then shows all as it is. Frames with
+    wrong poses and frames without points weigh 0.
     """
     right = np.array([k not in wrong and frame.points_known > 0 for k, frame in enumerate(frames)])
-    if is_exact or right.sum() <= PRIMARY:
+    if not is_exact and right.sum() <= PRIMARY:
         return right.astype(np.float64)
-    away = distances(frames, eye)
+    away = np.where(right, distances(frames, eye), np.inf)
+    if is_exact:
+        weights = right * _weight(min(away.min() / BESIDE_ONE, 1.0))
+        weights[away.argmin()] = right.any()
+        return weights
     reach = max(float(np.sort(away[right])[PRIMARY - 1]), 1e-9)
     share = np.clip((FADING * reach - away) / ((FADING - 1) * reach), 0, 1)
-    return right * (FAINT + (1 - FAINT) * share * share * (3 - 2 * share))
+    return right * _weight(share)
+
+
+def _weight(share: Any) -> Any:
+    """Return the weight of a frame that has faded to a share; for an array, each."""
+    return FAINT + (1 - FAINT) * share * share * (3 - 2 * share)
 
 
 def is_primary(importance: Any) -> Any:

@@ -21,6 +21,22 @@ async function takeSet(gl, reader, head) {
   return { ...head, views };
 }
 
+// How much each frame counts in a view, and the share of its splats that may hide those of others: `importances` and
+// `primary_shares` in estimation/multi_view.py.
+const BESIDE_ONE = 0.1, FAINT = 0.02, DISSOLVED = 0.8;
+
+function importances(warps, isExact) {
+  const away = warps.map(({ view }) => {
+    const cosine = (view[0][0] + view[1][1] + view[2][2] - 1) / 2;
+    return Math.acos(Math.min(Math.max(cosine, -1), 1)) + Math.hypot(view[0][3], view[1][3], view[2][3]);
+  });
+  const least = Math.min(...away), share = isExact ? Math.min(least / BESIDE_ONE, 1) : 1;
+  const others = FAINT + (1 - FAINT) * share * share * (3 - 2 * share);
+  return away.map((one) => (one === least ? 1 : others));
+}
+
+const primaryShare = (importance) => Math.max((importance - DISSOLVED) / (1 - DISSOLVED), 0);
+
 class SetPainter {
   constructor(gl, painter, format) {
     Object.assign(this, { gl, painter, format });
@@ -29,7 +45,7 @@ class SetPainter {
   // Draws a set among the surfaces of other things. ids, splats: of this view; visibilityOf: what the points of a frame
   // see of the light from all around, if something may hide it.
   *addSurface(target, size, thing, eye, { ids, splats }, { shading, material_number, visibilityOf }) {
-    const { painter } = this, warps = yield* this.drawSplats(splats, thing, eye, thing.isExact);
+    const { painter } = this, warps = yield* this.drawSplats(splats, thing, eye, thing.isExact), weights = importances(warps, thing.isExact);
     const maps = thing.views.map(visibilityOf), hasVisibility = Boolean(maps[0]);
     this.fit(size, hasVisibility);
     painter.clear(this.sums, this.textures.length);
@@ -37,7 +53,7 @@ class SetPainter {
     const constants = { EXACT: thing.isExact ? 1 : 0, VISIBILITY: hasVisibility ? 1 : 0, SHADING };
     const addUp = (view, k) => {
       const own = { light_map: view.lit, light_normals: view.normals, trust_map: view.trusts, color_map: view.colors, gain: view.gain };
-      const CALM = view.normals && shading === "phong" ? 1 : 0, shared = { keys: ids, band: thing.band, importance: 1 };
+      const CALM = view.normals && shading === "phong" ? 1 : 0, shared = { keys: ids, band: thing.band, importance: weights[k] };
       const inputs = { ...warps[k], ...own, ...shared, visibility_map: maps[k] };
       painter.fill(this.sums, [0, 0, ...size], "points/set_accumulate.frag", { ...constants, CALM }, inputs, false);
     };
@@ -75,11 +91,11 @@ class SetPainter {
   // The keys of all splats in a view. Returns the ways into it.
   *drawSplats(target, thing, { camera, pose, near }, isExact) {
     const { gl, painter } = this, constants = { EXACT: isExact ? 1 : 0 };
-    const warps = thing.views.map((view) => warpOf(view, camera, pose, near));
+    const warps = thing.views.map((view) => warpOf(view, camera, pose, near)), shares = importances(warps, isExact).map(primaryShare);
     painter.clearSplats(target, [0, 0, camera.width, camera.height]);
     for (const [k, view] of thing.views.entries()) {
       painter.begin(target, [0, 0, camera.width, camera.height], true);
-      const inputs = { ...warps[k], is_round: view.isRound, has_rims: view.hasRims, side: view.size, trust_map: view.trusts, cuts_map: view.ends, primary: 1 };
+      const inputs = { ...warps[k], is_round: view.isRound, has_rims: view.hasRims, side: view.size, trust_map: view.trusts, cuts_map: view.ends, primary: shares[k] };
       painter.programs.get("points/splats.vert", "points/set_splats.frag", constants).use(inputs);
       painter.drawElements(gl.POINTS, isExact ? view.drawn : view.known);
       if (view.rims) {

@@ -80,12 +80,20 @@ class TestPrimaryViews:
 
     def test_all_of_a_few_are_primary(self, frames):
         assert (consensus.importances(frames[: consensus.PRIMARY], pose_at(90)) == 1).all()
-        assert (consensus.importances(frames, frames[4].pose, is_exact=True) == 1).all()
+
+    def test_of_frames_without_noise_all_are_but_where_one_looks_from_the_place_of_one(self, frames):
+        assert (consensus.importances(frames, pose_at(90), is_exact=True) == 1).all()
+        weights = consensus.importances(frames, frames[4].pose, is_exact=True)
+        assert weights[4] == 1 and (np.delete(weights, 4) == consensus.FAINT).all()
+        wrong = consensus.importances(frames, frames[4].pose, frozenset([4]), is_exact=True)
+        assert wrong[4] == 0 and wrong.max() == 1
 
     def test_weights_change_smoothly_along_a_path(self, frames):
         path = np.array([consensus.importances(frames, pose_at(yaw)) for yaw in np.arange(-20, 20, 0.1)])
         assert np.abs(np.diff(path, axis=0)).max() < 0.08
         assert np.ptp(path, axis=0).min() > 0.9
+        path = [consensus.importances(frames[::4], pose_at(y), is_exact=True) for y in np.arange(-20, 20, 0.1)]
+        assert np.abs(np.diff(path, axis=0)).max() < 0.08
 
     def test_a_view_comes_and_goes_splat_by_splat(self, frames):
         path = [consensus.importances(frames, pose_at(yaw)) for yaw in np.arange(-20, 20, 0.05)]

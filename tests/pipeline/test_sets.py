@@ -270,6 +270,17 @@ def test_nothing_pops_along_a_path_though_the_views_contradict_each_other(render
     assert max(means) < 1.25 * np.median(means) and max(much) < 4 * np.median(much)
 
 
+@pytest.mark.system
+def test_from_the_place_of_one_of_several_exact_frames_its_surface_is_seen(renderer):
+    """Others, who guess where their thin leaves end, do not stand before it."""
+    views = list(ps.open_source("vase/whole"))
+    for own in views[::5]:
+        depth = renderer.render_depth(views, camera=own.camera, pose=own.pose)
+        both = (own.depth > 0) & (depth > 0)
+        before = depth[both] < 0.998 * own.depth[both]
+        assert both.sum() == (own.depth > 0).sum() and before.sum() < 100  # of 614 when all counted alike
+
+
 class TestOnlyWhatChangedRunsAgain:
     def ran(self, renderer, views, **options):
         before = renderer.steps.counts.copy()

@@ -76,12 +76,14 @@ class Drawing {
     const { width, height } = view.camera, step = limited(Math.sqrt((width * height) / COARSE_PIXELS), ...COARSE);
     const size = [width, height].map((side) => Math.ceil(side / step)), camera = isCoarse ? fitted(view.camera, ...size) : view.camera;
     this.fit(camera.width, camera.height);
-    Object.assign(this, { view, isCoarse, count: 0, kept: null, steps: null, spent: 0, isMeasured: false });
+    Object.assign(this, { view, isCoarse, isShown: false, count: 0, kept: null, steps: null, spent: 0, isMeasured: false });
     this.shown.view = { ...view, camera };
   }
 
+  // From now on there is a picture (isShown), unless only a coarse one was asked for.
   drawFirst() {
     finished(this.sample(0, this.picture, false));
+    this.isShown = !this.isCoarse;
   }
 
   // Adds a sample to what was drawn. The mean is shown where it lies in the middle of the first sample's pixels: pairs of
@@ -185,6 +187,7 @@ class Drawing {
 
   // The mean of the samples as a picture.
   develop(count = this.count) {
+    this.isShown = !this.isCoarse;
     const background = this.data.behind ? [...this.data.behind, 1] : [0, 0, 0, 0], sums = this.sum;
     const inputs = { sums, grounds: sums, count, background };
     this.painter.fill(this.picture, [0, 0, ...this.size], "output/resolve_samples.frag", { TONE: this.rollsOff ? 1 : 0 }, inputs, false);

@@ -1,5 +1,7 @@
 // Point clouds: discs that are blended into a surface, or balls (gpu/clouds/cloud_objects.py).
 
+const FEW = 4; // points for each that is drawn while something moves: along their curve neighbours follow one another
+const AT_ONCE = 32768; // points that are drawn in one step
 const POINT_FLOATS = 10; // of each point; its colour lies in a buffer of its own
 const POINT_LAYOUT = { position: [3, 0], spacing: [1, 12], normal: [3, 16], edge: [3, 28] }; // numbers, first byte
 
@@ -9,6 +11,13 @@ function takeCloud(gl, reader, head) {
   return { ...head, points: makeBuffer(gl, gl.ARRAY_BUFFER, points), colors: makeBuffer(gl, gl.ARRAY_BUFFER, colors) };
 }
 
+// An even share of the points, larger by as much: they cover what all do.
+function fewPoints(thing) {
+  const { discs, count, radius: [world, spacings, pixels] } = thing, number = Math.ceil(discs / FEW);
+  const larger = Math.sqrt(FEW), shown = { discs: number, count: number + Math.ceil((count - discs) / FEW), firstBall: discs };
+  return { ...thing, ...shown, every: FEW, radius: [larger * world, larger * spacings, pixels] };
+}
+
 class CloudPainter {
   constructor(gl, programs, painter) {
     Object.assign(this, { gl, programs, painter, size: [0, 0], textures: [], targets: [] });
@@ -16,40 +25,38 @@ class CloudPainter {
     this.format = gl.getExtension("EXT_float_blend") ? "rgba32f" : "rgba16f"; // of sums
   }
 
-  // Draws a cloud among the surfaces of other things.
-  addSurface(target, size, thing, eye, shown) {
-    const { gl, painter } = this, inputs = { ...this.inputs(thing, eye, 1), ...shown };
-    if (!thing.isBlended) {
-      painter.begin(target, [0, 0, ...size], true);
-      this.drawPoints("ball", thing, eye, inputs);
+  // Draws a cloud among the surfaces of other things. isCoarse: few points, as their cores are.
+  *addSurface(target, size, whole, eye, shown, isCoarse) {
+    const thing = isCoarse ? fewPoints(whole) : whole, share = isCoarse && whole.isBlended ? whole.rules.core : 1;
+    const { painter } = this, box = [0, 0, ...size], inputs = { ...this.inputs(thing, eye, share), ...shown };
+    if (isCoarse || !thing.isBlended) {
+      yield* this.drawPoints(target, box, "ball", thing, eye, inputs);
       return;
     }
     this.fit(size);
-    this.findFront(thing, eye);
-    painter.begin(this.sums, [0, 0, ...size], false);
-    for (const k of [0, 1]) gl.clearBufferfv(gl.COLOR, k, [0, 0, 0, 0]);
-    painter.adding(true, () => this.drawPoints("blend", thing, eye, { ...inputs, front: this.front, band: thing.rules.band }));
+    yield* this.findFront(thing, eye);
+    painter.clear(this.sums, 2);
+    const onFront = { ...inputs, front: this.front, band: thing.rules.band };
+    yield* this.drawPoints(this.sums, box, "blend", thing, eye, onFront, true);
     const maps = { geometry_map: this.geometry, albedo_map: this.albedo, front: this.front };
     const constants = { COARSE: this.format === "rgba16f" ? 1 : 0 };
-    painter.fill(target, [0, 0, ...size], "clouds/resolve.frag", constants, { ...inputs, ...maps });
+    painter.fill(target, box, "clouds/resolve.frag", constants, { ...inputs, ...maps });
   }
 
   // Draws the depth of a cloud into a box of the shadow map.
-  addShadow(target, box, thing, eye) {
-    const { gl, painter } = this, { shadowShare, shadowPush } = thing.rules;
-    painter.begin(target, box, true);
-    gl.enable(gl.SCISSOR_TEST); // points reach over the viewport
-    gl.scissor(...box);
-    this.drawPoints("depth", thing, eye, { ...this.inputs(thing, eye, shadowShare), push: shadowPush, first_pixel: box.slice(0, 2) });
-    gl.disable(gl.SCISSOR_TEST);
+  *addShadow(target, box, whole, eye, isCoarse) {
+    const thing = isCoarse ? fewPoints(whole) : whole, { shadowShare, shadowPush } = thing.rules;
+    const inputs = { ...this.inputs(thing, eye, shadowShare), push: shadowPush, first_pixel: box.slice(0, 2) };
+    yield* this.drawPoints(target, box, "depth", thing, eye, inputs);
   }
 
   // The front surface: that of the cores of discs, closed between them.
-  findFront(thing, eye) {
+  *findFront(thing, eye) {
     const { gl, painter } = this, { core, stepBack, ring } = thing.rules, box = [0, 0, ...this.size];
     painter.begin(this.coreTarget, box, true);
     gl.clearBufferfv(gl.DEPTH, 0, [1]);
-    this.drawPoints("depth", thing, eye, { ...this.inputs(thing, eye, core), push: 0, first_pixel: [0, 0] });
+    const ofCores = { ...this.inputs(thing, eye, core), push: 0, first_pixel: [0, 0] };
+    yield* this.drawPoints(this.coreTarget, box, "depth", thing, eye, ofCores);
     const away = this.away(thing, eye), focal = (Math.abs(eye.camera.fx) + Math.abs(eye.camera.fy)) / 2;
     const [world, spacings, pixels] = thing.radius;
     const radius = thing.scale * (world + spacings * thing.spacing) + (pixels * away) / focal;
@@ -79,26 +86,36 @@ class CloudPainter {
     return (2 * Math.max(fx, Math.abs(fy)) * share * Math.hypot(1, aside + 2 * share)) / (1 - share);
   }
 
-  // The discs of a cloud, and its balls.
-  drawPoints(name, thing, eye, inputs) {
+  // Draws the discs of a cloud, and its balls, into a box of a target: some in each step. isAdded: to what is there.
+  *drawPoints(target, box, name, thing, eye, inputs, isAdded = false) {
+    const { gl, painter } = this;
     const { count, discs, isBlended, rules } = thing, QUADS = this.widest(thing, eye, inputs.view) > this.largest ? 1 : 0;
     const balls = { ...inputs, push: 0, share: isBlended ? rules.ballShare : 1 };
-    this.drawSome(name, thing, { BALLS: 0, QUADS }, 0, discs, inputs);
-    this.drawSome(name, thing, { BALLS: 1, QUADS }, discs, count - discs, balls);
+    const kinds = [[0, 0, discs, inputs], [1, thing.firstBall ?? discs, count - discs, balls]];
+    for (const [BALLS, first, all, own] of kinds) {
+      for (let k = 0; k < all; k += AT_ONCE) {
+        const some = Math.min(AT_ONCE, all - k), start = first + k * (thing.every ?? 1);
+        painter.begin(target, box, !isAdded);
+        gl.enable(gl.SCISSOR_TEST); // points reach over the viewport
+        gl.scissor(...box);
+        painter.adding(isAdded, () => this.drawSome(name, thing, { BALLS, QUADS }, start, some, own));
+        gl.disable(gl.SCISSOR_TEST);
+        yield;
+      }
+    }
   }
 
   drawSome(name, thing, constants, first, count, inputs) {
-    if (!count) return;
     const gl = this.gl, program = this.programs.get("clouds/splat.vert", `clouds/${name}.frag`, constants);
     program.use(inputs);
     const places = Object.entries(POINT_LAYOUT).map(([key, layout]) => [program.attribute(key), ...layout]).filter(([place]) => place >= 0);
     gl.bindBuffer(gl.ARRAY_BUFFER, thing.points);
-    const stride = 4 * POINT_FLOATS;
-    for (const [place, numbers, from] of places) gl.vertexAttribPointer(place, numbers, gl.FLOAT, false, stride, stride * first + from);
+    const bytes = 4 * POINT_FLOATS, every = thing.every ?? 1;
+    for (const [place, numbers, from] of places) gl.vertexAttribPointer(place, numbers, gl.FLOAT, false, every * bytes, bytes * first + from);
     const color = program.attribute("color");
     if (color >= 0) {
       gl.bindBuffer(gl.ARRAY_BUFFER, thing.colors);
-      gl.vertexAttribPointer(color, 4, gl.UNSIGNED_BYTE, true, 0, 4 * first);
+      gl.vertexAttribPointer(color, 4, gl.UNSIGNED_BYTE, true, 4 * every, 4 * first);
       places.push([color]);
     }
     for (const [place] of places) {

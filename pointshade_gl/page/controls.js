@@ -31,12 +31,16 @@ function control(canvas, data) {
   let camera = fitted(data.camera, data.camera.width, data.camera.height);
   let ratio = 1; // canvas pixels per CSS pixel
   let frameAsked = false;
+  let saving = ""; // "fine": with all samples, "soon": with the first
   const markers = [byId("marker"), ...data.lights.map(() => byId("marker").cloneNode())]; // one for each light
   byId("marker").after(...markers.slice(1));
   for (const marker of markers.slice(1)) marker.removeAttribute("id");
-  const refining = makeRefining(() => (isPhotograph() || (player && player.isPlaying) ? null : drawing));
+  const refining = makeRefining(() => (isPhotograph() || (player && player.isPlaying) ? null : drawing), showSaving);
 
   function change(next, text) {
+    if (saving) next = { ...next, lightAt: state.lightAt }; // the mouse leaves the button
+    if (saving && JSON.stringify(next) === JSON.stringify(state)) return;
+    if (saving && !write()) return;
     if (text) say(text);
     if (next === state) return;
     state = next;
@@ -60,7 +64,7 @@ function control(canvas, data) {
     const { view, lights, shading } = seen();
     drawing.draw(view, lights, { shading, shadows: state.shadows, hurries: drawing.isSlow || (player && player.isPlaying) });
     document.body.classList.add("live");
-    refining.start();
+    refining.start(saving ? 0 : REST);
   }
 
   function seen() {
@@ -75,10 +79,27 @@ function control(canvas, data) {
     return shading === "none" && isOwn && isThere && data.things.length === 1 && data.things[0].kind === "points";
   }
 
-  // The picture at its best, as a file.
+  // Saves the picture as soon as it is at its best; asked again, or when something else is to be shown, as it is.
   function save() {
     if (!drawing) return;
-    refining.finish();
+    if (saving) return write();
+    saving = "fine";
+    if (!frameAsked) refining.start(0);
+    showSaving();
+  }
+
+  // Goes on saving, after each turn in which the picture became finer.
+  function showSaving() {
+    if (!saving) return;
+    if ((!frameAsked && refining.isDone) || (saving === "soon" && drawing.isShown)) return write();
+    const done = Math.round((100 * drawing.count) / data.samples), now = drawing.isShown && saving === "fine" ? ", P saves it as it is" : "";
+    say(`saving: ${done} % refined${now}`);
+  }
+
+  // Writes the picture as it is to a file, unless nothing but a coarse one is there: then as soon as there is. Tells whether.
+  function write() {
+    saving = drawing.isShown ? "" : "soon";
+    if (saving) return false;
     drawing.present(); // what a canvas shows is gone after a while
     const name = fileName(document.title);
     canvas.toBlob((file) => {
@@ -87,6 +108,7 @@ function control(canvas, data) {
       setTimeout(() => URL.revokeObjectURL(link.href), 60000);
       say(`saved as ${name}`);
     });
+    return true;
   }
 
   async function copy() {
@@ -164,6 +186,7 @@ function control(canvas, data) {
   canvas.addEventListener("webglcontextlost", (event) => {
     event.preventDefault(); // or it never comes back
     drawing = null;
+    saving = "";
     document.body.classList.remove("live");
     showState();
   });
@@ -185,18 +208,22 @@ function control(canvas, data) {
 }
 
 // Adds samples to the picture after nothing has moved for a while, one a turn: what moves waits for no more than that.
-function makeRefining(current) {
+// turned: called after each turn
+function makeRefining(current, turned) {
   let timer = 0, turn = 0, began = 0;
 
   function next() {
     const drawing = current();
-    if (!drawing || drawing.isFine) return;
+    if (!drawing || drawing.isFine) return turned();
     const isBusy = drawing.isBusy, rest = began + REST - performance.now(); // asked often, it tells how long pictures take
     if (!isBusy && rest > 0) {
       timer = setTimeout(next, rest);
       return;
     }
-    if (!isBusy) drawing.refine();
+    if (!isBusy) {
+      drawing.refine();
+      turned();
+    }
     turn = requestAnimationFrame(next);
   }
 
@@ -205,18 +232,13 @@ function makeRefining(current) {
     cancelAnimationFrame(turn);
   }
 
-  function start() {
+  function start(rest) {
     stop();
-    began = performance.now();
+    began = performance.now() + rest - REST;
     turn = requestAnimationFrame(next);
   }
 
-  function finish() {
-    stop();
-    for (let drawing = current(); drawing && !drawing.isFine; ) drawing.refine();
-  }
-
-  return { start, stop, finish };
+  return { start, stop, get isDone() { return !current() || current().isFine; } };
 }
 
 // The actions of keys and buttons, by name.
@@ -275,7 +297,7 @@ function listenToKeys(actions) {
     if (event.metaKey || event.altKey || event.target.tagName === "SELECT") return;
     if (event.target.tagName === (event.key === " " ? "BUTTON" : "INPUT") && OF_FOCUS.test(event.key)) return;
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    if (byId("help").open && !"h?".includes(key)) return;
+    if ((byId("help").open && !"h?".includes(key)) || (event.repeat && key === "p")) return;
     if (arrows[key]) (event.ctrlKey ? actions.shift : event.shiftKey ? actions.moveLight : actions.turn)(...arrows[key]);
     else if (keys[key] && !event.ctrlKey) keys[key]();
     else return;

@@ -33,6 +33,7 @@ class Drawing {
     this.around = new Around(gl, this.painter, data.around);
     this.clouds = new CloudPainter(gl, programs, this.painter);
     if (things.some((one) => one.kind === "set")) this.sets = new SetPainter(gl, this.painter, this.clouds.format);
+    this.isHeavy = things.some((one) => ["set", "cloud"].includes(one.kind)); // what a hurry draws coarsely
     this.outlines = new Outlines(gl, this.painter);
     const materials = things.map((thing) => [...thing.material, thing.lobe, 0, 0, 0]);
     this.materials = makeTexture(gl, "rgba32f", 2, materials.length, new Float32Array(materials.flat()));
@@ -46,14 +47,14 @@ class Drawing {
   // view: { camera, pose }, the pose in home axes; lights with positions and directions there, too.
   // options: { shading, shadows, hurries }; a shading other than phong is for all things; without shadows no light casts
   // any; in a hurry every second point of a film is drawn where the view is too small to show each, and of a page with
-  // several frames of one thing a coarse picture.
+  // a cloud or several frames of one thing a coarse picture.
   draw(view, lights, { shading, shadows, hurries } = {}) {
     const { canvas } = this.gl, { width, height } = view.camera;
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
     const shadings = this.things.map((thing) => (shading && shading !== "phong" ? shading : thing.shading));
     this.shown = { lights: lights.map((one) => ({ ...one, shadow: one.shadow && shadows !== false })), shadings };
     this.hurries = hurries;
-    this.look(view, Boolean(hurries && this.sets) && !this.isSeen(view));
+    this.look(view, Boolean(hurries && this.isHeavy) && !this.isSeen(view));
     this.drawFirst();
     this.present();
     this.mark();
@@ -75,12 +76,14 @@ class Drawing {
     const { width, height } = view.camera, step = limited(Math.sqrt((width * height) / COARSE_PIXELS), ...COARSE);
     const size = [width, height].map((side) => Math.ceil(side / step)), camera = isCoarse ? fitted(view.camera, ...size) : view.camera;
     this.fit(camera.width, camera.height);
-    Object.assign(this, { view, isCoarse, count: 0, kept: null, steps: null, spent: 0, isMeasured: false });
+    Object.assign(this, { view, isCoarse, isShown: false, count: 0, kept: null, steps: null, spent: 0, isMeasured: false });
     this.shown.view = { ...view, camera };
   }
 
+  // From now on there is a picture (isShown), unless only a coarse one was asked for.
   drawFirst() {
     finished(this.sample(0, this.picture, false));
+    this.isShown = !this.isCoarse;
   }
 
   // Adds a sample to what was drawn. The mean is shown where it lies in the middle of the first sample's pixels: pairs of
@@ -152,7 +155,7 @@ class Drawing {
     const { shadings, view } = this.shown, eye = { pose: view.pose, camera: shiftedCamera(view.camera, k) };
     const lights = this.shown.lights.map((one) => movedLight(one, k, this.data.bounds.centre, this.data.toWorld));
     const lamps = yield* this.hangUp(lights, lightPart(k)), seen = this.keyOf(eye, lights);
-    this.useImages(k && this.sets && this.isSlow ? 1 : 0); // so the first sample can be lit anew at once
+    this.useImages(k && this.isHeavy && this.isSlow ? 1 : 0); // so the first sample can be lit anew at once
     if (seen !== this.seen) {
       this.seen = "";
       this.isMeasured = true;
@@ -184,6 +187,7 @@ class Drawing {
 
   // The mean of the samples as a picture.
   develop(count = this.count) {
+    this.isShown = !this.isCoarse;
     const background = this.data.behind ? [...this.data.behind, 1] : [0, 0, 0, 0], sums = this.sum;
     const inputs = { sums, grounds: sums, count, background };
     this.painter.fill(this.picture, [0, 0, ...this.size], "output/resolve_samples.frag", { TONE: this.rollsOff ? 1 : 0 }, inputs, false);
@@ -324,7 +328,7 @@ class Drawing {
     }
     const warp = warpOf(thing, camera, pose, near);
     if (thing.kind === "cloud") {
-      this.clouds.addShadow(this.shadows, box, thing, { camera, pose, near });
+      yield* this.clouds.addShadow(this.shadows, box, thing, { camera, pose, near }, isCoarse);
       return;
     }
     if (thing.kind === "mesh") {
@@ -367,7 +371,7 @@ class Drawing {
       if (thing.kind === "set") yield* this.addSet(thing, material_number, { camera, pose, near }, shadings[k], lamps);
       const inputs = { ...warpOf(thing, camera, pose, near), material_number };
       const is_lit = !NOT_LIT.includes(shadings[k]);
-      if (thing.kind === "cloud") this.clouds.addSurface(this.surfaces, this.size, thing, { camera, pose, near }, { material_number, is_lit });
+      if (thing.kind === "cloud") yield* this.clouds.addSurface(this.surfaces, this.size, thing, { camera, pose, near }, { material_number, is_lit }, this.isCoarse);
       else if (thing.kind === "mesh") this.addMesh(thing, inputs, shadings[k], pose, lamps);
       else if (thing.kind === "points") this.addPoints(thing, inputs, shadings[k], pose, lamps, camera);
       yield;

@@ -2,6 +2,8 @@
 
 const SHADINGS = ["none", "flat", "gouraud", "phong", "edl"];
 const LIT_EARLY = ["flat", "gouraud"]; // of these: light points or corners, and mix that light
+const RIMS_A_ROW = 256; // of those that are known
+const KNOWN_RIMS = ["known_heads", "known_outlines", "known_slopes", "known_folds"]; // of points/rims.vert
 const CORNERS = { position: [3, 0], normal: [3, 12], uv: [2, 24], lit_at: [3, 32] }; // of meshes: numbers, first byte
 
 // The uniforms of a thing's way into a view. Points have a unit of their own, `scale` of the world's.
@@ -73,9 +75,30 @@ class Painter {
     } else gl.vertexAttrib1f(size, thing.size);
     this.drawElements(gl.POINTS, kept ? kept.known : thing.known);
     gl.disableVertexAttribArray(size);
-    if (!thing.rims) return;
-    this.programs.get("points/rims.vert", "points/rims.frag").use(warp);
-    this.drawElements(gl.POINTS, thing.rims);
+    if (thing.rims) this.drawRims(target, thing, warp);
+  }
+
+  // Frames of a film are soon over: their rims are estimated where they are drawn.
+  drawRims(target, thing, inputs, constants = {}) {
+    const { gl } = this, { rims } = thing, KNOWN = thing.isFilm ? 0 : 1;
+    if (KNOWN && !rims.known) this.estimateRims(thing);
+    this.begin(target, [0, 0, ...inputs.target_size], true);
+    this.programs.get("points/rims.vert", "points/rims.frag", { ...constants, KNOWN }).use({ ...inputs, ...rims.known });
+    if (KNOWN) gl.drawArrays(gl.POINTS, 0, rims.count);
+    else this.drawElements(gl.POINTS, rims);
+  }
+
+  // What rims are in their frame, once for all views.
+  estimateRims({ surface, source, rims }) {
+    const { gl } = this, size = [RIMS_A_ROW, Math.max(Math.ceil(rims.count / RIMS_A_ROW), 1)], list = new Int32Array(size[0] * size[1]);
+    list.set(rims.list);
+    const numbers = makeTexture(gl, "r32i", ...size, list), maps = KNOWN_RIMS.map(() => makeTexture(gl, "rgba32f", ...size));
+    const target = makeTarget(gl, maps);
+    this.fill(target, [0, 0, ...size], "points/known_rims.frag", {}, { surface_map: surface, numbers, source }, false);
+    gl.deleteFramebuffer(target);
+    gl.deleteTexture(numbers);
+    rims.known = Object.fromEntries(KNOWN_RIMS.map((name, k) => [name, maps[k]]));
+    rims.list = null;
   }
 
   drawMesh(target, box, vertex, fragment, thing, inputs) {

@@ -417,12 +417,13 @@ def rotation_bytes(turns: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 ENTRIES = (
     "fullscreen.vert", "points/splats.vert", "points/splats.frag", "points/rims.vert", "points/rims.frag",
-    "points/resolve_surfaces.frag", "shading/light.frag", "surface/hidden_in_plane.frag", "surface/mean_hidden.frag",
-    "surface/visibility.frag", "shading/view_visibility.frag", "shading/shadow.frag", "surface/hidden_planes.frag",
-    "meshes/mesh.vert", "meshes/mesh.frag", "meshes/mesh_lit.vert", "meshes/mesh_lit.frag", "meshes/mesh_shadow.frag",
-    "clouds/splat.vert", "clouds/depth.frag", "clouds/front.frag", "clouds/blend.frag", "clouds/resolve.frag",
-    "clouds/ball.frag", "surface/film_surface.frag", "surface/film_colors.frag", "surface/film_change.frag",
-    "output/resolve_samples.frag", "points/view_insides.frag", "points/outline_points.frag", "points/kept_points.frag",
+    "points/known_rims.frag", "points/resolve_surfaces.frag", "shading/light.frag", "surface/hidden_in_plane.frag",
+    "surface/mean_hidden.frag", "surface/visibility.frag", "shading/view_visibility.frag", "shading/shadow.frag",
+    "surface/hidden_planes.frag", "meshes/mesh.vert", "meshes/mesh.frag", "meshes/mesh_lit.vert",
+    "meshes/mesh_lit.frag", "meshes/mesh_shadow.frag", "clouds/splat.vert", "clouds/depth.frag", "clouds/front.frag",
+    "clouds/blend.frag", "clouds/resolve.frag", "clouds/ball.frag", "surface/film_surface.frag",
+    "surface/film_colors.frag", "surface/film_change.frag", "output/resolve_samples.frag", "points/view_insides.frag",
+    "points/outline_points.frag", "points/kept_points.frag",
 )  # fmt: skip
 ENTRIES_OF = {  # only where there are such things, as their scripts
     "set": (

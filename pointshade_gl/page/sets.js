@@ -98,10 +98,7 @@ class SetPainter {
       const inputs = { ...warps[k], is_round: view.isRound, has_rims: view.hasRims, side: view.size, trust_map: view.trusts, cuts_map: view.ends, primary: shares[k] };
       painter.programs.get("points/splats.vert", "points/set_splats.frag", constants).use(inputs);
       painter.drawElements(gl.POINTS, isExact ? view.drawn : view.known);
-      if (view.rims) {
-        painter.programs.get("points/rims.vert", "points/rims.frag", { ...constants, SET: 1 }).use(inputs);
-        painter.drawElements(gl.POINTS, view.rims);
-      }
+      if (view.rims) painter.drawRims(target, view, inputs, { ...constants, SET: 1 });
       yield;
     }
     return warps;

@@ -15,7 +15,7 @@ async function takePoints(gl, reader, head) {
   const thing = { ...head, surface: makeTexture(gl, "rgba32f", width, height, surface), colors };
   thing.normals = lit && makeTexture(gl, "rgba32f", width, height, lit);
   thing.known = makeIndices(gl, kinds, 1);
-  if (head.hasRims) thing.rims = makeIndices(gl, kinds, 2);
+  if (head.hasRims) thing.rims = listed(numbersOf(kinds, 2));
   thing.certainty = makeCertainty(gl, readCertainty(reader, head));
   if (head.size === null) thing.sizes = makeBuffer(gl, gl.ARRAY_BUFFER, reader.take(4 * width * height));
   return Object.assign(thing, { kinds });
@@ -60,6 +60,9 @@ function makeIndices(gl, kinds, least) {
 function makeNumbers(gl, numbers) {
   return { buffer: makeBuffer(gl, gl.ELEMENT_ARRAY_BUFFER, numbers), count: numbers.length };
 }
+
+// Rims that are estimated when they are first drawn.
+const listed = (list) => ({ list, count: list.length, known: null });
 
 function numbersOf(kinds, least) {
   const numbers = new Uint32Array(kinds.length);

@@ -11,6 +11,7 @@
 #define EXACT 0  // 1: one of several frames without noise
 #endif
 #include "points/compute_raster.glsl"
+#include "points/kept_rims.glsl"
 
 #if SET
 uniform sampler2D cuts_map;  // where other frames say that rims end: EXACT does not draw what is cut off, else it only closes holes
@@ -29,45 +30,29 @@ ivec2 kept_at(int place) {
     return ivec2(4 * (place % IN_A_ROW), place / IN_A_ROW);
 }
 
-void keep_rim(int place, ivec2 pixel, Rim rim) {
-    bvec2 second = bvec2(rim.folds[1].x > 0.0, rim.folds[3].x > 0.0);  // of the folds on a line
-    vec3 across = second.x ? rim.folds[1] : rim.folds[0], down = second.y ? rim.folds[3] : rim.folds[2];
-    float flags = dot(rim.hidden, vec4(1.0, 4.0, 16.0, 64.0)) + dot(vec2(second), vec2(256.0, 512.0));
-    ivec2 at = kept_at(place);
-    imageStore(kept_map, at, vec4(pixel, flags, 0.0));
-    imageStore(kept_map, at + ivec2(1, 0), vec4(rim.outward, rim.width, rim.drop));
-    imageStore(kept_map, at + ivec2(2, 0), vec4(rim.slope, down.yz));
-    imageStore(kept_map, at + ivec2(3, 0), vec4(across, down.x));
+void keep_rim(int place, mat4 kept) {
+    for (int k = 0; k < 4; ++k) imageStore(kept_map, kept_at(place) + ivec2(k, 0), kept[k]);
 }
 
-Rim kept_rim(int place, int flags) {
-    ivec2 at = kept_at(place);
-    vec4 outline = imageLoad(known_map, at + ivec2(1, 0));
-    vec4 slope = imageLoad(known_map, at + ivec2(2, 0)), fold = imageLoad(known_map, at + ivec2(3, 0));
-    vec4 hidden = vec4((ivec4(flags) >> ivec4(0, 2, 4, 6)) & 3);
-    vec3 across = fold.xyz, down = vec3(fold.w, slope.zw);
-    bvec2 second = notEqual(ivec2(flags) & ivec2(256, 512), ivec2(0));
-    mat4x3 folds = mat4x3(0.0);
-    folds[0] = second.x ? vec3(0.0) : across;
-    folds[1] = second.x ? across : vec3(0.0);
-    folds[2] = second.y ? vec3(0.0) : down;
-    folds[3] = second.y ? down : vec3(0.0);
-    return Rim(outline.xy, outline.z, outline.w, slope.xy, hidden, folds);
+mat4 known_rim(int place) {
+    mat4 known;
+    for (int k = 0; k < 4; ++k) known[k] = imageLoad(known_map, kept_at(place) + ivec2(k, 0));
+    return known;
 }
 
 void draw_rim(int place) {
-    vec4 head = imageLoad(known_map, kept_at(place));
-    ivec2 pixel = ivec2(head.xy);
+    mat4 known = known_rim(place);
+    ivec2 pixel = ivec2(known[0].xy);
     int listed = known_rims < 0 ? 1 : 0;  // loops, see estimate_rim
     for (int k = 0; k < listed; ++k) pixel = pixel_of(int(rims[place]), textureSize(surface_map, 0).x);
     vec4 own = surface_at(surface_map, pixel);
     Footprint splat = carry_footprint(vec2(pixel), own.w, own.xyz, source, view, target);
     bool is_drawn = splat_is_ahead(splat, near) && draws_rim(splat, own.w, source, target);
-    Rim rim = kept_rim(place, int(head.z));
+    Rim rim = unpacked_rim(known);
     int estimates = is_drawn || keeps ? listed : 0;
     for (int k = 0; k < estimates; ++k) {
         rim = estimate_rim(surface_map, pixel, source);
-        if (keeps) keep_rim(place, pixel, rim);
+        if (keeps) keep_rim(place, packed_rim(pixel, rim));
     }
     if (!is_drawn) return;
     note_source(pixel, 1.0);

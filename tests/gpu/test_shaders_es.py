@@ -107,7 +107,7 @@ CONSTANTS = {  # the values that the project builds each with
     "points/large_splats.comp": {"SET": FLAG, "EXACT": FLAG, "WINDOW": FLAG, "BLOCK": (4, 1)},
     "points/rims.comp": {"SET": FLAG, "EXACT": FLAG, "WINDOW": FLAG},
     "points/rims.frag": {"LIT": FLAG, "SET": FLAG, "EXACT": FLAG},
-    "points/rims.vert": {"LIT": FLAG},
+    "points/rims.vert": {"LIT": FLAG, "KNOWN": FLAG},
     "surface/sparse_cells.frag": {"FROM_DEPTH": FLAG},
     "points/splats.frag": {"LIT": FLAG},
     "points/splats.vert": {"LIT": FLAG, "EXACT": FLAG},

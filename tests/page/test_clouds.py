@@ -206,6 +206,20 @@ def test_where_the_largest_points_are_small_splats_are_quads(browser, points, sp
         assert made and all('"QUADS":1' in key for key in made)
 
 
+@pytest.mark.usefixtures("small_shadows")
+@browser_test
+@pytest.mark.parametrize(("look", "most"), [({}, 6), ({"splat": "ball", "point_size": 0.04}, 10)], ids=str)
+def test_in_a_hurry_few_points_stand_for_all_and_nothing_of_that_stays(browser, points, look, most):
+    changes, size = SIDE[0][0], [160, 120]
+    with browser.shown(altered(draw_page(points, scene_of(cloud(**look))), SHADOW_SIDE=SHADOW_SIDE)) as opened:
+        fine, rested = (drawn(opened, changes, size, samples=samples)[0] for samples in (1, 3))
+        drawn(opened, {}, size)
+        coarse = drawn(opened, changes, size, hurries=True)[0]
+        assert coarse.shape == (60, 80, 4)
+        assert np.abs(fine.astype(float).reshape(60, 2, 80, 2, 4).mean((1, 3)) - coarse).mean() < most
+        assert np.array_equal(drawn(opened, changes, size, samples=3, hurries=True)[0], rested)
+
+
 @browser_test
 def test_a_double_click_on_a_cloud_turns_around_its_point(browser, points):
     with browser.shown(draw_page(points, scene_of(cloud()))) as opened:

@@ -36,6 +36,9 @@ VIEWS = {
 }
 
 
+MOVED = "(yaw) => { pointshade.state = { ...pointshade.state, yaw }; }"
+
+
 def saved(opened):
     """The picture that the page saves, its file's name."""
     with opened.page.expect_download() as found:
@@ -141,6 +144,30 @@ def opened(browser, renderer):
         page.wait_until_drawn()
         page.page.evaluate("window.first = pointshade.state")
         yield page
+
+
+@pytest.mark.system
+@pytest.mark.browser
+@pytest.mark.gl
+def test_a_slow_picture_is_saved_in_turns_that_answer_and_as_it_is_when_asked_again_or_left(browser, renderer):
+    page = altered(draw_page(renderer, view_sets.three_views()), SLOW=0)
+    with browser.shown(page) as opened:
+        opened.page.evaluate("pointshade.data.samples = 1e6")  # so it does not end by itself
+        message = opened.page.locator("#message")
+        opened.wait_for("pointshade.drawing.isSlow")  # once the first picture was measured
+        for k, key in enumerate(("ArrowLeft", "p")):
+            opened.page.evaluate(MOVED, 4 + k)
+            opened.wait_for("pointshade.drawing.isCoarse")
+            opened.page.keyboard.press("p")
+            assert message.inner_text().startswith("saving: 0 % refined")
+            opened.wait_for("pointshade.drawing.isShown")
+            before = opened.state
+            opened.page.mouse.move(60 + 9 * k, 70)
+            assert opened.state == before
+            with opened.page.expect_download() as found:
+                opened.page.keyboard.press(key)
+            assert found.value.suggested_filename.endswith(".png")
+            assert (opened.state["yaw"] == before["yaw"]) == (key == "p")
 
 
 @pytest.mark.system

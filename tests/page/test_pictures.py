@@ -260,6 +260,24 @@ def test_light_above_white_rolls_off_except_where_none_is_seen(browser, points):
         check(opened, points, frame, [({"shading": "none"}, None)])
 
 
+ESTIMATED = """() => {
+  const { gl, things } = pointshade.drawing, [thing] = things, known = Boolean(thing.rims.known);
+  Object.assign(thing, { isFilm: true, rims: makeIndices(gl, thing.kinds, 2) });
+  return [known, thing.rims.count];
+}"""
+
+
+def test_rims_that_are_known_are_those_that_each_view_would_estimate(browser, points):
+    changes = {"yaw": 20, "shadows": True}
+    page = altered(draw_page(points, frames.sphere_before_wall()), SHADOW_SIDE=SHADOW_SIDE)
+    with browser.shown(page) as opened:
+        known = [drawn(opened, changes, size)[0] for size in (None, [90, 70])]
+        is_known, count = opened.page.evaluate(ESTIMATED)
+        assert is_known and count > 100
+        drawn(opened, {})
+        assert all(np.array_equal(drawn(opened, changes, one.shape[1::-1])[0], one) for one in known)
+
+
 def test_shadows_are_switched_off_and_on(sphere):
     pictures = [drawn(sphere, {"shadows": on}, None, LIGHTS["shadow"])[0] for on in (True, False, True)]
     assert np.array_equal(pictures[0], pictures[2])

@@ -731,9 +731,9 @@ class TestJupyter:
         (tmp_path / f"{name}.ipynb").write_text((EXAMPLES / f"{name}.ipynb").read_text())
         labs = tmp_path / ".jupyter"  # no advice to build others' extensions, no question about news
         settings = "lab/user-settings/@jupyterlab/apputils-extension/notification.jupyterlab-settings"
-        for name, text in (("labconfig/page_config.json", {"buildCheck": False}), (settings, {"fetchNews": "false"})):
-            (labs / name).parent.mkdir(parents=True)
-            (labs / name).write_text(json.dumps(text))
+        for file, text in (("labconfig/page_config.json", {"buildCheck": False}), (settings, {"fetchNews": "false"})):
+            (labs / file).parent.mkdir(parents=True)
+            (labs / file).write_text(json.dumps(text))
         options = ["--no-browser", "--allow-root", "--ip=127.0.0.1", "--port=0", "--IdentityProvider.token="]
         with served(tmp_path, *started("jupyterlab"), *options, f"--ServerApp.root_dir={tmp_path}") as address:
             opened_page = page(f"{address.split('/lab')[0]}/lab/tree/{name}.ipynb", 1100, 1000)

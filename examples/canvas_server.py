@@ -7,8 +7,8 @@ Install::
 
     pip install 'pointshade-gl[canvas]' fastapi uvicorn websockets simplejpeg
 
-`python canvas_server.py` serves this machine on port 8000, or on the port that is its argument. Where all visitors may
-see the same, `ps.canvas(frame, "http").run()` does without this file.
+`python canvas_server.py [PORT [FOLDER]]` serves this machine, on port 8000 if none is given. Where all visitors may see
+the same, `ps.canvas(frame, "http").run()` does without this file.
 """
 
 import asyncio
@@ -28,7 +28,7 @@ MOST_VISITORS, MOST_SIDE, ON_THEIR_WAY = 8, 1600, 2  # at once; pixels; pictures
 QUALITY = 80  # of JPEG
 
 app = FastAPI()
-app.state.source, app.state.visitors = (sys.argv[2:3] or ["vase"])[0], 0
+app.state.source, app.state.visitors = "vase", 0
 
 
 @app.get("/{name:path}")
@@ -125,4 +125,5 @@ def draw(view: Any) -> tuple[tuple[str, bytes] | None, float | None]:
 if __name__ == "__main__":
     import uvicorn
 
+    app.state.source = (sys.argv[2:3] or ["vase"])[0]
     uvicorn.run(app, host="127.0.0.1", port=int(*sys.argv[1:2] or ["8000"]))

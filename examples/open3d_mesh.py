@@ -44,7 +44,7 @@ for view in views:
     color = o3d.t.geometry.Image(o3c.Tensor(view.color[..., :3] / np.float32(255)))
     blocks = grid.compute_unique_block_coordinates(depth, matrix, seen_from, 1.0, 10.0, 5.0)
     grid.integrate(blocks, depth, color, matrix, seen_from, 1.0, 10.0, 5.0)
-mesh = grid.extract_triangle_mesh(weight_threshold=1.0).to_legacy().transform(UPRIGHT)
+mesh = grid.extract_triangle_mesh(weight_threshold=0.5).to_legacy().transform(UPRIGHT)
 colors = np.asarray(mesh.vertex_colors)
 linear = np.where(colors > 0.04045, ((colors + 0.055) / 1.055) ** 2.4, colors / 12.92)
 mesh.vertex_colors = o3d.utility.Vector3dVector(linear)  # as a .glb has them: Open3D writes what is there

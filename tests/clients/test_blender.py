@@ -172,6 +172,7 @@ def test_a_scene_that_blender_writes_again_looks_the_same(tmp_path, scenes):
 
 
 @pytest.mark.gl
+@pytest.mark.system
 def test_the_example_draws_the_same_vase_twice(tmp_path):
     ours, theirs = np.split(run_example(tmp_path / "pair.png").astype(float), 2, axis=1)
     seen = np.abs(ours - ours[0, 0]).max(-1) > 20

@@ -78,6 +78,15 @@ class TestOfAFolder:
         as_json(tmp_path / "poses.json", [POSES[2].tolist()])
         np.testing.assert_allclose(opened(folder, tmp_path / "poses.json").pose, POSES[2])
 
+    @pytest.mark.parametrize("name", ["pose", "c2w", "w2c", "extrinsics"])
+    def test_alone_in_a_file_a_matrix_means_what_its_name_says(self, tmp_path, name):
+        """It is no frame's name: `w2c` was taken as camera to world."""
+        folder, notes = write_views(tmp_path / "one", VIEWS[:1]), []
+        written = POSES[2] if name in ("pose", "c2w") else np.linalg.inv(POSES[2])
+        as_json(tmp_path / "poses.json", {name: written.tolist()})
+        np.testing.assert_allclose(opened(folder, tmp_path / "poses.json", notes).pose, POSES[2], atol=1e-12)
+        assert any("one pose is taken" in note for note in notes)
+
     def test_of_one_alone_it_is_said_how_it_is_taken_and_how_to_turn_it(self, walk, tmp_path):
         """No other view shows in whose axes it is: with OpenGL's light comes from the wrong side."""
         folder, notes = write_views(tmp_path / "one", VIEWS[:1]), []

@@ -37,7 +37,7 @@ def main(room: Path, folder: Path) -> None:
 
     frame = ps.load_frame(color=photo.color, depth=network)
     ps.save_image(folder / "photograph.jpg", photo.color)
-    ps.save_image(folder / "photograph_lit.jpg", ps.render(frame, LIGHT, samples=16))
+    ps.save_image(folder / "photograph_lit.jpg", ps.render(frame, LIGHT, exposure="auto", samples=16))
     inverse = Image.fromarray(network(photo.color)["inverse_depth"].astype(np.float32)).resize(photo.color.shape[1::-1])
     taken = ps.load_frame(color=photo.color, depth=np.asarray(inverse), depth_kind="inverse")
     given = ps.load_frame(depth=np.asarray(inverse), depth_kind="inverse")  # without colours it keeps its size

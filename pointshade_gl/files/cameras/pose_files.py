@@ -114,8 +114,10 @@ def _by_frame(data: Any) -> PoseList | None:
 
 
 def _from_named_matrices(data: Any) -> PoseList | None:
-    """A matrix by the name of each frame, or a list of matrices."""
+    """A matrix by the name of each frame, or a list of matrices; `pose` and `w2c` are no names of frames."""
     names = list(data) if isinstance(data, dict) else None
+    if names is not None and not {*_TO_WORLD, *_TO_CAMERA}.isdisjoint(map(word, names)):
+        return None
     rows = np.array(data if names is None else list(data.values()), np.float64).reshape(len(data), -1)
     return PoseList(from_matrices(rows), names) if rows.shape[1] in (12, 16) else None
 

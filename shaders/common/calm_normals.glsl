@@ -184,23 +184,28 @@ vec2 doubted_witness(sampler2D witness_map, sampler2D scatter_map, ivec2 cell) {
     return vec2(own.x, (own.y < 0.0 ? -1.0 : 1.0) * max(abs(own.y), WRONG_TILT * doubt));
 }
 
-// The certainty of the normal of a cell, for highlights: less where depth is doubted or normals are mixed. Where cells
+// The certainty of the normal of a cell, for highlights: less where depth is doubted or normals are mixed. Where unsure cells
 // around differ by more than an even bend, as at creases and small parts, pixels between them get normals that no surface
-// has, and glint. surface_map, witness_map: of calm cells; doubt_map: of calm_doubts.frag
+// has, and glint; sure ones are not mixed. surface_map, witness_map: of calm cells; doubt_map: of calm_doubts.frag
 float doubted_certainty(sampler2D surface_map, sampler2D witness_map, sampler2D doubt_map, ivec2 cell) {
     ivec2 last = textureSize(surface_map, 0) - 1;
-    float depth = texel_at(surface_map, cell).w, own = texel_at(witness_map, cell).y, tilt = 0.0;
+    vec4 own = texel_at(surface_map, cell);
+    float left = texel_at(witness_map, cell).y, own_doubt = texel_at(doubt_map, cell).y, tilt = 0.0;
     Bend bend = NO_BEND;
     for (int k = 0; k < 9; ++k) {
         ivec2 off = ivec2(k % 3, k / 3) - 1, place = clamp(cell + off, ivec2(0), last);
         vec4 surface = texel_at(surface_map, place);
-        float far = 0.69 * float(off.x * off.x + off.y * off.y) + abs(surface.w - depth) / (NEAR * depth);
+        vec3 miss = surface.xyz - own.xyz;
+        float doubt = texel_at(doubt_map, place).y;
+        float both = max(own_doubt * own_doubt + doubt * doubt, LEAST_TILT * LEAST_TILT);
+        float far = 0.69 * float(off.x * off.x + off.y * off.y) + abs(surface.w - own.w) / (NEAR * own.w);
+        far += 0.5 * dot(miss, miss) / (FAR_OUTLIER * FAR_OUTLIER * both);
         add_normal(bend, vec2(off), surface.w == 0.0 ? 0.0 : exp(-far), surface.xyz);
-        tilt += abs(texel_at(doubt_map, place).y) / 9.0;
+        tilt += abs(doubt) / 9.0;
     }
-    if (depth == 0.0) return 1.0;
+    if (own.w == 0.0) return 1.0;
     vec3 mean, here;
-    float variance = WANDERING * own * own + MIXED * max(variance_left(bend, mean, here) - EVEN, 0.0);
+    float variance = WANDERING * left * left + MIXED * max(variance_left(bend, mean, here) - EVEN, 0.0);
     return normal_certainty(variance) * (1.0 - 0.99 * smoothstep(COMPLETED_TILT, WRONG_TILT, tilt));
 }
 

@@ -199,13 +199,19 @@ def test_highlights_of_doubted_places_agree_with_the_mirror(gpu):
 
 
 @pytest.mark.parametrize(
-    ("slopes", "is_dim"),
-    [((U / 30, V / 30), False), ((0.7 * (U > 30), 0 * V), True), ((0.7 * (abs(U - 30) < 2), 0 * V), True)],
+    ("slopes", "tilt", "is_dim"),
+    [
+        ((U / 30, V / 30), 0.06, False),
+        ((0.7 * (U > 30), 0 * V), 0.06, True),
+        ((0.7 * (abs(U - 30) < 2), 0 * V), 0.06, True),
+        ((0.7 * (U > 30), 0 * V), 0.01, False),  # a sure crease
+    ],
 )
-def test_highlights_are_dim_where_cells_of_several_surfaces_meet(slopes, is_dim):
+def test_highlights_are_dim_where_unsure_cells_of_several_surfaces_meet(slopes, tilt, is_dim):
     surface, witness = patches(2, *slopes)
     cells = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), -1).reshape(-1, 2)
-    certainty = mirror.doubted_certainty(surface, 0.02 * witness, 0 * witness, cells)[:, 0]
+    doubts = np.full((HEIGHT, WIDTH, 2), tilt, F)
+    certainty = mirror.doubted_certainty(surface, 0.02 * witness, doubts, cells)[:, 0]
     is_near = abs(cells[:, 0] - 30) < 4
     assert certainty[~is_near].min() > 0.99
     assert (certainty[is_near].min() < 0.98) == is_dim  # at .96 a highlight is a sixth as bright

@@ -177,18 +177,22 @@ def doubted_certainty(
     surface_map: np.ndarray, witness_map: np.ndarray, doubt_map: np.ndarray, cell: np.ndarray
 ) -> np.ndarray:
     """(n, 1)"""
-    last, depth = np.array(surface_map.shape[1::-1]) - 1, texel(surface_map, cell)[:, 3:]
+    last, own = np.array(surface_map.shape[1::-1]) - 1, texel(surface_map, cell)
+    depth, own_doubt = own[:, 3:], texel(doubt_map, cell)[:, 1:]
     is_known = depth != 0
     bend, tilt = no_bend(len(cell)), np.zeros((len(cell), 1), F)
     for off in (np.array((k % 3, k // 3)) - 1 for k in range(9)):
         place = np.clip(cell + off, 0, last)
-        surface = texel(surface_map, place)
+        surface, doubt = texel(surface_map, place), texel(doubt_map, place)[:, 1:]
+        miss = surface[:, :3] - own[:, :3]
+        both = np.maximum(own_doubt * own_doubt + doubt * doubt, LEAST_TILT * LEAST_TILT)
         away = np.abs(surface[:, 3:] - depth) / np.where(is_known, NEAR * depth, F(1))
+        away = away + F(0.5) * dot(miss, miss) / (FAR_OUTLIER**2 * both)
         m = np.where(surface[:, 3:] == 0, F(0), np.exp(F(-0.69) * F(off @ off) - away))
         bend = add_normal(bend, off, m, surface[:, :3])
-        tilt = tilt + np.abs(texel(doubt_map, place)[:, 1:]) / F(9)
-    own = np.where(is_known, texel(witness_map, cell)[:, 1:], F(0))
-    variance = WANDERING * own * own + MIXED * np.maximum(variance_left(bend)[0] - EVEN, F(0))
+        tilt = tilt + np.abs(doubt) / F(9)
+    left = np.where(is_known, texel(witness_map, cell)[:, 1:], F(0))
+    variance = WANDERING * left * left + MIXED * np.maximum(variance_left(bend)[0] - EVEN, F(0))
     doubt = np.clip((tilt - COMPLETED_TILT) / (WRONG_TILT - COMPLETED_TILT), F(0), F(1))
     doubted = normal_certainty(variance) * (F(1) - F(0.99) * doubt * doubt * (F(3) - F(2) * doubt))
     return np.where(is_known, doubted, F(1))

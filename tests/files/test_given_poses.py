@@ -93,7 +93,7 @@ class TestOfAFolder:
         text(tmp_path / "pose.txt", " ".join(map(str, POSES[2].ravel())))
         ps.load_frame(folder, poses=tmp_path / "pose.txt", notes=notes.append)
         ps.load_frame(folder, pose=tmp_path / "pose.txt", notes=notes.append)
-        said = [note for note in notes if "one pose is taken as camera to world, x right, y down" in note]
+        said = [note for note in notes if "one pose is taken as x right, y down, z forward, camera to world" in note]
         assert len(said) == 2 and all("pose @ diag(1, -1, -1, 1)" in note for note in said)
         notes.clear()
         text(tmp_path / "poses.txt", *(" ".join(map(str, pose.ravel())) for pose in POSES))

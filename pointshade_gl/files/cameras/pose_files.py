@@ -153,7 +153,8 @@ def load_pose(path: FilePath) -> NDArray[np.float64]:
 def note_alone(path: FilePath, note: Note) -> None:
     """A note that the axes of a single pose are a guess: only views that overlap show what poses mean."""
     turned = "where y is up (OpenGL) turn it: pose @ diag(1, -1, -1, 1)"
-    note(f"{path}: one pose is taken as camera to world, x right, y down, z forward, which nothing shows; {turned}")
+    taken = "one pose is taken as x right, y down, z forward, camera to world unless its name tells"
+    note(f"{path}: {taken}, which nothing shows; {turned}")
 
 
 def pose_of(numbers: NDArray[np.float64], name: str) -> NDArray[np.float64]:

@@ -1,7 +1,7 @@
 // Point clouds: discs that are blended into a surface, or balls (gpu/clouds/cloud_objects.py).
 
-const FEW = 4; // points for each that is drawn while something moves: along their curve neighbours follow one another
-const AT_ONCE = 32768; // points that are drawn in one step
+const FEW = 4; // points for each that is drawn in a hurry, along their curve
+const AT_ONCE = 32768; // points of a step
 const POINT_FLOATS = 10; // of each point; its colour lies in a buffer of its own
 const POINT_LAYOUT = { position: [3, 0], spacing: [1, 12], normal: [3, 16], edge: [3, 28] }; // numbers, first byte
 

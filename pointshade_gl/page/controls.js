@@ -79,7 +79,7 @@ function control(canvas, data) {
     return shading === "none" && isOwn && isThere && data.things.length === 1 && data.things[0].kind === "points";
   }
 
-  // Saves the picture as soon as it is at its best; asked again, or when something else is to be shown, as it is.
+  // Saves the picture at its best; asked again, or before something else is shown, as it is.
   function save() {
     if (!drawing) return;
     if (saving) return write();
@@ -88,7 +88,7 @@ function control(canvas, data) {
     showSaving();
   }
 
-  // Goes on saving, after each turn in which the picture became finer.
+  // After each turn.
   function showSaving() {
     if (!saving) return;
     if ((!frameAsked && refining.isDone) || (saving === "soon" && drawing.isShown)) return write();
@@ -96,7 +96,7 @@ function control(canvas, data) {
     say(`saving: ${done} % refined${now}`);
   }
 
-  // Writes the picture as it is to a file, unless nothing but a coarse one is there: then as soon as there is. Tells whether.
+  // Writes the picture to a file, if more than a coarse one is there. Tells whether.
   function write() {
     saving = drawing.isShown ? "" : "soon";
     if (saving) return false;
@@ -208,7 +208,6 @@ function control(canvas, data) {
 }
 
 // Adds samples to the picture after nothing has moved for a while, one a turn: what moves waits for no more than that.
-// turned: called after each turn
 function makeRefining(current, turned) {
   let timer = 0, turn = 0, began = 0;
 

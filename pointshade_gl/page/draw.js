@@ -80,7 +80,7 @@ class Drawing {
     this.shown.view = { ...view, camera };
   }
 
-  // From now on there is a picture (isShown), unless only a coarse one was asked for.
+  // Then there is a picture, unless it is coarse.
   drawFirst() {
     finished(this.sample(0, this.picture, false));
     this.isShown = !this.isCoarse;

@@ -78,7 +78,7 @@ class Painter {
     if (thing.rims) this.drawRims(target, thing, warp);
   }
 
-  // Frames of a film are soon over: their rims are estimated where they are drawn.
+  // Those of a film are soon over, and estimated where they are drawn.
   drawRims(target, thing, inputs, constants = {}) {
     const { gl } = this, { rims } = thing, KNOWN = thing.isFilm ? 0 : 1;
     if (KNOWN && !rims.known) this.estimateRims(thing);

@@ -8,7 +8,7 @@ const float STEP_UP = 0.04;   // share of the depth by which something stands be
 const float MEETING = 0.02;   // share of 1/z within which the planes from both sides meet
 const float WELL_BEHIND = 0.015;  // share of 1/z by which they lie behind what is seen, at least
 const int FARTHEST = 96;      // places that are looked at on either side
-const float TURNED_AWAY = 0.5;  // cosine between the ray and the surface at the outline of a body, at most,
+const float TURNED_AWAY = 0.35;  // cosine between the ray and the surface at the outline of a body, at most,
 const float BENT = 0.75;      // and as a share of that a little inside: a flat side that is seen at an angle has no back
 const int LAYERS = 2;         // so many planes: what stands before may have parts before each other
 

@@ -22,7 +22,8 @@ SAMPLES = 16  # that a page has at rest
 FEW = 3  # of them, where each adds the same; an odd number lies in the middle of pixels
 MOVED = """async () => {
   pointshade.state = { ...pointshade.state, yaw: 2 };
-  await new Promise(requestAnimationFrame);
+  // Slow pages draw later.
+  for (let k = 0; pointshade.drawing.count && k < 20; ++k) await new Promise(requestAnimationFrame);
   return pointshade.drawing.count;
 }"""
 FIRST = """() => {

@@ -114,7 +114,7 @@ def main(path):
     with ps.Renderer() as renderer:
         ours = renderer.render(frame, material=ps.Material(specular=0), **TURN, **OPTIONS)
         to_sky, up = np.array(renderer.surroundings.to_sky), renderer.surroundings.floor
-    pose = ps.orbit_pose(frame.pose, frame.pivot, **TURN)
+    pose = ps.orbit_pose(frame.pose, frame.pivot, **TURN, upright=frame.upright)
     ground = ground_under(Scene((Node(PointObject(frame)),)), up)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     turn = TO_BLENDER @ to_sky

@@ -127,6 +127,20 @@ def test_the_picture_of_a_frame_is_that_of_the_same_light_in_python(renderer, ty
     np.testing.assert_array_equal(picture("out.png"), renderer.render(ps.load_frame("vase"), light))
 
 
+@pytest.mark.parametrize(
+    ("words", "tells"),
+    [
+        ("vase --light '0,-.5,0 shadow' -o out.png", True),
+        ("vase -o out.glb", True),
+        ("vase -o out.png", False),
+        ("vase/front --light '0,-.5,0 shadow' -o out.png", False),
+    ],
+)
+def test_where_the_front_of_the_vase_stands_for_all_of_it_a_note_says_so(typed, words, tells):
+    code, _, errors = typed(f"render {words} --overwrite")
+    assert code == 0 and ("note: this is the front of the vase alone: vase/whole has all sides" in errors) is tells
+
+
 def test_a_shadow_on_a_single_frame_darkens_it(renderer, typed):
     for name, shadow in (("plain", "no"), ("dark", "yes")):
         assert typed(f'render vase --light "-.5,-.7,.2 shadow={shadow}" --samples 1 -o {name}.png')[0] == 0

@@ -143,6 +143,12 @@ class RenderCommand:
             shading, turned = option("shading", self.look.shading), option("yaw", 20)
             print_note(f"{shading} looks like phong from the frame's own camera: each pixel is a point. Try {turned}")
 
+    def note_front(self, view: View) -> None:
+        """A note where the front of the built-in object stands for all of it: in a file of points, and in shadows."""
+        tells = self.suffix in names.POINTS or any(light.shadow for light in view.lights)
+        if tells and inputs.is_front(self.frame, self.others):
+            print_note(f"this is the front of the {names.VASE} alone: {names.WHOLE} has all sides")
+
     def load(self, view: View, sequence: bool) -> tuple[Loaded, Callable[[Renderer], None]]:
         """What is drawn, and what is to be called after each picture."""
         if self.unlight_all:
@@ -189,6 +195,7 @@ def render(asked: RenderCommand) -> None:
     asked = asked.completed()
     asked.check_inputs()
     view = asked.view()
+    asked.note_front(view)
     if asked.suffix in names.POINTS:
         _write_points(asked, view)
         return

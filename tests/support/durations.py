@@ -1,4 +1,5 @@
-"""CPU seconds of each test, in build/durations.json; a test that takes more than 2 and is not marked `system` fails.
+"""CPU seconds of each test, in build/durations.json. Those that take more than 2 and are not marked `system` are named
+at the end; one that takes twice as many fails: the same work takes so much longer where others use the machine, too.
 
 CPU of the process that runs the test and of all its descendants, also of those that a fixture of the file started:
 a busy machine makes no test slow. Nor does a slow one: seconds are those of a machine that does `_work` in .03.
@@ -21,6 +22,7 @@ from _pytest.runner import runtestprotocol
 from .places import ROOT
 
 LIMIT = 2.0
+FAILS = 2.0  # times the limit
 USUAL = 0.03  # seconds of `_work` on a fast desktop
 FILE = ROOT / "build" / "durations.json"
 _open, _listdir = open, os.listdir  # tests replace them
@@ -72,6 +74,7 @@ class Durations:
     def __init__(self, file: Path = FILE, limit: float = LIMIT, slowness: Callable[[], float] = slowness):
         self.file, self.limit, self.slowness = file, limit, slowness
         self.seconds: dict[str, float] = {}
+        self.slow: list[str] = []
         self.before = self.spent = 0.0
 
     @pytest.hookimpl(tryfirst=True)
@@ -97,9 +100,10 @@ class Durations:
 
     def _is_too_slow(self, item, reports):
         passed = all(report.passed for report in reports)
-        if not passed or self.spent <= self.limit or item.get_closest_marker("system"):
+        most = FAILS * self.limit
+        if not passed or self.spent <= most or item.get_closest_marker("system"):
             return False
-        return self.spent > self.limit * self.slowness()
+        return self.spent > most * self.slowness()
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_setup(self):
@@ -125,6 +129,12 @@ class Durations:
     def pytest_runtest_logreport(self, report):
         if report.when == "teardown":
             self.seconds[report.nodeid] = report.cpu_seconds
+            if report.cpu_seconds > self.limit and "system" not in report.keywords:
+                self.slow.append(report.nodeid)
+
+    def pytest_terminal_summary(self, terminalreporter):
+        for name in self.slow:
+            terminalreporter.write_line(f"{name}: {self.seconds[name]:.1f} CPU seconds, and {self.limit:g} are enough")
 
     def pytest_sessionfinish(self, session):
         if not hasattr(session.config, "workerinput") and self.seconds:

@@ -12,12 +12,13 @@ from .durations import Durations, cpu_seconds, descendants, slowness
 from .places import ROOT
 
 BUSY = "import time; end = time.process_time() + 0.3\nwhile time.process_time() < end: pass"
-CONFTEST = """
+LIMIT = 0.1
+CONFTEST = f"""
 from pathlib import Path
 from tests.support.durations import Durations
 def pytest_configure(config):
     config.addinivalue_line("markers", "system: may take long")
-    config.pluginmanager.register(Durations(Path("build/durations.json"), 0.2, lambda: 1.0))
+    config.pluginmanager.register(Durations(Path("build/durations.json"), {LIMIT}, lambda: 1.0))
 """
 TESTS = f"""
 import subprocess, sys, time, pytest
@@ -29,6 +30,7 @@ def test_busy(): exec({BUSY!r})
 def test_child(): subprocess.run([sys.executable, "-c", {BUSY!r}], check=True)
 def test_fixture(slow): pass
 def test_last(slow): pass
+def test_rather_long(): exec({BUSY!r}.replace("0.3", "0.15"))
 def test_first_time():
     made.append(1)
     if len(made) == 1: exec({BUSY!r})
@@ -57,7 +59,7 @@ def test_on_a_slow_machine_a_test_may_take_longer():
     assert 1 <= slowness() < 100
     item = SimpleNamespace(get_closest_marker=lambda _: None)
     for times, is_slow in ((1.0, True), (2.0, False)):
-        plugin = Durations(limit=0.2, slowness=lambda times=times: times)
+        plugin = Durations(limit=0.1, slowness=lambda times=times: times)
         plugin.spent = 0.3
         assert plugin._is_too_slow(item, []) == is_slow
 
@@ -69,9 +71,10 @@ def test_what_takes_long_fails_with_its_name_and_time_but_not_what_only_takes_lo
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", str(tmp_path), "test_it.py"]
     environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTEST_ADDOPTS": ""}
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert "1 failed, 7 passed, 2 errors" in done.stdout
+    assert "1 failed, 8 passed, 2 errors" in done.stdout
+    assert "test_it.py::test_rather_long: 0." in done.stdout and "test_system: " not in done.stdout
     for name in ("test_busy", "test_child"):
         assert f"test_it.py::{name} took 0." in done.stdout
     found = json.loads((tmp_path / "build" / "durations.json").read_text())
     slow = {name for name, seconds in found.items() if seconds > 0.2}
-    assert slow == {f"test_it.py::test_{name}" for name in ("busy", "child", "wrong", "system")} and len(found) == 8
+    assert slow == {f"test_it.py::test_{name}" for name in ("busy", "child", "wrong", "system")} and len(found) == 9

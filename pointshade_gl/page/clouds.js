@@ -19,10 +19,9 @@ function fewPoints(thing) {
 }
 
 class CloudPainter {
-  constructor(gl, programs, painter) {
-    Object.assign(this, { gl, programs, painter, size: [0, 0], textures: [], targets: [] });
+  constructor(gl, programs, painter, format) {
+    Object.assign(this, { gl, programs, painter, format, size: [0, 0], textures: [], targets: [] });
     this.largest = gl.getParameter(gl.ALIASED_POINT_SIZE_RANGE)[1];
-    this.format = gl.getExtension("EXT_float_blend") ? "rgba32f" : "rgba16f"; // of sums
   }
 
   // Draws a cloud among the surfaces of other things. isCoarse: few points, as their cores are.

@@ -31,9 +31,12 @@ class Drawing {
     Object.assign(this, { gl, things, data, size: [0, 0], images: [], shadowLayout: "", shadowsOf: [], count: 0, took: 0, pace: 1 });
     this.painter = new Painter(gl, programs);
     this.around = new Around(gl, this.painter, data.around);
-    this.clouds = new CloudPainter(gl, programs, this.painter);
-    if (things.some((one) => one.kind === "set")) this.sets = new SetPainter(gl, this.painter, this.clouds.format);
-    this.isHeavy = things.some((one) => ["set", "cloud"].includes(one.kind)); // what a hurry draws coarsely
+    this.format = gl.getExtension("EXT_float_blend") ? "rgba32f" : "rgba16f"; // of sums
+    const [hasSets, hasClouds, hasPoints] = ["set", "cloud", "points"].map((kind) => things.some((one) => one.kind === kind));
+    if (hasClouds) this.clouds = new CloudPainter(gl, programs, this.painter, this.format);
+    if (hasSets) this.sets = new SetPainter(gl, this.painter, this.format);
+    this.isHeavy = hasSets || hasClouds;
+    this.hasCoarse = this.isHeavy || (hasPoints && !data.film); // what a hurry draws coarsely
     this.outlines = new Outlines(gl, this.painter);
     const materials = things.map((thing) => [...thing.material, thing.lobe, 0, 0, 0]);
     this.materials = makeTexture(gl, "rgba32f", 2, materials.length, new Float32Array(materials.flat()));
@@ -47,14 +50,14 @@ class Drawing {
   // view: { camera, pose }, the pose in home axes; lights with positions and directions there, too.
   // options: { shading, shadows, hurries }; a shading other than phong is for all things; without shadows no light casts
   // any; in a hurry every second point of a film is drawn where the view is too small to show each, and of a page with
-  // a cloud or several frames of one thing a coarse picture.
+  // clouds or frames a coarse picture, or coarse shadows where only a light moves.
   draw(view, lights, { shading, shadows, hurries } = {}) {
     const { canvas } = this.gl, { width, height } = view.camera;
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
     const shadings = this.things.map((thing) => (shading && shading !== "phong" ? shading : thing.shading));
     this.shown = { lights: lights.map((one) => ({ ...one, shadow: one.shadow && shadows !== false })), shadings };
     this.hurries = hurries;
-    this.look(view, Boolean(hurries && this.isHeavy) && !this.isSeen(view));
+    this.look(view, Boolean(hurries && this.hasCoarse) && !this.isSeen(view));
     this.drawFirst();
     this.present();
     this.mark();
@@ -83,7 +86,7 @@ class Drawing {
   // Then there is a picture, unless it is coarse.
   drawFirst() {
     finished(this.sample(0, this.picture, false));
-    this.isShown = !this.isCoarse;
+    this.isShown = !this.isCoarse && !this.hasCoarseShadows;
   }
 
   // Adds a sample to what was drawn. The mean is shown where it lies in the middle of the first sample's pixels: pairs of
@@ -154,7 +157,7 @@ class Drawing {
   *sample(k, target, isSummed) {
     const { shadings, view } = this.shown, eye = { pose: view.pose, camera: shiftedCamera(view.camera, k) };
     const lights = this.shown.lights.map((one) => movedLight(one, k, this.data.bounds.centre, this.data.toWorld));
-    const lamps = yield* this.hangUp(lights, lightPart(k)), seen = this.keyOf(eye, lights);
+    const lamps = yield* this.hangUp(lights, lightPart(k), isSummed), seen = this.keyOf(eye, lights);
     this.useImages(k && this.isHeavy && this.isSlow ? 1 : 0); // so the first sample can be lit anew at once
     if (seen !== this.seen) {
       this.seen = "";
@@ -267,15 +270,17 @@ class Drawing {
   // The sum of samples, from when there is one.
   fitSums() {
     if (this.sums) return;
-    this.sum = makeTexture(this.gl, this.clouds.format, ...this.size);
+    this.sum = makeTexture(this.gl, this.format, ...this.size);
     this.sums = makeTarget(this.gl, [this.sum]);
   }
 
   // The lights with their shadow map, of which is drawn what has to be other than the last.
-  *hangUp(lights, part) {
+  *hangUp(lights, part, isSummed) {
     const planned = (side) => shadowViews(lights, this.data.bounds, this.data.toWorld, part, side);
     let plan = planned(SHADOW_SIDE);
-    if (this.isCoarse && !this.hasShadows(plan)) plan = { ...planned(COARSE_SHADOW_SIDE), isCoarse: true };
+    const mayBeCoarse = this.hurries && this.hasCoarse && !isSummed;
+    this.hasCoarseShadows = mayBeCoarse && plan.views.length > 0 && !this.hasShadows(plan);
+    if (this.hasCoarseShadows) plan = { ...planned(COARSE_SHADOW_SIDE), isCoarse: true };
     const isPlain = !plan.views.length && !lights.some((one) => one.position && one.direction);
     if (plan.views.length) yield* this.drawShadows(plan);
     return { lights, ...plan, isPlain, kind: isPlain ? 0 : plan.views.some((view) => view.spread) ? 2 : 1 };
@@ -294,6 +299,7 @@ class Drawing {
       const key = JSON.stringify(view);
       if (key === this.shadowsOf[k]) continue;
       this.shadowsOf[k] = "";
+      this.isMeasured = true;
       gl.bindFramebuffer(gl.FRAMEBUFFER, this.shadows);
       gl.enable(gl.SCISSOR_TEST);
       gl.scissor(...view.first, side, side);
@@ -335,7 +341,7 @@ class Drawing {
       this.painter.drawMesh(this.shadows, box, "meshes/mesh.vert", "meshes/mesh_shadow.frag", thing, { ...warp, normal_view: normalView(warp.view) });
       return;
     }
-    this.painter.drawSplats(this.scratchTarget, thing, warp);
+    this.painter.drawSplats(this.scratchTarget, isCoarse && thing.few ? fewer(thing) : thing, warp);
     this.painter.fill(this.shadows, box, "shading/shadow.frag", {}, { ...warp, source_ids: ids, window_depths: depths, first });
     if (thing.stride) yield* this.drawShadow(this.hiddenBy(thing), { camera, pose, near, first }, side);
   }
@@ -381,7 +387,7 @@ class Drawing {
   addPoints(thing, warp, shading, pose, lamps, camera) {
     const early = LIT_EARLY.includes(shading);
     if (early) this.lightPoints(thing, pose, lamps);
-    this.painter.drawSplats(this.splats, this.hurries && isFine(thing, camera) ? fewer(thing) : thing, warp, this.kept);
+    this.painter.drawSplats(this.splats, (this.film ? this.hurries : this.isCoarse) && isFine(thing, camera) ? fewer(thing) : thing, warp, this.kept);
     const visibility_map = shading === "phong" ? this.around.ofPoints(thing) : null;
     const model = SHADINGS.indexOf(shading === "edl" ? "none" : shading);
     const constants = { SHADING: model, CERTAINTY: thing.certainty && shading === "phong" ? 1 : 0, VISIBILITY: visibility_map ? 1 : 0, CALM: thing.normals && shading === "phong" ? 1 : 0 };

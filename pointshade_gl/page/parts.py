@@ -420,12 +420,15 @@ ENTRIES = (
     "points/known_rims.frag", "points/resolve_surfaces.frag", "shading/light.frag", "surface/hidden_in_plane.frag",
     "surface/mean_hidden.frag", "surface/visibility.frag", "shading/view_visibility.frag", "shading/shadow.frag",
     "surface/hidden_planes.frag", "meshes/mesh.vert", "meshes/mesh.frag", "meshes/mesh_lit.vert",
-    "meshes/mesh_lit.frag", "meshes/mesh_shadow.frag", "clouds/splat.vert", "clouds/depth.frag", "clouds/front.frag",
-    "clouds/blend.frag", "clouds/resolve.frag", "clouds/ball.frag", "surface/film_surface.frag",
+    "meshes/mesh_lit.frag", "meshes/mesh_shadow.frag", "surface/film_surface.frag",
     "surface/film_colors.frag", "surface/film_change.frag", "output/resolve_samples.frag", "points/view_insides.frag",
     "points/outline_points.frag", "points/kept_points.frag",
 )  # fmt: skip
 ENTRIES_OF = {  # only where there are such things, as their scripts
+    "cloud": (
+        "clouds/splat.vert", "clouds/depth.frag", "clouds/front.frag", "clouds/blend.frag", "clouds/resolve.frag",
+        "clouds/ball.frag",
+    ),
     "set": (
         "points/set_splats.frag", "points/set_accumulate.frag", "points/set_resolve.frag", "points/set_shadow.frag",
         "points/few_splats.vert", "points/few_splats.frag",
@@ -454,10 +457,10 @@ def as_es(text: str) -> str:
 FOLDER = Path(__file__).resolve().parent
 SCRIPTS = (
     "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "samples.js", "upload.js", "paint.js",
-    "around.js", "clouds.js", "outlines.js", "draw.js", "film.js", "player.js", "pointers.js", "lamp_box.js",
+    "around.js", "outlines.js", "draw.js", "film.js", "player.js", "pointers.js", "lamp_box.js",
     "command.js", "controls.js",
 )  # fmt: skip
-SCRIPTS_OF = {"set": "sets.js", "splats": "splats.js"}
+SCRIPTS_OF = {"cloud": "clouds.js", "set": "sets.js", "splats": "splats.js"}
 STILL = 85  # quality of the still's WebP
 
 

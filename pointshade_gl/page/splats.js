@@ -238,7 +238,7 @@ class SplatLayer {
 class SplatDrawing extends Drawing {
   constructor(gl, programs, things, data) {
     super(gl, programs, things, data);
-    this.layer = new SplatLayer(gl, this.painter, things.find(({ kind }) => kind === "splats"), this.clouds.format);
+    this.layer = new SplatLayer(gl, this.painter, things.find(({ kind }) => kind === "splats"), this.format);
     this.lit = "";
   }
 

@@ -2,8 +2,9 @@
 
 async function takeThings(gl, reader, heads) {
   const things = [];
-  const takers = { mesh: takeMesh, points: takePoints, cloud: takeCloud, splats: (...given) => takeSplats(...given), set: (...given) => takeSet(...given) };
+  const takers = { mesh: takeMesh, points: takePoints, cloud: (...given) => takeCloud(...given), splats: (...given) => takeSplats(...given), set: (...given) => takeSet(...given) };
   for (const head of heads) things.push(head.isFilm ? makeFilmPoints(gl, head) : await takers[head.kind](gl, reader, head));
+  for (const one of things) if (one.kind === "points" && one.kinds && !one.sizes) one.few = makeNumbers(gl, everySecond(one.kinds, one.width));
   return things;
 }
 

@@ -180,7 +180,7 @@ NO_FLOATS = """
 def test_where_floats_cannot_be_added_half_floats_are(browser, points):
     scene = scene_of(cloud(), board())
     with browser.shown(altered(draw_page(points, scene), SHADOW_SIDE=SHADOW_SIDE), before=NO_FLOATS) as opened:
-        assert opened.page.evaluate("pointshade.drawing.clouds.format") == "rgba16f"
+        assert opened.page.evaluate("pointshade.drawing.format") == "rgba16f"
         check(opened, points, scene, SIDE, least=36)
 
 

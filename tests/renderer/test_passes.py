@@ -37,13 +37,14 @@ def room():
     return ps.Scene([*nodes, points, ps.Node(ps.PointObject(frames.tilted_plane()), "wall")], SIZE)
 
 
+SMALL = {"camera": ps.Camera.from_fov(45, 160, 120)}
 SCENES = {  # a source, lights and options of each
     "vase": lambda: (vase()[0], [WARM, PLAIN], vase()[1]),
     "ball on a ground": lambda: (frames.sphere(), [WARM, COLD], {"ground": True, "samples": 2}),
-    "cloud": lambda: (ball(), [ps.Light(position=(2, -3, 2), shadow=True), ps.Light()], {"samples": 2}),
+    "cloud": lambda: (ball(), [ps.Light((2, -3, 2), shadow=True), ps.Light()], SMALL | {"samples": 2}),
     "meshes, cloud and frame": lambda: (room(), [WARM, COLD, SPOT], {"ambient_occlusion": True}),
     "environment": lambda: (frames.sphere_before_wall(), [WARM, COLD], {"environment": "studio", "samples": 2}),
-    "soft shadows": lambda: (frames.sphere_before_wall(), [SOFT, COLD], {"samples": 3}),
+    "soft shadows": lambda: (frames.sphere_before_wall(), [SOFT, COLD], {"samples": 2}),
     "flat and turned": lambda: (frames.sphere_before_wall(), [WARM, COLD], {"shading": "flat", "yaw": 15}),
     "several frames": lambda: ([frames.sphere_before_wall(), frames.noisy()], [WARM, COLD], {}),
 }

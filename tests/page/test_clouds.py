@@ -14,7 +14,7 @@ from pointshade_gl.renderer.requests import RenderRequest
 
 from ..support import frames
 from ..support.browser import altered
-from .test_pictures import SHADOW_SIDE, check, drawn, likeness
+from .test_pictures import SHADOW_SIDE, check, check_hurry, drawn, likeness
 from .test_pictures import small_shadows as small_shadows
 from .test_pictures import test_a_browser_starts as test_a_browser_starts  # first: no page costs more than others
 from .test_pictures import test_it_can_draw_what_pages_need as test_it_can_draw_what_pages_need
@@ -210,14 +210,8 @@ def test_where_the_largest_points_are_small_splats_are_quads(browser, points, sp
 @browser_test
 @pytest.mark.parametrize(("look", "most"), [({}, 6), ({"splat": "ball", "point_size": 0.04}, 10)], ids=str)
 def test_in_a_hurry_few_points_stand_for_all_and_nothing_of_that_stays(browser, points, look, most):
-    changes, size = SIDE[0][0], [160, 120]
     with browser.shown(altered(draw_page(points, scene_of(cloud(**look))), SHADOW_SIDE=SHADOW_SIDE)) as opened:
-        fine, rested = (drawn(opened, changes, size, samples=samples)[0] for samples in (1, 3))
-        drawn(opened, {}, size)
-        coarse = drawn(opened, changes, size, hurries=True)[0]
-        assert coarse.shape == (60, 80, 4)
-        assert np.abs(fine.astype(float).reshape(60, 2, 80, 2, 4).mean((1, 3)) - coarse).mean() < most
-        assert np.array_equal(drawn(opened, changes, size, samples=3, hurries=True)[0], rested)
+        check_hurry(opened, SIDE[0][0], [160, 120], most)
 
 
 @browser_test

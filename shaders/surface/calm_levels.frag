@@ -12,7 +12,7 @@ uniform float noise;
 uniform vec4 intrinsics;
 
 layout(location = 0) out vec4 facet;
-layout(location = 1) out vec2 witness;
+layout(location = 1) out vec4 witness;
 
 void main() {
     ivec2 cell = ivec2(gl_FragCoord.xy);

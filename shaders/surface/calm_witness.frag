@@ -14,7 +14,7 @@ uniform sampler2D measured_map;   // before missing points were completed, of an
 uniform sampler2D certainty_map;
 uniform sampler2D color_map;
 
-out vec2 witness;
+out vec4 witness;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);

@@ -33,7 +33,14 @@ def maps():
     surface = np.concatenate([normals, np.where(u % 7 == 0, -depth, depth)[..., None]], -1).astype(F)
     luminance = np.where(board, -0.5, -1.5) + 0.03 * rng.normal(size=depth.shape)
     tilt = np.where(v > 36, mirror.WRONG_TILT, rng.uniform(0.03, 0.3, depth.shape)) * np.where(u > 50, -1, 1)
-    return {"surface_map": surface, "witness_map": np.stack([luminance, tilt], -1).astype(F)}
+    chroma = np.where(board[..., None], (0.1, -0.2), 0) + 0.02 * rng.normal(size=(*depth.shape, 2))
+    return {"surface_map": surface, "witness_map": witness_of(luminance, tilt, chroma)}
+
+
+def witness_of(luminance, tilt, chroma=0.0):
+    """As witness_map holds them, (h, w, 4)."""
+    both = np.stack(np.broadcast_arrays(luminance, tilt), -1)
+    return np.concatenate([both, np.broadcast_to(chroma, both.shape)], -1).astype(F)
 
 
 def some(width=WIDTH, height=HEIGHT, count=300):
@@ -59,9 +66,8 @@ def close(found, expected, atol=2e-5):
 
 def test_facets_are_read_as_by_the_mirror(gpu, maps, pair):
     for name, facet in zip("ab", pair, strict=True):
-        close(
-            of_facets(gpu, maps, f"{name}.point, {name}.luminance"), np.concatenate([facet.point, facet.luminance], -1)
-        )
+        close(of_facets(gpu, maps, f"{name}.point, 0.0"), facet.point)
+        close(of_facets(gpu, maps, f"{name}.color, 0.0"), facet.color)
         there = f"{name}.normal, float({name}.is_blind)"
         close(of_facets(gpu, maps, there), np.concatenate([facet.normal, facet.is_blind], -1).astype(F))
         parts = facet.tilt, mirror.is_facet(facet)
@@ -80,23 +86,23 @@ def test_a_witness_knows_darkness_and_doubt(gpu):
     color, certainty = rng.random((200, 3)).astype(F), rng.random((200, 1)).astype(F)
     measured = rng.integers(0, 2, (200, 1)).astype(F)
     color[:5] = 0
-    found = gpu("calm_normals.glsl", "witness_of(c, t, m > 0.5), 0, 0", c=color, t=certainty, m=measured)
+    found = gpu("calm_normals.glsl", "witness_of(c, t, m > 0.5)", c=color, t=certainty, m=measured)
     close(found, mirror.witness_of(color, certainty, measured > 0))
 
 
 def test_cells_agree_with_the_mirror(gpu, maps):
     cells = some(-(-WIDTH // SIDE), -(-HEIGHT // SIDE))
     surface, joined = mirror.join_facets(*maps.values(), cells, NOISE, K)
-    made = f"vec2 joined; vec4 facet = join_facets({MAPS}, ivec2(p), {NOISE}, {K_GLSL}, joined);"
+    made = f"vec4 joined; vec4 facet = join_facets({MAPS}, ivec2(p), {NOISE}, {K_GLSL}, joined);"
     close(gpu("calm_normals.glsl", "facet", before=made, p=cells, **maps), surface, 1e-4)
-    found = gpu("calm_normals.glsl", "joined, 0, 0", before=made, p=cells, **maps)
+    found = gpu("calm_normals.glsl", "joined", before=made, p=cells, **maps)
     known = surface[:, 3] > 0
     close(found[known], joined[known], 1e-4)
 
 
 def test_a_cell_of_one_brightness_is_blind(maps):
     witness = maps["witness_map"].copy()
-    witness[:SIDE, :SIDE] = -1.5, 0.1
+    witness[:SIDE, :SIDE] = -1.5, 0.1, 0, 0
     _, joined = mirror.join_facets(maps["surface_map"], witness, np.array([(0, 0), (2, 2)]), NOISE, K)
     assert joined[0, 1] < 0 < joined[1, 1]
     witness[:SIDE, :SIDE, 0] = mirror.witness_of(np.ones((1, 3), F), np.ones((1, 1), F), np.ones((1, 1), bool))[0, 0]
@@ -108,10 +114,10 @@ def test_levels_agree_with_the_mirror(gpu, maps, is_shared):
     cells = some()
     surface, left = mirror.calm_facet(*maps.values(), cells, 2, NOISE, K, is_shared)
     made = (
-        f"vec2 left; vec4 facet = calm_facet({MAPS}, ivec2(p), 2, {NOISE}, {K_GLSL}, {str(is_shared).lower()}, left);"
+        f"vec4 left; vec4 facet = calm_facet({MAPS}, ivec2(p), 2, {NOISE}, {K_GLSL}, {str(is_shared).lower()}, left);"
     )
     close(gpu("calm_normals.glsl", "facet", before=made, p=cells, **maps), surface, 2e-4)
-    close(gpu("calm_normals.glsl", "left, 0, 0", before=made, p=cells, **maps), left, 2e-4)
+    close(gpu("calm_normals.glsl", "left", before=made, p=cells, **maps), left, 2e-4)
 
 
 def test_normals_of_pixels_agree_with_the_mirror(gpu, maps):
@@ -128,7 +134,7 @@ def test_normals_of_pixels_agree_with_the_mirror(gpu, maps):
 def test_wrong_depth_takes_the_normals_beside_it_and_alone_stays_unsure():
     surface = np.broadcast_to(F([0, 0, -1, 2]), (HEIGHT, WIDTH, 4)).copy()
     surface[:, 32:] = [0.6, 0, -0.8, 3]  # another surface, farther away
-    witness = np.stack([np.zeros((HEIGHT, WIDTH)), np.where(np.arange(WIDTH) < 32, 0.02, 0.7) + 0 * V], -1).astype(F)
+    witness = witness_of(0 * V, np.where(np.arange(WIDTH) < 32, 0.02, 0.7))
     cells = np.array([(32, 20), (31, 20), (48, 20)])
     facets, left = mirror.calm_facet(surface, witness, cells, 1, NOISE, K, is_shared=False)
     np.testing.assert_allclose(facets[:2, :3], [[0, 0, -1]] * 2, atol=0.05)
@@ -140,14 +146,15 @@ def patches(seed, *patterns):
     rng = np.random.default_rng(seed)
     slopes = np.stack([*patterns, np.zeros((HEIGHT, WIDTH))], -1)
     normals = unit(np.array([0, 0, -1]) + slopes + 0.01 * rng.normal(size=slopes.shape))
-    witness = np.stack([0.02 * rng.normal(size=(HEIGHT, WIDTH)), np.full((HEIGHT, WIDTH), 0.06)], -1)
-    return np.concatenate([normals, np.full((HEIGHT, WIDTH, 1), 2)], -1).astype(F), witness.astype(F)
+    witness = witness_of(0.02 * rng.normal(size=(HEIGHT, WIDTH)), 0.06)
+    return np.concatenate([normals, np.full((HEIGHT, WIDTH, 1), 2)], -1).astype(F), witness
 
 
 def doubts_of(surface, witness):
     every = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), -1).reshape(-1, 2)
-    scatter = mirror.scatter_at(surface, witness, every).reshape(HEIGHT, WIDTH, 1).repeat(2, -1)  # as on the GPU, RG
-    return scatter, mirror.doubted_witness(witness, scatter, every).reshape(HEIGHT, WIDTH, 2)
+    scatter = np.concatenate([mirror.scatter_at(surface, witness, every), mirror.behind_at(surface, every)], -1)
+    scatter = scatter.reshape(HEIGHT, WIDTH, 2)
+    return scatter, mirror.doubted_witness(witness, scatter, every).reshape(HEIGHT, WIDTH, 4)
 
 
 def test_wide_areas_whose_normals_scatter_are_doubted_and_no_others():
@@ -174,14 +181,15 @@ def test_what_looks_like_many_things_may_be_many():
 def test_doubts_agree_with_the_mirror(gpu):
     surface, witness = patches(6, *np.random.default_rng(3).normal(0, 0.4, (2, HEIGHT, WIDTH)) * (U > 20))
     surface[4:9, 30:40, 3] = 0
-    witness[20:, 40:] *= (1, -1)
+    surface[30:, 10:30, 3] = 1.8
+    witness[20:, 40:] *= (1, -1, 1, 1)
     scatter, doubted = doubts_of(surface, witness)
     cells = some()
     maps = {"surface_map": surface, "witness_map": witness}
-    found = gpu("calm_normals.glsl", f"scatter_at({MAPS}, ivec2(p)), 0, 0, 0", p=cells, **maps)
-    close(found, mirror.texel(scatter, cells)[:, :1], 1e-4)
+    call = f"scatter_at({MAPS}, ivec2(p)), behind_at(surface_map, ivec2(p)), 0, 0"
+    close(gpu("calm_normals.glsl", call, p=cells, **maps), mirror.texel(scatter, cells), 1e-4)
     maps = {"witness_map": witness, "scatter_map": scatter}
-    found = gpu("calm_normals.glsl", "doubted_witness(witness_map, scatter_map, ivec2(p)), 0, 0", p=cells, **maps)
+    found = gpu("calm_normals.glsl", "doubted_witness(witness_map, scatter_map, ivec2(p))", p=cells, **maps)
     close(found, mirror.texel(doubted, cells), 1e-4)
 
 
@@ -190,7 +198,7 @@ def test_highlights_of_doubted_places_agree_with_the_mirror(gpu):
     surface, witness = patches(6, *rng.normal(0, 0.2, (2, HEIGHT, WIDTH)) * (U > 20))
     surface[4:9, 30:40, 3] = 0
     surface[20:, 40:, 3] *= 1.2
-    doubts = np.stack([np.zeros((HEIGHT, WIDTH)), rng.uniform(-1.4, 1.4, (HEIGHT, WIDTH))], -1).astype(F)
+    doubts = witness_of(0.0, rng.uniform(-1.4, 1.4, (HEIGHT, WIDTH)))
     witness[..., 1] = rng.uniform(-0.3, 0.3, (HEIGHT, WIDTH))
     expected = mirror.doubted_certainty(surface, witness, doubts, some())
     maps = {"surface_map": surface, "witness_map": witness, "doubt_map": doubts}
@@ -210,7 +218,7 @@ def test_highlights_of_doubted_places_agree_with_the_mirror(gpu):
 def test_highlights_are_dim_where_unsure_cells_of_several_surfaces_meet(slopes, tilt, is_dim):
     surface, witness = patches(2, *slopes)
     cells = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), -1).reshape(-1, 2)
-    doubts = np.full((HEIGHT, WIDTH, 2), tilt, F)
+    doubts = np.full((HEIGHT, WIDTH, 4), tilt, F)
     certainty = mirror.doubted_certainty(surface, 0.02 * witness, doubts, cells)[:, 0]
     is_near = abs(cells[:, 0] - 30) < 4
     assert certainty[~is_near].min() > 0.99

@@ -113,6 +113,24 @@ def test_wrong_depth_shows_no_highlights(renderer, blank):
     assert highlights[80:160, 210:260].max() <= 3 and highlights[~WRONG].max() > 100
 
 
+def body() -> np.ndarray:
+    """A wall, and before it a ball with a nose, metres."""
+    far = np.hypot(U - 160, V - 120)
+    ball = 1.5 - 0.25 * np.sqrt(np.maximum(1 - (far / 90) ** 2, 0))
+    return np.where(far < 90, ball, 2.0) - 0.12 * np.exp(-0.5 * (far / 28) ** 2)
+
+
+def test_a_nose_and_the_rim_of_a_body_stay(renderer):
+    """Wide cells around a nose do not outvote it, nor those of a wall the rim before it: no photograph shows either."""
+    mottled = gaussian_filter(np.random.default_rng(1).normal(size=(*LEFT.shape, 3)), (4, 4, 0))
+    color = np.clip(150 + 12 * mottled / mottled.std(), 0, 255).astype(np.uint8)
+    truth = renderer.render(ps.Frame(color, body().astype(np.float32), CAMERA), LIGHT, MATT)
+    noisy = ps.Frame(color, noises(body())["shared"].astype(np.float32), CAMERA)
+    plain, calm = (off(renderer.render(noisy, LIGHT, MATT, normals=name), truth) for name in ("adaptive", "auto"))
+    nose = (np.hypot(U - 160, V - 120) < 40)[8:-8, 8:-8]
+    assert calm[nose].mean() < plain[nose].mean() and calm.mean() < plain.mean()
+
+
 def test_calm_normals_open_no_gaps_between_splats_that_are_turned(renderer):
     ramp = 1.2 + 0.6 * np.clip((U - 120) / 40, 0, 1)  # what a sensor's own filter makes of an edge
     depth = (ramp + noises(corner())["shared"] - corner()).astype(np.float32)

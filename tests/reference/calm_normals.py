@@ -14,20 +14,22 @@ from .vectors import dot, length, normalize, texel
 F = np.float32
 SIDE = 4
 PHOTO, SLACK, STEEPEST_TILT, LEAST_TILT, COMPLETED_TILT = F(0.08), F(0.6), F(0.5), F(0.004), F(0.35)
+CHROMA, OWN_STRIDE, BEHIND, STEP, BEHIND_TILT = F(0.9), 2, 3, F(0.06), F(0.22)
 OUTLIER, FAR_OUTLIER, FLAT_OUTLIER, RIDGE, DARK = F(3), F(7), F(1.2), F(0.05), F(0.08)
 BELIEF, UNSURE, LEAST_SCATTER, SCATTER = F(3.5), F(0.05), F(0.08), F(0.2)
-LIKE, LEAST_LIKE, WRONG_TILT, LOST = F(0.2), F(7), F(0.7), F(0.3)
-UNSUREST, LEAST_WRONG, WRONG_PHOTO = F(0.6), F(0.65), F(0.3)
+LIKE, LEAST_LIKE, WRONG_TILT, LOST = F(0.3), F(11), F(0.7), F(0.3)
+UNSUREST, LEAST_WRONG, WRONG_PHOTO, SOME_TILT = F(0.6), F(0.65), F(0.3), F(0.4)
 SURER, BLACK, BURNT = F(0.12), F(-5.1), F(0.165)
 MIXED, EVEN, NEAR = F(20), F(0.01), F(0.05)
+LOOK = [0, 2, 3]  # of a witness: luminance, chroma
 
 
 class Facet(NamedTuple):
-    """point, normal (n, 3); luminance, tilt (n, 1) float32; is_blind (n, 1) bool"""
+    """point, normal, color (n, 3); tilt (n, 1) float32; is_blind (n, 1) bool"""
 
     point: np.ndarray
     normal: np.ndarray
-    luminance: np.ndarray
+    color: np.ndarray
     tilt: np.ndarray
     is_blind: np.ndarray
 
@@ -42,7 +44,7 @@ def facet_at(
     seen = texel(witness_map, inside)
     pixel = F(side) * place.astype(F) + F(0.5) * F(side - 1)
     point = pixel_ray(pixel, intrinsics) * surface[:, 3:]
-    return Facet(point, surface[:, :3], seen[:, :1], np.abs(seen[:, 1:]), seen[:, 1:] < 0)
+    return Facet(point, surface[:, :3], seen[:, LOOK], np.abs(seen[:, 1:2]), seen[:, 1:2] < 0)
 
 
 def is_facet(facet: Facet) -> np.ndarray:
@@ -61,24 +63,25 @@ def strangeness(own: Facet, other: Facet, noise: float, intrinsics: np.ndarray) 
     off = off / np.where(is_facet(own), slack, F(1))
     is_any = is_wrong(own) | is_wrong(other)
     off = np.where((np.minimum(own.tilt, other.tilt) > LOST) | is_any, F(0), off)
-    return F(0.5) * off * off + np.abs(other.luminance - own.luminance) / np.where(is_any, WRONG_PHOTO, PHOTO)
+    return F(0.5) * off * off + length(other.color - own.color) / np.where(is_any, WRONG_PHOTO, PHOTO)
 
 
 def witness_of(color: np.ndarray, certainty: np.ndarray, is_measured: np.ndarray) -> np.ndarray:
-    """(n, 2), of colours (n, 3), and (n, 1) of each of the others"""
+    """(n, 4), of colours (n, 3), and (n, 1) of each of the others"""
     brightness = np.sqrt(dot(color * color, np.array((0.2126, 0.7152, 0.0722), F)))
     tilt = np.sqrt((F(1) / np.maximum(certainty, F(0.05)) - F(1)) / WANDERING)
     tilt = np.clip(tilt, np.where(is_measured, LEAST_TILT, COMPLETED_TILT), UNSUREST)
-    return np.concatenate([F(2.5) * np.log(brightness + DARK), tilt], -1).astype(F)
+    chroma = CHROMA / (brightness + DARK) * (color[:, ::2] - color[:, 1:2])
+    return np.concatenate([F(2.5) * np.log(brightness + DARK), tilt, chroma], -1).astype(F)
 
 
 def join_facets(
     surface_map: np.ndarray, witness_map: np.ndarray, cell: np.ndarray, noise: float, intrinsics: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 4) and (n, 2)"""
+    """(n, 4) and (n, 4)"""
     count = len(cell)
     zero, none = np.zeros((count, 1), F), np.zeros((count, 3), F)
-    own = Facet(none, none, zero, np.full((count, 1), F(1e30)), np.ones((count, 1), bool))
+    own = Facet(none, none, none, np.full((count, 1), F(1e30)), np.ones((count, 1), bool))
     offsets = [np.array((k % SIDE, k // SIDE)) for k in range(SIDE * SIDE)]
     facets = [facet_at(surface_map, witness_map, SIDE * cell + k, 1, intrinsics) for k in offsets]
     for k in (10, 9, 6, 5):  # the four in the middle
@@ -87,14 +90,14 @@ def join_facets(
     for facet in facets:
         is_first = ~is_facet(own)
         own = Facet(*(np.where(is_first, new, old) for new, old in zip(facet, own, strict=True)))
-    luminances = np.stack([facet.luminance for facet in facets])
+    luminances = np.stack([facet.color[:, :1] for facet in facets])
     darkest, brightest = luminances.min(0), luminances.max(0)
-    s, luminance, normal, point = zero, zero, none, none
+    s, color, normal, point = zero, none, none, none
     for facet in facets:
         weight = np.exp(-strangeness(own, facet, noise, intrinsics)) / np.square(facet.tilt)
         m = np.where(is_facet(facet), weight, F(0))
         s, normal, point = s + m, normal + m * facet.normal, point + m * facet.point
-        luminance = luminance + m * facet.luminance
+        color = color + m * facet.color
     is_known = is_facet(own)
     s, normal, point = (np.where(is_known, x, F(1)) for x in (s, normal, point))
     ray = pixel_ray(F(SIDE) * cell.astype(F) + F(0.5) * F(SIDE - 1), intrinsics)
@@ -102,7 +105,8 @@ def join_facets(
     mean = point[:, 2:] / s
     depth = np.where(np.abs(depth / mean - F(1)) < F(0.1), depth, mean)
     is_plain = (darkest == brightest) & (darkest > BLACK) & (brightest < BURNT)
-    joined = np.concatenate([luminance / s, np.where(is_plain, -own.tilt, own.tilt)], -1)
+    color = color / s
+    joined = np.concatenate([color[:, :1], np.where(is_plain, -own.tilt, own.tilt), color[:, 1:]], -1)
     return np.where(is_known, np.concatenate([normalize(normal), depth], -1), F(0)), joined
 
 
@@ -145,32 +149,45 @@ def variance_left(bend: Bend) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def scatter_at(surface_map: np.ndarray, witness_map: np.ndarray, cell: np.ndarray) -> np.ndarray:
     """(n, 1)"""
     last = np.array(surface_map.shape[1::-1]) - 1
-    luminance, noise, bend = texel(witness_map, cell)[:, :1], np.zeros((len(cell), 1), F), no_bend(len(cell))
+    color, noise, bend = texel(witness_map, cell)[:, LOOK], np.zeros((len(cell), 1), F), no_bend(len(cell))
     for off in (np.array((k % 3, k // 3)) - 1 for k in range(9)):
         place = np.clip(cell + 2 * off, 0, last)
         surface, seen = texel(surface_map, place), texel(witness_map, place)
-        m = np.exp(F(-1.4) * F(off @ off) - np.abs(seen[:, :1] - luminance) / LIKE)
+        m = np.exp(F(-1.4) * F(off @ off) - length(seen[:, LOOK] - color) / LIKE)
         m = np.where(surface[:, 3:] == 0, F(0), m)
         bend = add_normal(bend, off, m, surface[:, :3])
-        noise = noise + m * np.minimum(np.square(seen[:, 1:]), UNSURE * UNSURE)
+        noise = noise + m * np.minimum(np.square(seen[:, 1:2]), UNSURE * UNSURE)
     is_known = texel(surface_map, cell)[:, 3:] != 0
     believed = BELIEF * BELIEF * noise / np.where(is_known, bend.total, F(1))
     scatter = np.sqrt(np.minimum(variance_left(bend)[0], believed))
     return np.where(is_known, np.clip((scatter - LEAST_SCATTER) / (SCATTER - LEAST_SCATTER), F(0), F(1)), F(0))
 
 
+def behind_at(surface_map: np.ndarray, cell: np.ndarray) -> np.ndarray:
+    """(n, 1)"""
+    last, own = np.array(surface_map.shape[1::-1]) - 1, texel(surface_map, cell)[:, 3:]
+    step = np.zeros_like(own)
+    for off in (BEHIND * (np.array((k % 3, k // 3)) - 1) for k in range(4)):
+        both = (texel(surface_map, np.clip(cell + side * off, 0, last))[:, 3:] for side in (1, -1))
+        step = np.maximum(step, sum(np.where(z > 0, own / np.where(z > 0, z, F(1)) - F(1), F(0)) for z in both))
+    share = np.clip((step - F(0.5) * STEP) / (F(0.5) * STEP), F(0), F(1))
+    return share * share * (F(3) - F(2) * share)
+
+
 def doubted_witness(witness_map: np.ndarray, scatter_map: np.ndarray, cell: np.ndarray) -> np.ndarray:
-    """(n, 2)"""
+    """(n, 4)"""
     own, last = texel(witness_map, cell), np.array(scatter_map.shape[1::-1]) - 1
     added, total = np.zeros((len(cell), 1), F), np.zeros((len(cell), 1), F)
     for k in range(25):
         place = np.clip(cell + 4 * (np.array((k % 5, k // 5)) - 2), 0, last)
-        m = np.exp(-np.abs(texel(witness_map, place)[:, :1] - own[:, :1]) / LIKE)
+        m = np.exp(-length(texel(witness_map, place)[:, LOOK] - own[:, LOOK]) / LIKE)
         added, total = added + m * texel(scatter_map, place)[:, :1], total + m
-    share = np.clip((added / np.maximum(total, LEAST_LIKE) - F(0.3)) / F(0.2), F(0), F(1))
-    doubt = share * share * (F(3) - F(2) * share)
-    tilt = np.maximum(np.abs(own[:, 1:]), WRONG_TILT * doubt)
-    return np.concatenate([own[:, :1], np.where(own[:, 1:] < 0, -tilt, tilt)], -1)
+    share = added / np.maximum(total, LEAST_LIKE)
+    some, doubt = (np.clip((share - F(low)) / F(0.2), F(0), F(1)) for low in (0.1, 0.3))
+    some, doubt = (x * x * (F(3) - F(2) * x) for x in (some, doubt))
+    tilt = np.maximum(np.abs(own[:, 1:2]), WRONG_TILT * doubt)
+    some = np.maximum(SOME_TILT * some, BEHIND_TILT * texel(scatter_map, cell)[:, 1:])
+    return np.concatenate([own[:, :1], np.where(own[:, 1:2] < 0, -tilt, np.maximum(tilt, some)), own[:, 2:]], -1)
 
 
 def doubted_certainty(
@@ -178,12 +195,12 @@ def doubted_certainty(
 ) -> np.ndarray:
     """(n, 1)"""
     last, own = np.array(surface_map.shape[1::-1]) - 1, texel(surface_map, cell)
-    depth, own_doubt = own[:, 3:], texel(doubt_map, cell)[:, 1:]
+    depth, own_doubt = own[:, 3:], texel(doubt_map, cell)[:, 1:2]
     is_known = depth != 0
     bend, tilt = no_bend(len(cell)), np.zeros((len(cell), 1), F)
     for off in (np.array((k % 3, k // 3)) - 1 for k in range(9)):
         place = np.clip(cell + off, 0, last)
-        surface, doubt = texel(surface_map, place), texel(doubt_map, place)[:, 1:]
+        surface, doubt = texel(surface_map, place), texel(doubt_map, place)[:, 1:2]
         miss = surface[:, :3] - own[:, :3]
         both = np.maximum(own_doubt * own_doubt + doubt * doubt, LEAST_TILT * LEAST_TILT)
         away = np.abs(surface[:, 3:] - depth) / np.where(is_known, NEAR * depth, F(1))
@@ -191,7 +208,7 @@ def doubted_certainty(
         m = np.where(surface[:, 3:] == 0, F(0), np.exp(F(-0.69) * F(off @ off) - away))
         bend = add_normal(bend, off, m, surface[:, :3])
         tilt = tilt + np.abs(doubt) / F(9)
-    left = np.where(is_known, texel(witness_map, cell)[:, 1:], F(0))
+    left = np.where(is_known, texel(witness_map, cell)[:, 1:2], F(0))
     variance = WANDERING * left * left + MIXED * np.maximum(variance_left(bend)[0] - EVEN, F(0))
     doubt = np.clip((tilt - COMPLETED_TILT) / (WRONG_TILT - COMPLETED_TILT), F(0), F(1))
     doubted = normal_certainty(variance) * (F(1) - F(0.99) * doubt * doubt * (F(3) - F(2) * doubt))
@@ -202,7 +219,7 @@ def calm_facet(
     surface_map: np.ndarray, witness_map: np.ndarray, cell: np.ndarray, stride: int, noise: float,
     intrinsics: np.ndarray, is_shared: bool,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """(n, 4) and (n, 2)"""
+    """(n, 4) and (n, 4)"""
     own = facet_at(surface_map, witness_map, cell, SIDE, intrinsics)
     is_known = is_facet(own)
     offsets = [np.array((k % 3, k // 3)) - 1 for k in range(9)]
@@ -216,8 +233,9 @@ def calm_facet(
     mean = sum(m * other.normal for m, other in zip(weights, others, strict=True))
     total, mean = np.where(is_known, total, F(1)), np.where(is_known, mean, F(1))
     outlier = np.where(own.is_blind, FLAT_OUTLIER, OUTLIER) ** 2
-    spread = np.where(own.is_blind, F(0), F(0.5) * np.maximum(F(1) - dot(mean, mean) / (total * total), F(0)))
-    expected = np.where(own.is_blind, own.normal, normalize(mean))
+    is_own = own.is_blind | ((stride >= OWN_STRIDE) & (own.tilt < LOST))
+    spread = np.where(is_own, F(0), F(0.5) * np.maximum(F(1) - dot(mean, mean) / (total * total), F(0)))
+    expected = np.where(is_own, own.normal, normalize(mean))
     squares, wrong, bend = np.zeros((len(cell), 1), F), np.zeros((len(cell), 1), F), no_bend(len(cell))
     for off, other, weight in zip(offsets, others, weights, strict=True):
         miss, tilt = other.normal - expected, np.square(other.tilt)
@@ -232,9 +250,9 @@ def calm_facet(
     variance = np.maximum(squares, rest * s * s / F(9)) / (s * s)
     left = texel(witness_map, cell)
     factor = np.minimum(np.sqrt(variance) / np.where(is_known, own.tilt, F(1)), F(1))
-    tilt = np.where(own.is_blind | (not is_shared), left[:, 1:] * factor, left[:, 1:])
+    tilt = np.where(own.is_blind | (not is_shared), left[:, 1:2] * factor, left[:, 1:2])
     tilt = np.where(np.abs(tilt) < LEAST_TILT, np.sign(tilt) * LEAST_TILT, tilt)
-    left = np.concatenate([left[:, :1], np.where(is_known, tilt, left[:, 1:])], -1)
+    left = np.concatenate([left[:, :1], np.where(is_known, tilt, left[:, 1:2]), left[:, 2:]], -1)
     normal = normalize(np.where(length(here) > F(0.1), here, mean))
     surface = np.concatenate([normal, texel(surface_map, cell)[:, 3:]], -1)
     return np.where(is_known, surface, F(0)).astype(F), left.astype(F)
@@ -246,11 +264,11 @@ def calm_normal(
 ) -> np.ndarray:  # fmt: skip
     """(n, 3); least_tilt: (n, 1), or of all"""
     own = facet_at(surface_map, witness_map, pixel, 1, intrinsics)
-    own = own._replace(tilt=np.maximum(own.tilt, F(least_tilt)))
+    own = own._replace(tilt=np.maximum(own.tilt, np.where(F(least_tilt) > LOST, F(least_tilt), F(0))))
     at = (pixel.astype(F) - F(0.5) * F(SIDE - 1)) / F(SIDE)
     low = np.floor(at).astype(int)
     share = at - low.astype(F)
-    is_blind, doubt = texel(joined_map, pixel // SIDE)[:, 1:] < 0, np.square(own.tilt)
+    is_blind, doubt = texel(joined_map, pixel // SIDE)[:, 1:2] < 0, np.square(own.tilt)
     outlier = np.where(is_blind, FLAT_OUTLIER, FAR_OUTLIER) ** 2
     total = np.zeros_like(own.normal)
     for k in range(4):
@@ -283,17 +301,17 @@ def calm_normals(
         for x, y in ((width, height), (-(-width // SIDE), -(-height // SIDE)))
     )
     sure = certainty_at(certainty, pixels.astype(F), np.array((width, height), F))
-    witness = witness_of(color.reshape(-1, 3), sure, np.ones_like(sure, bool)).reshape(height, width, 2)
+    witness = witness_of(color.reshape(-1, 3), sure, np.ones_like(sure, bool)).reshape(height, width, 4)
     shape = -(-height // SIDE), -(-width // SIDE), -1
     facets, seen = (one.reshape(shape) for one in join_facets(surface, witness, cells, noise, intrinsics))
     doubts = np.zeros_like(seen)
     if is_shared:
-        scatter = scatter_at(facets, seen, cells).reshape(shape)
+        scatter = np.concatenate([scatter_at(facets, seen, cells), behind_at(facets, cells)], -1).reshape(shape)
         doubts = seen = doubted_witness(seen, scatter, cells).reshape(shape)
     for level in range(LEVELS[is_shared]):
         found = calm_facet(facets, seen, cells, 1 << level, noise, intrinsics, is_shared and level == 0)
         facets, seen = (one.reshape(shape) for one in found)
-    least_tilt = np.abs(texel(doubts, pixels // SIDE)[:, 1:])
+    least_tilt = np.abs(texel(doubts, pixels // SIDE)[:, 1:2])
     found = calm_normal(surface, witness, facets, seen, pixels, noise, OWN_SHARE[is_shared], least_tilt, intrinsics)
     certain = doubted_certainty(facets, seen, doubts if is_shared else seen, cells)
     return found.reshape(height, width, 3), certain.reshape(shape[:2])

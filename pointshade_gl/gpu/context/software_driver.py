@@ -17,11 +17,12 @@ SOFTWARE = (  # drivers that draw on the CPU, also under zink: "zink (llvmpipe (
 )  # fmt: skip
 IMAGES = {  # pictures that are read texel by texel, and their formats
     **dict.fromkeys(("depth_map", "triangle_map", "weight_map", "active_map"), "r32f"),
-    **dict.fromkeys(("calm_depth", "strength_map", "witness_map", "joined_map", "scatter_map", "doubt_map"), "rg32f"),
+    **dict.fromkeys(("calm_depth", "strength_map", "scatter_map"), "rg32f"),
     **dict.fromkeys(("patches", "planes", "patch_steps", "lights", "views", "materials"), "rgba32f"),
     **dict.fromkeys(("light_map", "albedo_map", "surface_map", "gain_map", "hue_map", "light_normals"), "rgba32f"),
     **dict.fromkeys(("near_planes", "other_planes", "colors_map", "evidence_map", "completed_map"), "rgba32f"),
     **dict.fromkeys(("point_map", "plane_map", "mean_map", "numbers_map"), "rgba32f"),
+    **dict.fromkeys(("witness_map", "joined_map", "doubt_map"), "rgba32f"),
     **dict.fromkeys(("shade_map", "shine_map"), "rgba16f"),
     **dict.fromkeys(("other_map", "mixed_map"), "rgba32f"),  # what is passed on as a surface_map is one, too
 }

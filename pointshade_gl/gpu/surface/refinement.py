@@ -117,8 +117,9 @@ class CalmNormalsPass(FullscreenPasses):
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
-        self._witness, self._scatter, self._doubts = (self._keep(Fitted(context, Image, RG32F)) for _ in range(3))
-        self._cells = [self._keep(Fitted(context, Image, RGBA32F, RG32F)) for _ in range(2)]
+        self._witness, self._doubts = (self._keep(Fitted(context, Image, RGBA32F)) for _ in range(2))
+        self._scatter = self._keep(Fitted(context, Image, RG32F))
+        self._cells = [self._keep(Fitted(context, Image, RGBA32F, RGBA32F)) for _ in range(2)]
 
     def run(
         self, textures: FrameTextures, surface: PointSurface, camera: Camera, noise: Noise, calm: PointSurface

@@ -172,6 +172,24 @@ def test_bends_creases_and_thin_things_are_not_doubted(slopes):
     assert (doubts_of(surface, witness)[1] == witness).all()
 
 
+def test_only_what_lies_behind_an_edge_is_behind_something():
+    """Not the nearer side, not a slanted plane, however steep."""
+    cells = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), -1).reshape(-1, 2)
+    inner = (abs(cells - (WIDTH / 2, HEIGHT / 2)) < (WIDTH / 2 - 4, HEIGHT / 2 - 4)).all(-1)
+    board, slant = np.where(U < 30, 1.4, 2.0), 1 / (0.2 + 0.01 * U)
+    behind, even = (mirror.behind_at(z[..., None].astype(F).repeat(4, -1), cells)[:, 0] for z in (board, slant))
+    near = (cells[:, 0] >= 30) & (cells[:, 0] < 30 + mirror.BEHIND)
+    assert (behind[inner & near] == 1).all() and (behind[inner & ~near] == 0).all() and (even[inner] == 0).all()
+
+
+def test_colours_as_bright_as_each_other_are_told_apart():
+    red, green, grey = (1, 0.2, 0.2), (0.2, 0.575, 0.2), (0.495, 0.495, 0.495)
+    seen = [mirror.witness_of(F([color]), np.ones((1, 1), F), np.ones((1, 1), bool)) for color in (red, green, grey)]
+    facets = [mirror.facet_at(F([[[0, 0, -1, 2]]]), one[None], np.zeros((1, 2), int), 1, K) for one in seen]
+    assert all(abs(one[0, 0] - seen[2][0, 0]) < 0.05 for one in seen)
+    assert all(mirror.strangeness(facets[2], facet, NOISE, K) > 3 for facet in facets[:2])
+
+
 def test_what_looks_like_many_things_may_be_many():
     surface, witness = patches(4, *np.random.default_rng(3).normal(0, 0.4, (2, HEIGHT, WIDTH)))
     witness[..., 0] = np.random.default_rng(5).uniform(-3, 0, (HEIGHT, WIDTH))

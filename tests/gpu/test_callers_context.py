@@ -2,6 +2,7 @@
 
 import ctypes
 import gc
+import sys
 from functools import cache
 
 import moderngl
@@ -444,3 +445,48 @@ def test_what_was_never_left_does_nothing_later():
     with pytest.raises(ValueError, match="failed"), inside("failed"):
         raise ValueError("failed")
     assert ended == ["left", "failed"]
+
+
+def test_an_end_that_a_signal_comes_before_does_nothing_later():
+    """It may raise at each line of `__exit__`, too: what has not ended by then never does."""
+    interrupted = []
+    for line in range(12):
+        ended: list[bool] = []
+
+        @managed
+        def inside(ended=ended):
+            try:
+                yield
+            finally:
+                ended.append(line in interrupted)  # noqa: B023  # late?
+
+        opened = inside()
+        opened.__enter__()
+        if _ends_with_a_signal(opened, line):
+            interrupted.append(line)
+        del opened
+        gc.collect()
+        assert True not in ended, line
+    assert 2 < len(interrupted) < 12 and interrupted == list(range(len(interrupted)))
+
+
+def _ends_with_a_signal(opened, line):
+    """Leave a context, and raise before this line of its `__exit__`. Return whether it has so many."""
+    code, left = type(opened).__exit__.__code__, [line]
+
+    def trace(frame, event, arg):
+        if event == "line":
+            left[0] -= 1
+            if left[0] < 0:
+                raise KeyboardInterrupt
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(lambda frame, event, arg: trace if frame.f_code is code else None)
+    try:
+        opened.__exit__(None, None, None)
+    except KeyboardInterrupt:
+        return True
+    finally:
+        sys.settrace(before)
+    return False

@@ -342,15 +342,17 @@ class _Managed(AbstractContextManager[_Given], Generic[_Given]):
             raise
 
     def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
-        _begun.discard(self._run)
-        if error is None:
-            next(self._run, None)
-            return
         try:
-            self._run.throw(error)
+            if error is None:
+                next(self._run, None)
+            else:
+                self._run.throw(error)
         except BaseException as raised:
             if raised is not error:
                 raise
+        finally:  # one that a signal's handler has kept from its end stays begun
+            if self._run.gi_frame is None:  # type: ignore[attr-defined]
+                _begun.discard(self._run)
 
 
 def managed(work: Callable[_P, Generator[_Given, None, None]]) -> Callable[_P, AbstractContextManager[_Given]]:

@@ -66,7 +66,8 @@ class LightSetup(Owner):
             return LightSet(lights, ambient, gain=gain, environment=environment)
         extent = visible.scene.extent
         extent = extent._replace(grain=extent.grain * grain_share(drawables))
-        views, spans = shadow_views(lights, extent, light_part(visible.sample), roughness_of(drawables))
+        part, roughness = light_part(visible.sample), roughness_of(drawables)
+        views, spans = shadow_views(lights, extent, part, roughness, visible.coarse)
         splat_shadows = None
         if views:
             drawn = [thing for _, thing in joined(drawables[p] for p in visible.shadow_casters)]

@@ -122,23 +122,27 @@ class Pipeline(Owner):
 
     def draw(
         self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: OutputSettings = SIMPLE,
-        source: Frame | Scene | None = None, progress: Progress | None = None,
+        source: Frame | Scene | None = None, progress: Progress | None = None, coarse: int = 1,
     ) -> Target:  # fmt: skip
         """Draw the scene under these lights, as a camera at a pose (4, 4) sees it.
 
         source    of which the scene was made; None is the scene itself
         progress  told of each frame of several that is prepared and compared, and of each sample
+        coarse    how many times larger the pixels of shadow maps are
         """
         plan = self._plan
         if plan is not None and progress is None and plan.shows(scene, source, finish, camera):
             is_kept = plan.forgotten == self.steps.forgotten and self.gpu_scene.drawn is plan.drawables
-            if is_kept and plan.target is self._target and self._draw_again(plan, lights, pose):
+            is_kept = is_kept and plan.target is self._target and plan.visible.coarse == coarse
+            if is_kept and self._draw_again(plan, lights, pose):
                 return plan.target
         self._plan = None
         count, given = self._count(progress, scene, camera, pose, finish.samples), scene
         uploads = self.steps.counts["upload"]
         scene = self._aligner.aligned(scene, count)
         visible = compose(scene, lights, camera, pose)
+        if coarse != visible.coarse:
+            visible = visible._replace(coarse=coarse)
         found = finish, source or given, scene, lights, visible.materials, self._upright
         self.environment_light = environment_light_of(*found)
         if self.environment_light != visible.environment_light:

@@ -341,7 +341,8 @@ class Renderer(Estimates):
     def _draw(self, request: RenderRequest, scene: Scene, progress: Progress | None) -> moderngl.Texture:
         """Draw the scene that was made of a request's source."""
         lights, finish, source = self._settled(request, scene)
-        return self._pipeline.draw(scene, lights, *request.seen_by(scene), finish, source, progress).color
+        seen = request.seen_by(scene)
+        return self._pipeline.draw(scene, lights, *seen, finish, source, progress, request.coarse).color
 
     def _settled(self, request: RenderRequest, scene: Scene) -> tuple[tuple[Light, ...], OutputSettings, Frame | Scene]:
         """Return the lights of the scene that was made of a request's source, how it is finished, and what it shows."""

@@ -93,6 +93,7 @@ class RenderRequest:
     pose    (4, 4) of that camera; None: the source's own, moved by `turns`
     turns   yaw, pitch and dolly
     finish  what is made of the light
+    coarse  how many times larger the pixels of shadow maps are: of pictures that are looked at while things move
     """
 
     source: Frame | Sequence[Frame] | Scene | PointCloud
@@ -102,6 +103,7 @@ class RenderRequest:
     pose: Numbers | None = None
     turns: Turns = STRAIGHT
     finish: OutputSettings = SIMPLE
+    coarse: int = 1
 
     @classmethod
     @takes(RequestOptions, *GROUPS)

@@ -59,17 +59,18 @@ class Extent(NamedTuple):
 
 
 def shadow_views(
-    lights: Sequence[Light], extent: Extent, part: float = 1.0, roughness: Roughness = SMOOTH
+    lights: Sequence[Light], extent: Extent, part: float = 1.0, roughness: Roughness = SMOOTH, coarse: int = 1
 ) -> tuple[list[ShadowView], list[Span | None]]:
     """Return the shadow cameras of all lights, of one picture size, and for each light the span of those that are its
     own.
 
     A light that casts no shadow has none. part: share of the radius of soft lights for which this sample stands.
+    coarse: how many times larger their pixels are.
     """
     lights = [_sun_if_far(light, extent) for light in lights]
     looks = [_directions(light, extent) if light.shadow else [] for light in lights]
     contact = contact_of(extent, roughness.noise)
-    side = min(SHADOW_SIDE, SHADOW_MAP // max(math.ceil(math.sqrt(sum(map(len, looks)))), 1))
+    side = min(SHADOW_SIDE // coarse, SHADOW_MAP // max(math.ceil(math.sqrt(sum(map(len, looks)))), 1))
     views: list[ShadowView] = []
     spans: list[Span | None] = []
     for light, directions in zip(lights, looks, strict=True):

@@ -39,6 +39,7 @@ class VisibleScene(NamedTuple):
     fill: float = 0.0  # share of light from all around that is mixed in
     materials: Sequence[Material] = ()  # of all that is shown, each once; never empty
     apart: bool = False  # copies of one mesh are drawn one by one, with numbers of their own
+    coarse: int = 1  # how many times larger the pixels of shadow maps are, while things move
     steady: Eye | None = None  # of a sample whose eye looks through other places of the pixels: through their middle
 
     @property

@@ -79,15 +79,18 @@ class Screen:
                 self._panel = Panel(self.window)
         return self._panel
 
-    def draw(self, picture: ShownPicture, over: Overlay, facts: PanelFacts, coarse: int = 1) -> Chosen:
+    def draw(
+        self, picture: ShownPicture, over: Overlay, facts: PanelFacts, coarse: int = 1, shadows: int = 1
+    ) -> Chosen:  # fmt: skip
         """Redraw the whole window, and return what the user chose in the panel. While the renderer is lent, the picture
-        is the last one, with marker, text and panel as they are now. coarse: as of Redrawing."""
+        is the last one, with marker, text and panel as they are now. coarse, shadows: as of Redrawing."""
         self._steps.timed = over.panel
         if self._kept is None:
             samples, most = facts.samples
             self.renderer.steps.timed = over.panel
             with self.renderer.context.in_use():
-                request = picture.coarser(coarse).request(samples, coarse == 1 and (samples > 1 or most == 1))
+                rests = coarse == shadows == 1 and (samples > 1 or most == 1)
+                request = picture.coarser(coarse, shadows).request(samples, rests)
                 self._drawn = self.renderer.draw(request)
                 self.renderer.steps.finish()  # before the window's context reads it
             values: tuple[str, ...] = ()
@@ -426,17 +429,18 @@ class Redrawing:
 
     samples  that the picture has: one while things move, more and more while nothing does
     coarse   pixels of the window for one of the picture, both ways: above 1 while what moves is slow
+    shadows  the same of shadow maps, which cost more and show less: the first that becomes coarser
     rate     of the pictures that differ
     drawn    how often the window was drawn
     """
 
     def __init__(self) -> None:
-        self.samples, self.coarse, self.rate, self.drawn = 1, 1, Rate(), 0
+        self.samples, self.coarse, self.shadows, self.rate, self.drawn = 1, 1, 1, Rate(), 0
         self._shown: Any = None
         self._picture: Any = None
         self._since = self._began = self._ended = 0.0
         self._added, self._more = 1, MOST_ADDED  # samples of this turn, and of the next one
-        self._wanted = self._before = 1  # how coarse the next picture is that moves, and how the last was
+        self._wanted = self._before = 1, 1  # how coarse the next picture is that moves, and how the last was
 
     def forget(self) -> None:
         """Draw anew in any case: the window lost its content."""
@@ -448,13 +452,14 @@ class Redrawing:
 
     def begin(self, picture: Any, now: float, most: int, may_be_coarse: bool = True) -> int:
         """Return how many samples the next picture has. It is drawn anew if it has changed."""
-        before, self._began, self._before = self.samples, now, self.coarse
+        before, self._began, self._before = self.samples, now, (self.coarse, self.shadows)
         if picture != self._picture:
             self.rate.tick(now)
             self._picture, self._since, self.samples, before = picture, now, 1, 0
-            self.coarse = self._wanted if may_be_coarse and most > 1 and now - self._ended < REST else 1
-        elif self.coarse > 1 and (self._rest(picture, now, most) == 0 or not may_be_coarse):
-            self.coarse, before = 1, 0
+            moves = may_be_coarse and most > 1 and now - self._ended < REST
+            self.coarse, self.shadows = self._wanted if moves else (1, 1)
+        elif max(self._before) > 1 and (self._rest(picture, now, most) == 0 or not may_be_coarse):
+            self.coarse, self.shadows, before = 1, 1, 0
         elif self._rest(picture, now, most) == 0:
             self.samples = min(self.samples + self._more, most)
         self._added = self.samples - before
@@ -468,8 +473,10 @@ class Redrawing:
             return
         seconds = max(now - self._began, 1e-6)
         self._more = max(1, min(MOST_ADDED, int(ADDING_SECONDS * self._added / seconds)))
-        if self.samples == 1 and self.coarse == self._before and not QUICK < seconds < SLOW:  # others prepare more
-            self._wanted = min(max(round(self.coarse * (seconds / MOVING_SECONDS) ** 0.5), 1), MOST_COARSE)
+        is_like_before = (self.coarse, self.shadows) == self._before  # others prepare more
+        if self.samples == 1 and is_like_before and not QUICK < seconds < SLOW:
+            coarse = min(max(round(self.coarse * (seconds / MOVING_SECONDS) ** 0.5), 1), MOST_COARSE)
+            self._wanted = coarse, MOST_COARSE if seconds >= SLOW or self.coarse > 1 else 1
 
     def _rest(self, picture: Any, now: float, most: int) -> float | None:
         """Seconds until a finer picture is due; None: it is not."""

@@ -365,7 +365,8 @@ class Viewer(Session):
         if not is_old:
             self._known, explain = (renderer.choice, renderer.weights), renderer.explain
         facts = PanelFacts(renderer.context.renderer, *self._known, explain, rate, (samples, most))
-        self.moment, chosen = self.screen.draw(picture, over, facts, self.redrawing.coarse)
+        coarse = self.redrawing.coarse, self.redrawing.shadows
+        self.moment, chosen = self.screen.draw(picture, over, facts, *coarse)
         if not is_old:
             self._keep_good()
             metered = renderer.exposure, renderer.fill
@@ -481,7 +482,7 @@ class Viewer(Session):
         def done(path: Path) -> None:
             self._saved = path
             if camera == self.camera:
-                self.redrawing.samples, self.redrawing.coarse = samples, 1
+                self.redrawing.samples, self.redrawing.coarse, self.redrawing.shadows = samples, 1, 1
             self._report_saved(picture, samples, path)
 
         def failed(error: BaseException) -> None:

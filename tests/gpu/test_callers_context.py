@@ -449,24 +449,23 @@ def test_what_was_never_left_does_nothing_later():
 
 def test_an_end_that_a_signal_comes_before_does_nothing_later():
     """It may raise at each line of `__exit__`, too: what has not ended by then never does."""
-    interrupted = []
+    interrupted, late = [], []
+
+    @managed
+    def inside(line):
+        try:
+            yield
+        finally:
+            late.extend([line] * (line in interrupted))
+
     for line in range(12):
-        ended: list[bool] = []
-
-        @managed
-        def inside(ended=ended):
-            try:
-                yield
-            finally:
-                ended.append(line in interrupted)  # noqa: B023  # late?
-
-        opened = inside()
+        opened = inside(line)
         opened.__enter__()
         if _ends_with_a_signal(opened, line):
             interrupted.append(line)
         del opened
-        gc.collect()
-        assert True not in ended, line
+    gc.collect()
+    assert late == []
     assert 2 < len(interrupted) < 12 and interrupted == list(range(len(interrupted)))
 
 

@@ -92,3 +92,11 @@ def test_a_lamp_far_away_casts_its_shadows_as_the_sun_does(away, cone):
     assert lamp.eye.camera.fx == pytest.approx(sun.eye.camera.fx, rel=1e-6)
     assert lamp.eye.near == pytest.approx(sun.eye.near)
     np.testing.assert_allclose(lamp.eye.pose, sun.eye.pose, atol=1e-6 * EXTENT.radius * 1000)
+
+
+def test_coarse_ones_have_fewer_pixels_and_see_all_corners():
+    for light in lights():
+        (fine,), (coarse,) = (shadow_views([light], EXTENT, coarse=times)[0] for times in (1, 3))
+        assert coarse.eye.camera.width == fine.eye.camera.width // 3
+        np.testing.assert_array_equal(coarse.eye.pose, fine.eye.pose)
+        assert np.abs(places(coarse)[0]).max() <= coarse.eye.camera.width / 2 - RIM + 1e-6

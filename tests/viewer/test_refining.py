@@ -97,6 +97,28 @@ def test_what_is_slow_is_coarser_while_it_moves_and_fine_as_soon_as_it_rests(ope
     assert 0.2 < np.abs(shown(viewer) - blurred).mean() < 12
 
 
+def test_shadows_become_coarse_before_pixels_do_and_fine_as_soon_as_things_rest(open_viewer, monkeypatch):
+    viewer = quiet(open_viewer(frames.sphere_before_wall()))
+    viewer.samples = 4
+    press(viewer, "S")
+    asked, draw = [], viewer.screen.renderer.draw
+    monkeypatch.setattr(viewer.screen.renderer, "draw", lambda request: asked.append(request) or draw(request))
+    monkeypatch.setattr(redrawing, "SLOW", 0.0)  # everything is, but by little
+    monkeypatch.setattr(redrawing, "MOVING_SECONDS", 1e9)
+    for x in (10, 12, 10):
+        viewer.handle(Event("move", x=x, y=120))
+        viewer.step(wait=False)
+    assert [request.coarse for request in asked[-2:]] == [redrawing.MOST_COARSE] * 2
+    assert viewer.screen._drawn.size == tuple(viewer.window.picture_size)
+    monkeypatch.setattr(redrawing, "REST", 0.0)
+    rested(viewer)
+    assert (asked[-1].coarse, viewer.redrawing.samples) == (1, 4)
+    with viewer.renderer.context.in_use():
+        drawn = viewer.screen._drawn.read()
+    with ps.Renderer() as renderer:
+        assert drawn == renderer.render(asked[-1]).tobytes()
+
+
 def test_values_under_the_mouse_are_those_of_all_pixels(open_viewer, monkeypatch):
     monkeypatch.setattr(redrawing, "SLOW", 0.0)
     viewer = quiet(open_viewer())

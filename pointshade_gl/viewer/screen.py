@@ -90,7 +90,9 @@ class Screen:
             self.renderer.steps.timed = over.panel
             with self.renderer.context.in_use():
                 rests = coarse == shadows == 1 and (samples > 1 or most == 1)
-                request = picture.coarser(coarse, shadows).request(samples, rests)
+                request = picture.coarser(coarse).request(samples, rests)
+                if shadows > 1:
+                    request = replace(request, coarse=shadows)
                 self._drawn = self.renderer.draw(request)
                 self.renderer.steps.finish()  # before the window's context reads it
             values: tuple[str, ...] = ()

@@ -301,7 +301,6 @@ class ShownPicture:
     # grow or fade
     metered: tuple[float | Metering, float | None] = "sensor", None
     plays: bool = False  # whether the next frame comes by itself
-    coarse_shadows: int = 1  # as RenderRequest.coarse
 
     @cached_property
     def content(self) -> tuple[Any, ...]:
@@ -313,12 +312,12 @@ class ShownPicture:
             return replace(state, light_at=UPPER_LEFT), self.shown, self.camera
         return state, self.now.lights, self.now.held, self.shown, self.camera
 
-    def coarser(self, times: int, shadows: int) -> ShownPicture:
-        """Return the same in so many times fewer pixels, both ways, and with so many times fewer in shadow maps."""
-        if times == shadows == 1:
+    def coarser(self, times: int) -> ShownPicture:
+        """Return the same in so many times fewer pixels, both ways."""
+        if times == 1:
             return self
         width, height = (max(round(side / times), 1) for side in (self.camera.width, self.camera.height))
-        return replace(self, camera=self.camera.resized(width, height), coarse_shadows=shadows)
+        return replace(self, camera=self.camera.resized(width, height))
 
     @cached_property
     def pose(self) -> NDArray[np.float64]:
@@ -344,12 +343,10 @@ class ShownPicture:
         if scene is None:
             look = state.look if state.lit else state.look.as_taken
             source: Any = views.shown if views else self.shown
-            who = self.camera, self.pose
-            return RenderRequest(source, self.lights, look, *who, finish=finish, coarse=self.coarse_shadows)
+            return RenderRequest(source, self.lights, look, self.camera, self.pose, finish=finish)
         scene = without_environment(scene) if finish.environment is None and scene.environment else scene
         shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
-        who = {"camera": self.camera, "pose": self.pose}
-        return RenderRequest(shaded(scene, shading), self.lights, **who, finish=finish, coarse=self.coarse_shadows)
+        return RenderRequest(shaded(scene, shading), self.lights, camera=self.camera, pose=self.pose, finish=finish)
 
     @property
     def preparation(self) -> tuple[tuple[Any, ...], str] | None:
